@@ -1,0 +1,96 @@
+use super::{Aabb, Plane};
+
+/// How a box lies to a frustum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Containment {
+    /// Wholly behind at least one plane: not visible.
+    Outside,
+    /// Not decided: may be visible.
+    Intersects,
+    /// Wholly inside every plane.
+    Inside,
+}
+
+/// The planes that are still to be tested, one bit each; a plane that a box has passed wholly is masked off for
+/// everything inside that box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlaneMask(u8);
+
+impl PlaneMask {
+    /// All six planes.
+    pub const ALL: Self = Self(0b11_1111);
+    /// No plane is left: everything below is inside.
+    pub const NONE: Self = Self(0);
+
+    /// Whether no plane is left to test.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether plane `i` is still to be tested.
+    pub fn contains(self, i: usize) -> bool {
+        self.0 >> i & 1 == 1
+    }
+
+    /// The mask as bits, plane 0 in bit 0.
+    pub fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// A mask from bits; bits above the sixth are dropped.
+    pub fn from_bits(bits: u8) -> Self {
+        Self(bits & Self::ALL.0)
+    }
+}
+
+/// A view frustum: six planes whose normals point inwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frustum {
+    planes: [Plane; 6],
+}
+
+impl Frustum {
+    /// A frustum from its planes, normals inwards, in any order.
+    pub fn new(planes: [Plane; 6]) -> Self {
+        Self { planes }
+    }
+
+    /// The planes, normals inwards.
+    pub fn planes(&self) -> &[Plane; 6] {
+        &self.planes
+    }
+
+    /// The three-outcome test of a box. Conservative: a box outside all of the frustum but behind no single plane
+    /// counts as [`Containment::Intersects`]; the same answer for every caller, bit for bit (see [`crate::math`]).
+    pub fn classify(&self, bounds: &Aabb) -> Containment {
+        self.classify_masked(bounds, PlaneMask::ALL).0
+    }
+
+    /// [`Frustum::classify`] against the planes of `mask` only. Returns the outcome, the mask for what lies inside
+    /// the box, and how many planes were tested.
+    pub fn classify_masked(&self, bounds: &Aabb, mask: PlaneMask) -> (Containment, PlaneMask, u32) {
+        let mut left = mask.0;
+        let mut tested = 0;
+        for (i, plane) in self.planes.iter().enumerate() {
+            if !mask.contains(i) {
+                continue;
+            }
+            tested += 1;
+            if plane.signed_distance(plane.positive_vertex(bounds)) < 0.0 {
+                return (Containment::Outside, PlaneMask::NONE, tested);
+            }
+            if plane.signed_distance(plane.negative_vertex(bounds)) >= 0.0 {
+                left &= !(1 << i);
+            }
+        }
+        let outcome = if left == 0 { Containment::Inside } else { Containment::Intersects };
+        (outcome, PlaneMask(left), tested)
+    }
+
+    /// Whether the box may be visible: not wholly behind any plane. The exact set of the crate's fingerprints.
+    #[inline]
+    pub fn may_see(&self, bounds: &Aabb) -> bool {
+        // `>= 0 || NaN` is "not behind": what cannot be decided is visible.
+        !self.planes.iter().any(|plane| plane.signed_distance(plane.positive_vertex(bounds)) < 0.0)
+    }
+}

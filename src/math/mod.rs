@@ -1,0 +1,23 @@
+//! Geometry on top of [`glam`]: boxes, planes, frusta, rays and the tolerances they share.
+//!
+//! World space is right-handed, +y up, -z forward, in metres.
+//!
+//! **Exactness.** Every box test of the crate evaluates a plane as `((n.x*x + n.y*y) + n.z*z) + d` in `f32`,
+//! in this order and without fused multiply-add. Each step of that sum is monotone under rounding, so what is
+//! decided for a box holds bit for bit for every box inside it, and all indexes report the same set.
+
+mod aabb;
+mod frustum;
+mod plane;
+mod ray;
+mod rotation;
+mod sphere;
+mod tolerance;
+
+pub use aabb::Aabb;
+pub use frustum::{Containment, Frustum, PlaneMask};
+pub use plane::Plane;
+pub use ray::Ray;
+pub use rotation::rotate;
+pub use sphere::Sphere;
+pub use tolerance::{COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2, TOLERANCE_M};

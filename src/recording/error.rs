@@ -1,0 +1,57 @@
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// What can be wrong with a recording. Every message names the file, the place in it and what was expected.
+#[derive(Debug, Error)]
+pub enum RecordingError {
+    /// The file could not be opened, read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A text file is damaged.
+    #[error("{}, line {line}: expected {expected}; found {found}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// What the format asks for there.
+        expected: String,
+        /// What stands there, shortened.
+        found: String,
+    },
+    /// A binary file is damaged.
+    #[error("{}, byte {offset}: expected {expected}; found {found}", path.display())]
+    Byte {
+        /// The file, or the entry of an archive as `FILE/ENTRY`.
+        path: PathBuf,
+        /// The offset, from 0.
+        offset: u64,
+        /// What the format asks for there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// The file is of a format that cannot be read.
+    #[error("{}: expected {expected}; found {found}", path.display())]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// What can be read.
+        expected: String,
+        /// What was found.
+        found: String,
+    },
+}
+
+impl RecordingError {
+    /// An input or output error with its file.
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io { path: path.to_owned(), source }
+    }
+}

@@ -1,0 +1,303 @@
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::math::COORDINATE_LIMIT_M;
+
+/// The number of the recording format that this crate writes, and the newest it reads.
+pub const FORMAT_VERSION: u32 = 1;
+
+/// A stroke's number, unique within a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct StrokeId(pub u32);
+
+/// A group's number, unique within a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct GroupId(pub u32);
+
+/// The first line of a recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Format number; see [`FORMAT_VERSION`].
+    pub format: u32,
+    /// Name of the session.
+    #[serde(default)]
+    pub name: String,
+    /// Where it came from: a program, a file, a generator with its arguments.
+    #[serde(default)]
+    pub source: String,
+    /// The modelling volume, if it is known. Polygons outside it are kept.
+    #[serde(default)]
+    pub root: Option<Root>,
+    /// A view that the session's maker chose (the thumbnail camera of a Tilt Brush sketch).
+    #[serde(default)]
+    pub camera: Option<Camera>,
+}
+
+impl Header {
+    /// A header of the current format.
+    pub fn new(name: impl Into<String>, source: impl Into<String>) -> Self {
+        Self { format: FORMAT_VERSION, name: name.into(), source: source.into(), root: None, camera: None }
+    }
+}
+
+/// The root cube of a session, world space, metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Root {
+    /// Centre of the cube.
+    pub center: Vec3,
+    /// Edge length, metres.
+    pub size: f32,
+}
+
+/// A camera pose with a vertical field of view.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// Eye in world space.
+    pub p: Vec3,
+    /// World from camera (looks along its -z).
+    pub q: Quat,
+    /// Vertical field of view, degrees.
+    pub fov_degrees: f32,
+}
+
+/// What a stroke is drawn with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Tool {
+    /// A band of quads along the samples.
+    Ribbon,
+    /// One planar polygon; the samples are its corners.
+    Wall,
+    /// A closed tube around the samples.
+    Tube,
+}
+
+/// How a ribbon lies to the pose of the tracker that drew it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum NormalRule {
+    /// The tracker's local X axis is the ribbon's normal (the OSP paper, Fig. 17).
+    #[default]
+    LocalX,
+    /// The tracker's local X axis points along the ribbon's width (A-Painter).
+    SideX,
+    /// Tilt Brush's frame from the direction of travel, the controller's forward (local -z) and up (local y).
+    Travel,
+    /// No orientation was recorded: a rotation-minimising frame along the stroke.
+    Transport,
+}
+
+/// A similarity transform: scale, then rotate, then translate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Transform {
+    /// Translation, metres.
+    pub p: Vec3,
+    /// Rotation, unit quaternion.
+    pub q: Quat,
+    /// Uniform scale, positive.
+    pub s: f32,
+}
+
+/// One event of a session. `t` is in seconds since its start; it may be zero, equal or run backwards: the order of
+/// events is their order in the file, time only paces a replay.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Event {
+    /// A head pose.
+    Head {
+        /// Time, seconds.
+        t: f64,
+        /// Head position.
+        p: Vec3,
+        /// World from head (looks along its -z).
+        q: Quat,
+    },
+    /// A stroke starts.
+    Begin {
+        /// Time, seconds.
+        t: f64,
+        /// Its number; a number is used once in a session.
+        stroke: StrokeId,
+        /// What draws it.
+        tool: Tool,
+        /// Full width at full pressure, metres.
+        width: f32,
+        /// Red, green, blue, opacity, each 0 to 1, sRGB.
+        color: (f32, f32, f32, f32),
+        /// How a ribbon lies to the tracker.
+        #[serde(default)]
+        normal: NormalRule,
+        /// Part of the width that is left at pressure 0 (1: pressure does not matter).
+        #[serde(default)]
+        thinnest: f32,
+    },
+    /// A control point of a stroke that has begun.
+    Point {
+        /// Time, seconds.
+        t: f64,
+        /// The stroke it belongs to.
+        stroke: StrokeId,
+        /// Position.
+        p: Vec3,
+        /// World from tracker.
+        #[serde(default = "identity")]
+        q: Quat,
+        /// Pressure, 0 to 1.
+        #[serde(default = "full")]
+        pressure: f32,
+    },
+    /// A stroke ends.
+    End {
+        /// Time, seconds.
+        t: f64,
+        /// The stroke.
+        stroke: StrokeId,
+    },
+    /// A stroke, or a polygon's stroke, is erased.
+    Erase {
+        /// Time, seconds.
+        t: f64,
+        /// The stroke.
+        stroke: StrokeId,
+    },
+    /// The last edit is taken back.
+    Undo {
+        /// Time, seconds.
+        t: f64,
+    },
+    /// The edit last taken back is made again.
+    Redo {
+        /// Time, seconds.
+        t: f64,
+    },
+    /// Strokes are moved.
+    Move {
+        /// Time, seconds.
+        t: f64,
+        /// The strokes.
+        strokes: Vec<StrokeId>,
+        /// By how much, metres.
+        by: Vec3,
+    },
+    /// Strokes become (also) a group's members; a group that does not exist yet is made.
+    Group {
+        /// Time, seconds.
+        t: f64,
+        /// The group.
+        group: GroupId,
+        /// The strokes; each leaves the group it was in.
+        strokes: Vec<StrokeId>,
+        /// The group that this one hangs under.
+        #[serde(default)]
+        parent: Option<GroupId>,
+    },
+    /// A group is placed: its transform becomes this one (it does not add to the former).
+    Place {
+        /// Time, seconds.
+        t: f64,
+        /// The group.
+        group: GroupId,
+        /// World, or the parent group, from the group's own space.
+        to: Transform,
+    },
+    /// A finished polygon, convex and planar (or it is split), as a stroke of its own or as a part of `stroke`.
+    Polygon {
+        /// Time, seconds.
+        #[serde(default)]
+        t: f64,
+        /// The stroke that it belongs to; one of its own if absent.
+        #[serde(default)]
+        stroke: Option<StrokeId>,
+        /// 3 to [`Event::MAX_VERTICES`] corners in order.
+        vertices: Vec<Vec3>,
+        /// Red, green, blue, opacity, each 0 to 1, sRGB.
+        color: (f32, f32, f32, f32),
+    },
+}
+
+fn identity() -> Quat {
+    Quat::IDENTITY
+}
+
+fn full() -> f32 {
+    1.0
+}
+
+impl Event {
+    /// Most corners that a polygon event may have.
+    pub const MAX_VERTICES: usize = 1024;
+
+    /// Its time stamp, seconds.
+    pub fn time_secs(&self) -> f64 {
+        match *self {
+            Self::Head { t, .. }
+            | Self::Begin { t, .. }
+            | Self::Point { t, .. }
+            | Self::End { t, .. }
+            | Self::Erase { t, .. }
+            | Self::Undo { t }
+            | Self::Redo { t }
+            | Self::Move { t, .. }
+            | Self::Group { t, .. }
+            | Self::Place { t, .. }
+            | Self::Polygon { t, .. } => t,
+        }
+    }
+
+    /// Whether the event carries a sample of the hand: what a replay counts for `samples:N` (a finished polygon
+    /// counts as one).
+    pub fn is_sample(&self) -> bool {
+        matches!(self, Self::Point { .. } | Self::Polygon { .. })
+    }
+
+    /// Checks every number against what the event means; the error says what was expected.
+    ///
+    /// # Errors
+    /// A number is not finite or out of its range.
+    pub fn check(&self) -> Result<(), &'static str> {
+        let finite = |ok: bool, what| if ok { Ok(()) } else { Err(what) };
+        finite(self.time_secs().is_finite(), "a finite time")?;
+        match self {
+            Self::Head { p, q, .. } => check_pose(*p, *q),
+            Self::Point { p, q, pressure, .. } => {
+                check_pose(*p, *q)?;
+                finite(pressure.is_finite(), "a finite pressure")
+            }
+            Self::Begin { width, color, thinnest, .. } => {
+                finite((0.0..=COORDINATE_LIMIT_M).contains(width), "a width of 0 or more metres")?;
+                finite((0.0..=1.0).contains(thinnest), "`thinnest` between 0 and 1")?;
+                check_color(*color)
+            }
+            Self::Move { by, .. } => check_point(*by),
+            Self::Place { to, .. } => {
+                check_pose(to.p, to.q)?;
+                finite(to.s > 0.0 && to.s <= COORDINATE_LIMIT_M, "a positive scale")
+            }
+            Self::Polygon { vertices, color, .. } => {
+                finite((3..=Self::MAX_VERTICES).contains(&vertices.len()), "3 to 1024 vertices")?;
+                vertices.iter().try_for_each(|&p| check_point(p))?;
+                check_color(*color)
+            }
+            Self::End { .. } | Self::Erase { .. } | Self::Undo { .. } | Self::Redo { .. } | Self::Group { .. } => {
+                Ok(())
+            }
+        }
+    }
+}
+
+fn check_point(p: Vec3) -> Result<(), &'static str> {
+    if p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M {
+        Ok(())
+    } else {
+        Err("finite coordinates below 1e15 m")
+    }
+}
+
+fn check_pose(p: Vec3, q: Quat) -> Result<(), &'static str> {
+    check_point(p)?;
+    let length_squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    if (length_squared - 1.0).abs() <= 0.02 { Ok(()) } else { Err("a unit quaternion (x, y, z, w)") }
+}
+
+fn check_color((r, g, b, a): (f32, f32, f32, f32)) -> Result<(), &'static str> {
+    if [r, g, b, a].iter().all(|c| c.is_finite()) { Ok(()) } else { Err("a finite colour") }
+}

@@ -1,0 +1,48 @@
+use super::{Event, Header, RecordingError};
+
+/// A stream of events, whatever format they come from. Memory does not grow with what was read.
+pub trait EventSource: Send {
+    /// The next event; `None` at the end. After an error or the end, every further call gives `None`.
+    ///
+    /// # Errors
+    /// The file is damaged at this place (and the source was not opened as lenient).
+    fn next_event(&mut self) -> Result<Option<Event>, RecordingError>;
+
+    /// What was noticed so far without being an error; complete once `next_event` has given `None`.
+    fn notes(&self) -> Notes {
+        Notes::default()
+    }
+}
+
+/// What a reader noticed without stopping.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Notes {
+    /// One line for each thing that a person should know (a file that ends in the middle of a line).
+    pub warnings: Vec<String>,
+    /// Damaged pieces passed over, for a lenient reader.
+    pub skipped: u64,
+}
+
+/// An opened session: its header and its events.
+pub struct Session {
+    /// What the file says of itself.
+    pub header: Header,
+    /// Short name of the format, for `osp info`: `ron`, `ron.zst`, `tilt`, `apa`, `cassie`, `poses`, `obj`.
+    pub format: &'static str,
+    /// The events.
+    pub events: Box<dyn EventSource>,
+}
+
+impl std::fmt::Debug for Session {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Session").field("header", &self.header).field("format", &self.format).finish_non_exhaustive()
+    }
+}
+
+impl Iterator for Session {
+    type Item = Result<Event, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.events.next_event().transpose()
+    }
+}
