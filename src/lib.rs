@@ -13,3 +13,5 @@
 
 pub mod math;
 pub mod recording;
+pub mod scene;
+pub mod stroke;

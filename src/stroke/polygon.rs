@@ -1,0 +1,101 @@
+use glam::Vec3;
+
+use super::Drops;
+use crate::math::{Aabb, COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2};
+
+/// A quad whose fourth corner leaves the plane of the others by less than this fraction of its longest edge is
+/// flat. Larger: fewer polygons, but occluders are pushed further back to stay conservative.
+pub const FLATNESS: f32 = 1.0e-3;
+
+/// A convex, planar polygon with 3 or 4 corners, two-sided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConvexPolygon {
+    /// A triangle repeats its last corner.
+    corners: [Vec3; 4],
+    count: u8,
+}
+
+impl ConvexPolygon {
+    /// A triangle.
+    pub fn triangle(a: Vec3, b: Vec3, c: Vec3) -> Self {
+        Self { corners: [a, b, c, c], count: 3 }
+    }
+
+    /// A quad that the caller knows to be flat and convex; see [`ConvexPolygon::push_quad`] otherwise.
+    pub fn quad(corners: [Vec3; 4]) -> Self {
+        Self { corners, count: 4 }
+    }
+
+    /// The corners in order.
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.corners[..self.count as usize]
+    }
+
+    /// The tight box.
+    pub fn bounds(&self) -> Aabb {
+        Aabb::from_points(&self.corners)
+    }
+
+    /// Twice the area times the normal; zero for a degenerate polygon.
+    pub fn area_vector(&self) -> Vec3 {
+        let [a, b, c, d] = self.corners;
+        // For a triangle d == c, and the diagonals' product is still the triangle's.
+        if self.count == 4 { (c - a).cross(d - b) } else { (b - a).cross(c - a) }
+    }
+
+    /// Area, square metres.
+    pub fn area_m2(&self) -> f32 {
+        self.area_vector().length() * 0.5
+    }
+
+    /// Each corner mapped by `f`.
+    #[must_use]
+    pub fn map(&self, f: impl Fn(Vec3) -> Vec3) -> Self {
+        Self { corners: self.corners.map(f), count: self.count }
+    }
+
+    fn longest_edge_squared(&self) -> f32 {
+        let v = self.vertices();
+        (0..v.len()).map(|i| v[i].distance_squared(v[(i + 1) % v.len()])).fold(0.0, f32::max)
+    }
+
+    /// Appends the polygon unless it is degenerate or out of range, which is counted.
+    pub(crate) fn push_checked(self, out: &mut Vec<Self>, drops: &mut Drops) {
+        if self.corners.iter().any(|p| !(p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M)) {
+            drops.out_of_range += 1;
+        } else if self.area_m2() > DEGENERATE_AREA_M2_PER_M2 * self.longest_edge_squared() {
+            out.push(self);
+        } else {
+            drops.degenerate += 1;
+        }
+    }
+
+    /// Appends a quad as one polygon if it is flat and convex, as two triangles along its shorter diagonal if not.
+    pub(crate) fn push_quad([a, b, c, d]: [Vec3; 4], out: &mut Vec<Self>, drops: &mut Drops) {
+        let quad = Self::quad([a, b, c, d]);
+        if is_flat_and_convex([a, b, c, d]) {
+            quad.push_checked(out, drops);
+        } else if a.distance_squared(c) <= b.distance_squared(d) {
+            Self::triangle(a, b, c).push_checked(out, drops);
+            Self::triangle(a, c, d).push_checked(out, drops);
+        } else {
+            Self::triangle(a, b, d).push_checked(out, drops);
+            Self::triangle(b, c, d).push_checked(out, drops);
+        }
+    }
+}
+
+fn is_flat_and_convex([a, b, c, d]: [Vec3; 4]) -> bool {
+    let normal = (c - a).cross(d - b);
+    let length = normal.length();
+    // A quad without area is neither: its halves are then dropped, or kept, one by one.
+    if !length.is_normal() {
+        return false;
+    }
+    let normal = normal / length;
+    let longest = [(a, b), (b, c), (c, d), (d, a)].iter().map(|(p, q)| p.distance(*q)).fold(0.0, f32::max);
+    // The two diagonals of a planar quad meet; their distance along the normal is the bend.
+    let flat = normal.dot(b - a).abs() <= FLATNESS * longest;
+    let corner = |p: Vec3, q: Vec3, r: Vec3| (q - p).cross(r - q).dot(normal) >= 0.0;
+    flat && corner(a, b, c) && corner(b, c, d) && corner(c, d, a) && corner(d, a, b)
+}
