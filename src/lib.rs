@@ -11,6 +11,7 @@
 //!
 //! A later module knows the earlier ones, never the other way round.
 
+pub mod index;
 pub mod math;
 pub mod recording;
 pub mod scene;

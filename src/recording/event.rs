@@ -277,9 +277,11 @@ impl Event {
                 vertices.iter().try_for_each(|&p| check_point(p))?;
                 check_color(*color)
             }
-            Self::End { .. } | Self::Erase { .. } | Self::Undo { .. } | Self::Redo { .. } | Self::Group { .. } => {
-                Ok(())
-            }
+            Self::End { .. }
+            | Self::Erase { .. }
+            | Self::Undo { .. }
+            | Self::Redo { .. }
+            | Self::Group { .. } => Ok(()),
         }
     }
 }

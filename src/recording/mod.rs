@@ -9,5 +9,7 @@ mod event;
 mod source;
 
 pub use error::RecordingError;
-pub use event::{Camera, Event, FORMAT_VERSION, GroupId, Header, NormalRule, Root, StrokeId, Tool, Transform};
+pub use event::{
+    Camera, Event, FORMAT_VERSION, GroupId, Header, NormalRule, Root, StrokeId, Tool, Transform,
+};
 pub use source::{EventSource, Notes, Session};

@@ -12,7 +12,12 @@ pub(super) enum Edit {
     /// Strokes were moved; what each one's offset was before, and by how much.
     Move { before: Vec<(u32, Vec3)>, by: Vec3 },
     /// Strokes changed their group; the groups of before, and the new one.
-    Group { before: Vec<(u32, Option<usize>)>, group: usize, parent_before: Option<usize>, parent: Option<usize> },
+    Group {
+        before: Vec<(u32, Option<usize>)>,
+        group: usize,
+        parent_before: Option<usize>,
+        parent: Option<usize>,
+    },
     /// A group was placed.
     Place { group: usize, before: Transform, after: Transform },
 }

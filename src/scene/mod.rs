@@ -5,8 +5,8 @@
 
 mod edit;
 mod group;
-mod paged;
 mod model;
+mod paged;
 
-pub use paged::Paged;
 pub use model::{Change, PolygonId, Scene, SceneCounts, Stroke};
+pub use paged::Paged;

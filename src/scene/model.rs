@@ -210,7 +210,9 @@ impl Scene {
             Event::Move { strokes, by, .. } => self.move_strokes(strokes, *by, changes),
             Event::Group { group, strokes, parent, .. } => self.group(*group, strokes, *parent, changes),
             Event::Place { group, to, .. } => self.place(*group, *to, changes),
-            Event::Polygon { stroke, vertices, color, .. } => self.add_polygon(*stroke, vertices, *color, changes),
+            Event::Polygon { stroke, vertices, color, .. } => {
+                self.add_polygon(*stroke, vertices, *color, changes)
+            }
         };
         if known.is_none() {
             self.counts.ignored_events += 1;

@@ -13,7 +13,9 @@ pub(super) fn any_perpendicular(m: Vec3) -> Vec3 {
 pub(super) fn perpendicular_part(v: Vec3, m: Vec3) -> Option<Vec3> {
     let part = v - m * m.dot(v);
     // 1e-3: closer than a twentieth of a degree to the direction of travel, the rest is noise.
-    (part.length_squared() > 1.0e-6 * v.length_squared()).then(|| part.normalize_or_zero()).filter(|p| *p != Vec3::ZERO)
+    (part.length_squared() > 1.0e-6 * v.length_squared())
+        .then(|| part.normalize_or_zero())
+        .filter(|p| *p != Vec3::ZERO)
 }
 
 /// The direction of the ribbon's width at a sample: a unit vector, turned to agree with `previous`.
@@ -31,9 +33,8 @@ pub(super) fn side(rule: NormalRule, sample: &Sample, travel: Vec3, previous: Op
     let q = sample.orientation;
     let agreeing = |v: Vec3| if previous.is_some_and(|p| p.dot(v) < 0.0) { -v } else { v };
     let ruled = match rule {
-        NormalRule::LocalX => {
-            perpendicular_part(rotate(q, Vec3::X), travel).map(|normal| normal.cross(travel).normalize_or_zero())
-        }
+        NormalRule::LocalX => perpendicular_part(rotate(q, Vec3::X), travel)
+            .map(|normal| normal.cross(travel).normalize_or_zero()),
         NormalRule::SideX => Some(rotate(q, Vec3::X).normalize_or_zero()),
         NormalRule::Travel => {
             let forward = rotate(q, Vec3::NEG_Z);

@@ -68,7 +68,8 @@ fn clip_ears(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) 
         let ear = (0..n).find(|&i| {
             let (a, b, c) = (left[(i + n - 1) % n], left[i], left[(i + 1) % n]);
             let turns_left = (b - a).cross(c - b).dot(normal) > 0.0;
-            turns_left && !left.iter().any(|&p| p != a && p != b && p != c && in_triangle(p, [a, b, c], normal))
+            turns_left
+                && !left.iter().any(|&p| p != a && p != b && p != c && in_triangle(p, [a, b, c], normal))
         });
         // A self-crossing outline may have no ear: cut any corner, the pieces still cover the outline's corners.
         let i = ear.unwrap_or(0);

@@ -1,0 +1,55 @@
+use crate::scene::PolygonId;
+
+/// The polygons to draw, in the order in which a query found them. Kept from frame to frame: it allocates only
+/// while it grows.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DrawList {
+    ids: Vec<PolygonId>,
+}
+
+impl DrawList {
+    /// An empty list.
+    pub const fn new() -> Self {
+        Self { ids: Vec::new() }
+    }
+
+    /// Empties it; keeps the memory.
+    pub fn clear(&mut self) {
+        self.ids.clear();
+    }
+
+    /// Makes room for this many more.
+    pub fn reserve(&mut self, additional: usize) {
+        self.ids.reserve(additional);
+    }
+
+    /// Appends one polygon.
+    pub fn push(&mut self, id: PolygonId) {
+        self.ids.push(id);
+    }
+
+    /// Appends polygons.
+    pub fn extend_from_slice(&mut self, ids: &[PolygonId]) {
+        self.ids.extend_from_slice(ids);
+    }
+
+    /// The polygons.
+    pub fn ids(&self) -> &[PolygonId] {
+        &self.ids
+    }
+
+    /// The list itself, for an index that writes it in bulk.
+    pub fn ids_mut(&mut self) -> &mut Vec<PolygonId> {
+        &mut self.ids
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.ids.is_empty()
+    }
+}

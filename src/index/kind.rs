@@ -1,0 +1,51 @@
+use super::{BruteForce, SpatialIndex};
+use crate::math::Aabb;
+use glam::Vec3;
+
+/// What an index is told before the first polygon comes. Every polygon is accepted whatever it says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IndexConfig {
+    /// The modelling volume, a cube in world space.
+    pub root: Aabb,
+    /// Polygons to have room for at once, so that growing does not fall into a frame.
+    pub capacity: usize,
+}
+
+impl Default for IndexConfig {
+    /// The 4 m cube standing on the floor, room for 100,000 polygons.
+    fn default() -> Self {
+        Self { root: Aabb::cube(Vec3::new(0.0, 1.5, 0.0), 4.0), capacity: 100_000 }
+    }
+}
+
+/// The indexes, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum IndexKind {
+    /// [`BruteForce`].
+    BruteForce,
+}
+
+impl IndexKind {
+    /// All of them, the reference first.
+    pub const ALL: &'static [Self] = &[Self::BruteForce];
+
+    /// Its name on the command line and in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BruteForce => "brute-force",
+        }
+    }
+
+    /// The kind with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|kind| kind.name() == name)
+    }
+
+    /// An empty index of this kind.
+    pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
+        let _ = config;
+        match self {
+            Self::BruteForce => Box::new(BruteForce::new()),
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Spatial indexes: what files polygons into space and finds those that a view may see.
+//!
+//! Every structure stands behind [`SpatialIndex`], answers exactly the same set as [`BruteForce`], and returns its
+//! [`WorkCounts`]. `frustum_cull` is a method of its own, not a visitor, so that an index can test many boxes at once;
+//! [`SpatialIndex::traverse`] is for everything that asks per node (occlusion, pictures of the structure).
+
+mod brute_force;
+mod draw_list;
+mod kind;
+mod spatial_index;
+mod work;
+
+pub use brute_force::BruteForce;
+pub use draw_list::DrawList;
+pub use kind::{IndexConfig, IndexKind};
+pub use spatial_index::{IndexError, Node, SpatialIndex, Visit, Visitor};
+pub use work::WorkCounts;

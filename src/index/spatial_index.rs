@@ -1,0 +1,121 @@
+use thiserror::Error;
+
+use super::{DrawList, WorkCounts};
+use crate::{
+    math::{Aabb, Containment, Frustum},
+    scene::PolygonId,
+};
+
+/// Why an index refused a change. It is then as it was before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum IndexError {
+    /// The box is empty, infinite or not a number.
+    #[error("polygon {}: expected a finite box with min <= max", .0.0)]
+    InvalidBounds(PolygonId),
+    /// The id is already filed.
+    #[error("polygon {}: it is in the index already", .0.0)]
+    Duplicate(PolygonId),
+    /// The id is not filed.
+    #[error("polygon {}: it is not in the index", .0.0)]
+    Unknown(PolygonId),
+    /// No more polygons fit.
+    #[error("polygon {}: the index is full", .0.0)]
+    Full(PolygonId),
+}
+
+/// A structure that files polygons by their boxes and answers visibility queries.
+///
+/// Contracts, tested for every implementation against [`super::BruteForce`]:
+/// * `frustum_cull` reports every polygon whose box [`Frustum::may_see`] accepts, each once, and no other.
+/// * Polygons outside the root cube, over-sized or coincident are filed like any other.
+/// * A refused change leaves the index as it was.
+pub trait SpatialIndex: Send {
+    /// Its name on the command line and in tables.
+    fn name(&self) -> &'static str;
+
+    /// Number of polygons filed.
+    fn len(&self) -> usize;
+
+    /// Whether no polygon is filed.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Files a polygon. Queries see it after the next [`SpatialIndex::commit`].
+    ///
+    /// # Errors
+    /// [`IndexError::InvalidBounds`], [`IndexError::Duplicate`], [`IndexError::Full`].
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
+
+    /// Takes a polygon out.
+    ///
+    /// # Errors
+    /// [`IndexError::Unknown`].
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError>;
+
+    /// Gives a polygon a new box.
+    ///
+    /// # Errors
+    /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
+
+    /// Ends a batch of changes: whatever the structure has to do before the next query (a rebuild, a bounded share of
+    /// upkeep). Called once a frame; cheap when nothing has changed.
+    fn commit(&mut self);
+
+    /// Appends the polygons that the frustum may see to `draw_list`, in any order.
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts;
+
+    /// Walks the nodes that the frustum may see from the top, asking `visitor` at each one, and hands it the polygons
+    /// of the nodes it does not skip that pass the frustum (each once, the same set as `frustum_cull` if nothing is
+    /// skipped).
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts;
+
+    /// Checks every invariant of the structure; for tests, O(everything).
+    ///
+    /// # Errors
+    /// What is broken.
+    fn validate(&self) -> Result<(), String>;
+
+    /// Memory held, bytes.
+    fn bytes(&self) -> usize;
+
+    /// Takes everything out; keeps the memory.
+    fn clear(&mut self);
+}
+
+/// A node as a visitor sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Node<'a> {
+    /// Holds every polygon of the node and below.
+    pub bounds: &'a Aabb,
+    /// 0 at the top.
+    pub depth: u32,
+    /// How the node's box lies to the frustum (never [`Containment::Outside`]).
+    pub containment: Containment,
+    /// Polygons in the node and below; an upper bound where the structure does not know it exactly.
+    pub polygons: usize,
+    /// Whether nothing is below.
+    pub is_leaf: bool,
+}
+
+/// What to do with a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visit {
+    /// Leave it and everything below out.
+    Skip,
+    /// Go on: ask again for the nodes below.
+    Descend,
+    /// Take it and everything below that passes the frustum, without asking again.
+    Take,
+}
+
+/// Asked at every node of a [`SpatialIndex::traverse`].
+pub trait Visitor {
+    /// Decides about a node.
+    fn node(&mut self, node: &Node<'_>) -> Visit;
+
+    /// Receives polygons that pass the frustum. `asked` is
+    /// [`Visit::Descend`] or [`Visit::Take`], whatever was answered for the node that they are in.
+    fn polygons(&mut self, ids: &[PolygonId], asked: Visit);
+}

@@ -1,0 +1,26 @@
+use std::ops::AddAssign;
+
+/// How much a query did. Compared before times: counts do not depend on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WorkCounts {
+    /// Nodes looked at.
+    pub nodes: u64,
+    /// Boxes, of nodes or polygons, tested against at least one plane.
+    pub boxes: u64,
+    /// Single box-plane tests; a wide test counts each of its boxes.
+    pub planes: u64,
+    /// Polygons taken without a test of their own.
+    pub taken_whole: u64,
+    /// Polygons reported.
+    pub reported: u64,
+}
+
+impl AddAssign for WorkCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.nodes += other.nodes;
+        self.boxes += other.boxes;
+        self.planes += other.planes;
+        self.taken_whole += other.taken_whole;
+        self.reported += other.reported;
+    }
+}
