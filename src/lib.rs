@@ -13,6 +13,8 @@
 
 pub mod index;
 pub mod math;
+pub mod metrics;
 pub mod recording;
 pub mod scene;
 pub mod stroke;
+pub mod visibility;

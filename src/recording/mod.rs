@@ -6,10 +6,12 @@
 
 mod error;
 mod event;
+mod pacing;
 mod source;
 
 pub use error::RecordingError;
 pub use event::{
     Camera, Event, FORMAT_VERSION, GroupId, Header, NormalRule, Root, StrokeId, Tool, Transform,
 };
+pub use pacing::{Pace, Pacer, ParsePaceError};
 pub use source::{EventSource, Notes, Session};

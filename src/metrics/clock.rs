@@ -1,0 +1,48 @@
+use std::time::Instant;
+
+/// The one clock of the crate: time, and allocations if somebody counts them.
+#[derive(Clone, Copy, Debug)]
+pub struct StageClock {
+    allocations: fn() -> u64,
+}
+
+/// A reading of the clock.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    at: Instant,
+    allocations: u64,
+}
+
+/// What a stage took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stage {
+    /// Time, nanoseconds.
+    pub ns: u64,
+    /// Allocations of this thread; 0 where nobody counts.
+    pub allocations: u64,
+}
+
+impl StageClock {
+    /// A clock that reads the number of allocations so far from `allocations` (of the calling thread).
+    pub fn counting(allocations: fn() -> u64) -> Self {
+        Self { allocations }
+    }
+
+    /// Reads the clock.
+    pub fn start(&self) -> Reading {
+        Reading { allocations: (self.allocations)(), at: Instant::now() }
+    }
+
+    /// What has passed since a reading.
+    pub fn since(&self, start: Reading) -> Stage {
+        let ns = u64::try_from(start.at.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        Stage { ns, allocations: (self.allocations)() - start.allocations }
+    }
+}
+
+impl Default for StageClock {
+    /// A clock that does not count allocations.
+    fn default() -> Self {
+        Self { allocations: || 0 }
+    }
+}

@@ -1,0 +1,143 @@
+use std::f64::consts::TAU;
+
+use glam::{Quat, Vec3};
+
+use super::{Projection, View};
+use crate::{
+    math::{Aabb, rotate},
+    recording::{Camera, Event},
+};
+
+/// Vertical field of view of the cameras that a recording does not fix, degrees.
+const FOV_DEGREES: f32 = 60.0;
+/// Width by height of every replay camera.
+const ASPECT: f32 = 16.0 / 9.0;
+/// Frames in which the orbiting cameras go round once.
+const FRAMES_A_ROUND: f64 = 720.0;
+
+/// Which camera a replay uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraChoice {
+    /// The recorded head path if there is one, else the session's own camera, else [`CameraChoice::Orbit`].
+    Auto,
+    /// Around everything, looking at its centre: nearly all is in view.
+    Orbit,
+    /// Behind the hand, looking at what it draws.
+    Follow,
+    /// In the middle of everything, turning: about a sixth is in view.
+    Inside,
+}
+
+impl CameraChoice {
+    /// All choices.
+    pub const ALL: &'static [Self] = &[Self::Auto, Self::Orbit, Self::Follow, Self::Inside];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Orbit => "orbit",
+            Self::Follow => "follow",
+            Self::Inside => "inside",
+        }
+    }
+}
+
+/// What a camera may know of the session at a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Number of the frame.
+    pub frame: u64,
+    /// Latest head pose: position, world from head.
+    pub head: Option<(Vec3, Quat)>,
+    /// Latest sample of the hand.
+    pub hand: Option<Vec3>,
+}
+
+impl Moment {
+    /// Takes the poses of an event.
+    pub fn note(&mut self, event: &Event) {
+        match event {
+            Event::Head { p, q, .. } => self.head = Some((*p, *q)),
+            Event::Point { p, .. } => self.hand = Some(*p),
+            Event::Polygon { vertices, .. } => self.hand = vertices.first().copied(),
+            _ => {}
+        }
+    }
+}
+
+/// The camera of a replay: where the eye is at every frame.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraPath {
+    choice: CameraChoice,
+    fixed: Option<Camera>,
+    center: Vec3,
+    radius_m: f32,
+}
+
+impl CameraPath {
+    /// A path for a session whose polygons fill `bounds`; `fixed` is the session's own camera.
+    pub fn new(choice: CameraChoice, fixed: Option<Camera>, bounds: &Aabb) -> Self {
+        let (center, radius_m) = if bounds.is_empty() {
+            (Vec3::ZERO, 1.0)
+        } else {
+            (bounds.center(), bounds.extent().length() * 0.5)
+        };
+        // A session without extent still needs a distance to look from.
+        let radius_m = if radius_m.is_finite() { radius_m.max(1.0e-4) } else { 1.0 };
+        Self { choice, fixed, center, radius_m }
+    }
+
+    /// The view of a frame.
+    pub fn view(&self, moment: &Moment) -> View {
+        match self.choice {
+            CameraChoice::Auto => match (moment.head, self.fixed) {
+                (Some((p, q)), _) => self.posed(p, q, FOV_DEGREES, 0.02),
+                (None, Some(camera)) => {
+                    self.posed(camera.p, camera.q, camera.fov_degrees, 1.0e-3 * self.radius_m)
+                }
+                (None, None) => self.orbit(moment.frame),
+            },
+            CameraChoice::Orbit => self.orbit(moment.frame),
+            CameraChoice::Follow => self.follow(moment),
+            CameraChoice::Inside => self.inside(moment.frame),
+        }
+    }
+
+    fn projection(&self, fov_degrees: f32, near_m: f32, eye: Vec3) -> Projection {
+        // Far enough for everything, wherever the eye is.
+        let far_m = eye.distance(self.center) + 2.0 * self.radius_m;
+        Projection::symmetric(fov_degrees, ASPECT, near_m, far_m.max(near_m * 100.0))
+    }
+
+    fn posed(&self, eye: Vec3, world_from_view: Quat, fov_degrees: f32, near_m: f32) -> View {
+        View { eye_in_world: eye, world_from_view, projection: self.projection(fov_degrees, near_m, eye) }
+    }
+
+    fn on_circle(frame: u64) -> Vec3 {
+        let angle = frame as f64 / FRAMES_A_ROUND * TAU;
+        Vec3::new(libm::sin(angle) as f32, 0.0, libm::cos(angle) as f32)
+    }
+
+    fn orbit(&self, frame: u64) -> View {
+        // 1 / sin(30 degrees) = 2 radii put the whole ball into a 60 degree view.
+        let eye = self.center + (Self::on_circle(frame) + Vec3::Y * 0.3) * (1.9 * self.radius_m);
+        let projection = self.projection(FOV_DEGREES, 1.0e-3 * self.radius_m, eye);
+        View::look_at(eye, self.center, projection)
+    }
+
+    fn inside(&self, frame: u64) -> View {
+        let projection = self.projection(FOV_DEGREES, 1.0e-3 * self.radius_m, self.center);
+        View::look_at(self.center, self.center + Self::on_circle(frame), projection)
+    }
+
+    fn follow(&self, moment: &Moment) -> View {
+        let hand = moment.hand.unwrap_or(self.center);
+        let away = match moment.head {
+            Some((_, q)) => rotate(q, Vec3::Z),
+            None => Self::on_circle(moment.frame) + Vec3::Y * 0.3,
+        };
+        let eye = hand + away * (0.4 * self.radius_m);
+        View::look_at(eye, hand, self.projection(FOV_DEGREES, 1.0e-3 * self.radius_m, eye))
+    }
+}

@@ -1,0 +1,97 @@
+use crate::{
+    index::{DrawList, SpatialIndex},
+    metrics::{FrameRecord, StageClock, fingerprint_of_frame},
+    scene::{Change, Scene},
+    visibility::View,
+};
+
+/// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
+pub struct Pipeline {
+    index: Box<dyn SpatialIndex>,
+    draw_list: DrawList,
+    clock: StageClock,
+    refused: u64,
+    frame: u64,
+}
+
+impl std::fmt::Debug for Pipeline {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Pipeline")
+            .field("index", &self.index.name())
+            .field("frame", &self.frame)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Pipeline {
+    /// A pipeline around an empty index. `capacity` is the number of polygons that the draw list has room for.
+    pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
+        let mut draw_list = DrawList::new();
+        draw_list.reserve(capacity);
+        Self { index, draw_list, clock, refused: 0, frame: 0 }
+    }
+
+    /// One frame: file what came, cull by the frustum, and leave the polygons to draw in the draw list.
+    pub fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) -> FrameRecord {
+        let mut record = FrameRecord { frame: self.frame, ..FrameRecord::default() };
+        self.draw_list.clear();
+        let frustum = view.frustum();
+
+        let stage = self.clock.start();
+        self.file(scene, changes, &mut record);
+        self.index.commit();
+        record.insert = self.clock.since(stage);
+
+        let stage = self.clock.start();
+        record.work = self.index.frustum_cull(&frustum, &mut self.draw_list);
+        record.cull = self.clock.since(stage);
+
+        record.polygons = self.index.len() as u64;
+        record.visible = self.draw_list.len() as u64;
+        record.fingerprint = fingerprint_of_frame(self.draw_list.ids());
+        self.frame += 1;
+        record
+    }
+
+    /// A frame that is not looked at: the index follows the changes, nothing is measured or culled.
+    pub fn skip(&mut self, scene: &Scene, changes: &[Change]) {
+        self.file(scene, changes, &mut FrameRecord::default());
+        self.frame += 1;
+    }
+
+    /// Hands the changes to the index. A box that an index refuses (not finite: it cannot be drawn) is counted.
+    fn file(&mut self, scene: &Scene, changes: &[Change], record: &mut FrameRecord) {
+        for &change in changes {
+            let outcome = match change {
+                Change::Insert(id) => {
+                    record.inserted += 1;
+                    self.index.insert(id, scene.bounds(id))
+                }
+                Change::Remove(id) => {
+                    record.removed += 1;
+                    self.index.remove(id)
+                }
+                Change::Update(id) => {
+                    record.updated += 1;
+                    self.index.update(id, scene.bounds(id))
+                }
+            };
+            self.refused += u64::from(outcome.is_err());
+        }
+    }
+
+    /// The polygons to draw, as the last frame left them.
+    pub fn draw_list(&self) -> &DrawList {
+        &self.draw_list
+    }
+
+    /// The index.
+    pub fn index(&self) -> &dyn SpatialIndex {
+        &*self.index
+    }
+
+    /// Changes that the index refused since the beginning.
+    pub fn refused(&self) -> u64 {
+        self.refused
+    }
+}

@@ -1,0 +1,11 @@
+//! From the model and an eye to the polygons worth drawing: views, cameras of a replay, and the frame itself.
+//!
+//! [`Pipeline::frame`] is the whole frame; everything else here prepares its arguments.
+
+mod camera;
+mod frame;
+mod view;
+
+pub use camera::{CameraChoice, CameraPath, Moment};
+pub use frame::Pipeline;
+pub use view::{Projection, View};

@@ -1,0 +1,100 @@
+use glam::{Mat4, Quat, Vec3, Vec4};
+
+use crate::math::{Frustum, Plane, rotate};
+
+/// What of the space in front of an eye a screen shows: the tangents of the angles to its four borders (negative to
+/// the left and below), so that off-axis screens need nothing special.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// Tangent to the left border; less than `right`.
+    pub left: f32,
+    /// Tangent to the right border.
+    pub right: f32,
+    /// Tangent to the lower border; less than `top`.
+    pub bottom: f32,
+    /// Tangent to the upper border.
+    pub top: f32,
+    /// Nearest distance that is drawn, metres.
+    pub near_m: f32,
+    /// Farthest distance that is drawn, metres.
+    pub far_m: f32,
+}
+
+impl Projection {
+    /// A symmetric projection from its vertical field of view and width divided by height.
+    pub fn symmetric(vertical_fov_degrees: f32, aspect: f32, near_m: f32, far_m: f32) -> Self {
+        let half_angle = f64::from(vertical_fov_degrees.clamp(1.0, 170.0)).to_radians() * 0.5;
+        let top = libm::tan(half_angle) as f32;
+        let right = top * aspect;
+        Self { left: -right, right, bottom: -top, top, near_m, far_m }
+    }
+}
+
+/// An eye, where it looks, and what its screen shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The eye, world space, metres.
+    pub eye_in_world: Vec3,
+    /// World from view: the view looks along its -z, +y up.
+    pub world_from_view: Quat,
+    /// What the screen shows.
+    pub projection: Projection,
+}
+
+impl View {
+    /// A view from `eye` towards `target`, +y up (or, looking straight up or down, -z up).
+    pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
+        let back = (eye - target).normalize_or(Vec3::Z);
+        let right = Vec3::Y.cross(back);
+        let right = if right.length_squared() < 1.0e-12 { Vec3::X } else { right.normalize() };
+        let up = back.cross(right);
+        let world_from_view = Quat::from_rotation_axes(right, up, back).normalize();
+        Self { eye_in_world: eye, world_from_view, projection }
+    }
+
+    /// The direction of view, world space, unit length.
+    pub fn forward_in_world(&self) -> Vec3 {
+        rotate(self.world_from_view, Vec3::NEG_Z)
+    }
+
+    /// The directions from the eye to the window's corners, world space, at distance 1 along the view: lower left,
+    /// lower right, upper right, upper left.
+    pub fn corner_directions(&self) -> [Vec3; 4] {
+        let Projection { left, right, bottom, top, .. } = self.projection;
+        [(left, bottom), (right, bottom), (right, top), (left, top)]
+            .map(|(x, y)| rotate(self.world_from_view, Vec3::new(x, y, -1.0)))
+    }
+
+    /// The six planes, world space, normals inwards and of unit length: left, right, lower, upper, near, far.
+    pub fn frustum(&self) -> Frustum {
+        let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
+        let side = |normal_in_view: Vec3| {
+            let normal = rotate(self.world_from_view, normal_in_view).normalize_or_zero();
+            Plane::from_point_normal(self.eye_in_world, normal)
+        };
+        let forward = self.forward_in_world();
+        Frustum::new([
+            side(Vec3::new(1.0, 0.0, left)),
+            side(Vec3::new(-1.0, 0.0, -right)),
+            side(Vec3::new(0.0, 1.0, bottom)),
+            side(Vec3::new(0.0, -1.0, -top)),
+            Plane::from_point_normal(self.eye_in_world + forward * near_m, forward),
+            Plane::from_point_normal(self.eye_in_world + forward * far_m, -forward),
+        ])
+    }
+
+    /// World space to clip space with reversed depth (near 1, far 0), x and y from -1 to 1, as the renderer uses it.
+    pub fn clip_from_world(&self) -> Mat4 {
+        let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
+        let (width, height, depth) = (right - left, top - bottom, far_m - near_m);
+        let clip_from_view = Mat4::from_cols(
+            Vec4::new(2.0 / width, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, 2.0 / height, 0.0, 0.0),
+            Vec4::new((right + left) / width, (top + bottom) / height, near_m / depth, -1.0),
+            Vec4::new(0.0, 0.0, near_m * far_m / depth, 0.0),
+        );
+        let view_from_world =
+            Mat4::from_rotation_translation(self.world_from_view, self.eye_in_world).inverse();
+        clip_from_view * view_from_world
+    }
+}
