@@ -18,6 +18,7 @@ pub struct GroupId(pub u32);
 
 /// The first line of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Header {
     /// Format number; see [`FORMAT_VERSION`].
     pub format: u32,
@@ -28,10 +29,10 @@ pub struct Header {
     #[serde(default)]
     pub source: String,
     /// The modelling volume, if it is known. Polygons outside it are kept.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub root: Option<Root>,
     /// A view that the session's maker chose (the thumbnail camera of a Tilt Brush sketch).
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<Camera>,
 }
 
@@ -40,10 +41,31 @@ impl Header {
     pub fn new(name: impl Into<String>, source: impl Into<String>) -> Self {
         Self { format: FORMAT_VERSION, name: name.into(), source: source.into(), root: None, camera: None }
     }
+
+    /// Checks every number against what the header means; the error says what was expected.
+    ///
+    /// # Errors
+    /// A number is not finite or out of its range.
+    pub fn check(&self) -> Result<(), &'static str> {
+        if let Some(root) = self.root {
+            check_point(root.center)?;
+            if !(root.size > 0.0 && root.size <= COORDINATE_LIMIT_M) {
+                return Err("a root of positive size");
+            }
+        }
+        if let Some(camera) = self.camera {
+            check_pose(camera.p, camera.q)?;
+            if !(camera.fov_degrees > 0.0 && camera.fov_degrees < 180.0) {
+                return Err("a field of view between 0 and 180 degrees");
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The root cube of a session, world space, metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Root {
     /// Centre of the cube.
     pub center: Vec3,
@@ -53,6 +75,7 @@ pub struct Root {
 
 /// A camera pose with a vertical field of view.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Camera {
     /// Eye in world space.
     pub p: Vec3,
@@ -89,6 +112,7 @@ pub enum NormalRule {
 
 /// A similarity transform: scale, then rotate, then translate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Transform {
     /// Translation, metres.
     pub p: Vec3,
@@ -101,6 +125,7 @@ pub struct Transform {
 /// One event of a session. `t` is in seconds since its start; it may be zero, equal or run backwards: the order of
 /// events is their order in the file, time only paces a replay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub enum Event {
     /// A head pose.
     Head {
@@ -124,10 +149,10 @@ pub enum Event {
         /// Red, green, blue, opacity, each 0 to 1, sRGB.
         color: (f32, f32, f32, f32),
         /// How a ribbon lies to the tracker.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_default_rule")]
         normal: NormalRule,
         /// Part of the width that is left at pressure 0 (1: pressure does not matter).
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
         thinnest: f32,
     },
     /// A control point of a stroke that has begun.
@@ -139,10 +164,10 @@ pub enum Event {
         /// Position.
         p: Vec3,
         /// World from tracker.
-        #[serde(default = "identity")]
+        #[serde(default = "identity", skip_serializing_if = "is_identity")]
         q: Quat,
         /// Pressure, 0 to 1.
-        #[serde(default = "full")]
+        #[serde(default = "full", skip_serializing_if = "is_full")]
         pressure: f32,
     },
     /// A stroke ends.
@@ -187,7 +212,7 @@ pub enum Event {
         /// The strokes; each leaves the group it was in.
         strokes: Vec<StrokeId>,
         /// The group that this one hangs under.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "Option::is_none")]
         parent: Option<GroupId>,
     },
     /// A group is placed: its transform becomes this one (it does not add to the former).
@@ -205,7 +230,7 @@ pub enum Event {
         #[serde(default)]
         t: f64,
         /// The stroke that it belongs to; one of its own if absent.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "Option::is_none")]
         stroke: Option<StrokeId>,
         /// 3 to [`Event::MAX_VERTICES`] corners in order.
         vertices: Vec<Vec3>,
@@ -220,6 +245,23 @@ fn identity() -> Quat {
 
 fn full() -> f32 {
     1.0
+}
+
+// What a reader fills in is not written. Bits are compared, so that -0.0 is written and comes back as it was.
+fn is_identity(q: &Quat) -> bool {
+    q.to_array().map(f32::to_bits) == Quat::IDENTITY.to_array().map(f32::to_bits)
+}
+
+fn is_full(pressure: &f32) -> bool {
+    pressure.to_bits() == full().to_bits()
+}
+
+fn is_zero(value: &f32) -> bool {
+    value.to_bits() == 0
+}
+
+fn is_default_rule(rule: &NormalRule) -> bool {
+    *rule == NormalRule::default()
 }
 
 impl Event {

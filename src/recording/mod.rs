@@ -6,12 +6,23 @@
 
 mod error;
 mod event;
+mod open;
 mod pacing;
+mod ron_file;
+mod ron_line;
+mod ron_reader;
+mod ron_scan;
+mod ron_writer;
 mod source;
 
 pub use error::RecordingError;
 pub use event::{
     Camera, Event, FORMAT_VERSION, GroupId, Header, NormalRule, Root, StrokeId, Tool, Transform,
 };
+pub use open::{OpenOptions, open, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
+pub use ron_file::RecordingFile;
+pub use ron_line::MAX_LINE_BYTES;
+pub use ron_reader::RonReader;
+pub use ron_writer::{Flush, RonWriter};
 pub use source::{EventSource, Notes, Session};

@@ -1,0 +1,98 @@
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use super::{RecordingError, RonReader, Session};
+
+/// How a session is opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OpenOptions {
+    /// Damaged pieces are passed over and counted in [`Notes::skipped`](super::Notes::skipped), instead of ending the
+    /// session with an error.
+    pub lenient: bool,
+}
+
+/// Formats that [`open`] reads, for its error message.
+const FORMATS: &[&str] = &[
+    ".ron",
+    #[cfg(feature = "formats")]
+    ".ron.zst",
+];
+
+/// Bytes from the beginning of a file that decide its format.
+const SNIFF_BYTES: u64 = 4096;
+
+/// First bytes of a zstd frame.
+const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
+
+/// Opens a session of any format that can be read. What the file contains decides, then its name.
+///
+/// # Errors
+/// The file cannot be read, its format is unknown, or its beginning is damaged.
+pub fn open(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let start = sniff(path)?;
+    if is_ron(path, &start) {
+        return open_ron(path, options);
+    }
+    Err(RecordingError::Unknown {
+        path: path.to_owned(),
+        expected: format!("one of the formats {}", FORMATS.join(", ")),
+        found: "another file".to_owned(),
+    })
+}
+
+/// Opens a recording in the project's own format, plain or compressed.
+///
+/// # Errors
+/// The file cannot be read, or its header is damaged or of a newer format.
+pub fn open_ron(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+    if is_compressed(path, &sniff(path)?) {
+        return open_compressed(path, options);
+    }
+    let file = File::open(path).map_err(|e| RecordingError::io(path, e))?;
+    let reader = RonReader::new(BufReader::with_capacity(1 << 16, file), path, *options)?;
+    Ok(Session { header: reader.header().clone(), format: "ron", events: Box::new(reader) })
+}
+
+#[cfg(feature = "formats")]
+fn open_compressed(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let reader = RonReader::new(super::ron_file::decoder(path)?, path, *options)?;
+    Ok(Session { header: reader.header().clone(), format: "ron.zst", events: Box::new(reader) })
+}
+
+#[cfg(not(feature = "formats"))]
+fn open_compressed(path: &Path, _options: &OpenOptions) -> Result<Session, RecordingError> {
+    Err(RecordingError::Unknown {
+        path: path.to_owned(),
+        expected: "an uncompressed recording (this build lacks the feature `formats`)".to_owned(),
+        found: "zstd data".to_owned(),
+    })
+}
+
+fn sniff(path: &Path) -> Result<Vec<u8>, RecordingError> {
+    let mut start = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(SNIFF_BYTES).read_to_end(&mut start))
+        .map_err(|e| RecordingError::io(path, e))?;
+    Ok(start)
+}
+
+fn has_ending(path: &Path, ending: &str) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
+}
+
+fn is_ron(path: &Path, start: &[u8]) -> bool {
+    has_ending(path, ".ron") || is_compressed(path, start) || starts_with_header(start)
+}
+
+fn is_compressed(path: &Path, start: &[u8]) -> bool {
+    start.starts_with(&ZSTD_MAGIC) || (has_ending(path, ".ron.zst") && !starts_with_header(start))
+}
+
+/// Whether the first line that is neither blank nor a comment is a recording's header.
+fn starts_with_header(start: &[u8]) -> bool {
+    let start = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
+    let first =
+        start.split(|&b| b == b'\n').map(<[u8]>::trim_ascii).find(|l| !l.is_empty() && !l.starts_with(b"//"));
+    first.is_some_and(|line| line.starts_with(b"Header(") || line.starts_with(b"Header ("))
+}

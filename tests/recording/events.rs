@@ -1,0 +1,169 @@
+//! Random events for the other tests, and helpers to read and write them.
+
+use std::io::{BufRead, BufReader};
+
+use glam::{Quat, Vec3};
+use osp::recording::{
+    Event, EventSource, Flush, GroupId, Header, NormalRule, Notes, OpenOptions, RecordingError, RonReader,
+    RonWriter, StrokeId, Tool, Transform,
+};
+use proptest::prelude::*;
+
+pub(crate) fn write(header: &Header, events: &[Event]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut writer = RonWriter::new(&mut bytes, "test.ron", header, Flush::EachEvent).unwrap();
+    for event in events {
+        writer.write(event).unwrap();
+    }
+    drop(writer);
+    bytes
+}
+
+#[derive(Debug)]
+pub(crate) struct Outcome {
+    pub(crate) events: Vec<Event>,
+    pub(crate) notes: Notes,
+    pub(crate) error: Option<RecordingError>,
+}
+
+/// Reads everything; an error of the header counts as an error before the first event.
+pub(crate) fn read(bytes: &[u8], options: OpenOptions) -> Outcome {
+    read_from(BufReader::with_capacity(97, bytes), options)
+}
+
+pub(crate) fn read_from(input: impl BufRead + Send, options: OpenOptions) -> Outcome {
+    let mut outcome = Outcome { events: Vec::new(), notes: Notes::default(), error: None };
+    match RonReader::new(input, "test.ron", options) {
+        Ok(mut reader) => {
+            outcome.error = loop {
+                match reader.next_event() {
+                    Ok(Some(event)) => outcome.events.push(event),
+                    Ok(None) => break None,
+                    Err(error) => break Some(error),
+                }
+            };
+            assert!(matches!(reader.next_event(), Ok(None)), "nothing follows the end or an error");
+            outcome.notes = reader.notes();
+        }
+        Err(error) => outcome.error = Some(error),
+    }
+    outcome
+}
+
+pub(crate) const STRICT: OpenOptions = OpenOptions { lenient: false };
+pub(crate) const LENIENT: OpenOptions = OpenOptions { lenient: true };
+
+/// A few events of every kind.
+pub(crate) fn sample_events() -> Vec<Event> {
+    let q = Quat::from_xyzw(0.5, -0.5, 0.5, 0.5);
+    let stroke = StrokeId(7);
+    vec![
+        Event::Head { t: 0.016, p: Vec3::new(0.1, 1.6, -0.3), q },
+        Event::Begin {
+            t: 0.02,
+            stroke,
+            tool: Tool::Ribbon,
+            width: 0.02,
+            color: (0.25, 1.0, 0.0, 1.0),
+            normal: NormalRule::Travel,
+            thinnest: 0.1,
+        },
+        Event::Point { t: 0.03, stroke, p: Vec3::new(1e-7, -0.0, 3.4e10), q, pressure: 0.8 },
+        Event::Point { t: 0.04, stroke, p: Vec3::ONE, q: Quat::IDENTITY, pressure: 0.5 },
+        Event::Point { t: 0.05, stroke, p: Vec3::ONE, q, pressure: 1.0 },
+        Event::Point { t: 0.06, stroke, p: Vec3::ONE, q: Quat::IDENTITY, pressure: 1.0 },
+        Event::End { t: 0.07, stroke },
+        Event::Erase { t: 0.08, stroke },
+        Event::Undo { t: 0.09 },
+        Event::Redo { t: 0.1 },
+        Event::Move { t: 0.11, strokes: vec![stroke, StrokeId(0)], by: Vec3::new(0.0, 0.5, 0.0) },
+        Event::Group { t: 0.12, group: GroupId(3), strokes: vec![stroke], parent: None },
+        Event::Group { t: 0.12, group: GroupId(4), strokes: vec![], parent: Some(GroupId(3)) },
+        Event::Place { t: 0.13, group: GroupId(3), to: Transform { p: Vec3::X, q, s: 2.0 } },
+        Event::Polygon {
+            t: 0.14,
+            stroke: Some(StrokeId(9)),
+            vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            color: (1.0, 1.0, 1.0, 0.5),
+        },
+    ]
+}
+
+/// Coordinates of every size, among them the hard ones: zeros of both signs, subnormals, the limits.
+pub(crate) fn coordinate() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        4 => -10.0f32..10.0,
+        2 => any::<u32>().prop_map(f32::from_bits).prop_filter("in range", |x| x.abs() <= 1e15),
+        1 => Just(0.0),
+        1 => Just(-0.0),
+        1 => Just(f32::MIN_POSITIVE / 8.0),
+        1 => Just(1e15),
+    ]
+}
+
+pub(crate) fn time() -> impl Strategy<Value = f64> {
+    prop_oneof![4 => 0.0..1e5, 1 => any::<f64>().prop_filter("finite", |t| t.is_finite()), 1 => Just(-0.0)]
+}
+
+fn point() -> impl Strategy<Value = Vec3> {
+    [coordinate(), coordinate(), coordinate()].prop_map(Vec3::from_array)
+}
+
+fn rotation() -> impl Strategy<Value = Quat> {
+    let any = [-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0]
+        .prop_map(Quat::from_array)
+        .prop_filter("not zero", |q| q.length() > 0.01)
+        .prop_map(Quat::normalize);
+    prop_oneof![4 => any, 1 => Just(Quat::IDENTITY), 1 => Just(Quat::from_xyzw(-0.0, 0.0, 0.0, 1.0))]
+}
+
+fn stroke() -> impl Strategy<Value = StrokeId> {
+    any::<u32>().prop_map(StrokeId)
+}
+
+fn color() -> impl Strategy<Value = (f32, f32, f32, f32)> {
+    (0.0f32..=1.0, 0.0f32..=1.0, 0.0f32..=1.0, 0.0f32..=1.0)
+}
+
+fn pressure() -> impl Strategy<Value = f32> {
+    prop_oneof![4 => 0.0f32..=1.0, 1 => Just(1.0)]
+}
+
+pub(crate) fn pose_event() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        (time(), point(), rotation()).prop_map(|(t, p, q)| Event::Head { t, p, q }),
+        (time(), stroke(), point(), rotation(), pressure())
+            .prop_map(|(t, stroke, p, q, pressure)| Event::Point { t, stroke, p, q, pressure }),
+    ]
+}
+
+pub(crate) fn event() -> impl Strategy<Value = Event> {
+    let tool = prop_oneof![Just(Tool::Ribbon), Just(Tool::Wall), Just(Tool::Tube)];
+    let normal = prop_oneof![
+        Just(NormalRule::LocalX),
+        Just(NormalRule::SideX),
+        Just(NormalRule::Travel),
+        Just(NormalRule::Transport),
+    ];
+    let strokes = || prop::collection::vec(stroke(), 0..20);
+    let group = || any::<u32>().prop_map(GroupId);
+    prop_oneof![
+        4 => pose_event(),
+        1 => (time(), stroke(), tool, 0.0f32..10.0, color(), normal, 0.0f32..=1.0).prop_map(
+            |(t, stroke, tool, width, color, normal, thinnest)| Event::Begin {
+                t, stroke, tool, width, color, normal, thinnest
+            }
+        ),
+        1 => (time(), stroke()).prop_map(|(t, stroke)| Event::End { t, stroke }),
+        1 => (time(), stroke()).prop_map(|(t, stroke)| Event::Erase { t, stroke }),
+        1 => time().prop_map(|t| Event::Undo { t }),
+        1 => time().prop_map(|t| Event::Redo { t }),
+        1 => (time(), strokes(), point()).prop_map(|(t, strokes, by)| Event::Move { t, strokes, by }),
+        1 => (time(), group(), strokes(), prop::option::of(group()))
+            .prop_map(|(t, group, strokes, parent)| Event::Group { t, group, strokes, parent }),
+        1 => (time(), group(), point(), rotation(), 1e-6f32..1e6)
+            .prop_map(|(t, group, p, q, s)| Event::Place { t, group, to: Transform { p, q, s } }),
+        1 => (time(), prop::option::of(stroke()), prop::collection::vec(point(), 3..20), color())
+            .prop_map(|(t, stroke, vertices, color)| Event::Polygon { t, stroke, vertices, color }),
+    ]
+}

@@ -1,0 +1,8 @@
+//! Tests of the recording format and of the synthetic sessions.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+mod damage;
+mod events;
+mod format;
+mod writer;
