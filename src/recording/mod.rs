@@ -6,6 +6,8 @@
 
 mod error;
 mod event;
+#[cfg(feature = "formats")]
+pub mod import;
 mod open;
 mod pacing;
 mod ron_file;

@@ -13,11 +13,13 @@ pub struct OpenOptions {
 }
 
 /// Formats that [`open`] reads, for its error message.
-const FORMATS: &[&str] = &[
-    ".ron",
+fn formats() -> String {
     #[cfg(feature = "formats")]
-    ".ron.zst",
-];
+    let formats = [&[".ron", ".ron.zst"], super::import::FORMATS].concat().join(", ");
+    #[cfg(not(feature = "formats"))]
+    let formats = ".ron".to_owned();
+    formats
+}
 
 /// Bytes from the beginning of a file that decide its format.
 const SNIFF_BYTES: u64 = 4096;
@@ -25,19 +27,28 @@ const SNIFF_BYTES: u64 = 4096;
 /// First bytes of a zstd frame.
 const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
 
-/// Opens a session of any format that can be read. What the file contains decides, then its name.
+/// Opens a session of any format that can be read. What the file contains decides, then its name. Of folders, a
+/// `.tilt` in its unpacked form is read.
 ///
 /// # Errors
 /// The file cannot be read, its format is unknown, or its beginning is damaged.
 pub fn open(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
-    let start = sniff(path)?;
+    let start = if path.is_dir() { Vec::new() } else { sniff(path)? };
+    #[cfg(feature = "formats")]
+    if let Some(opener) = super::import::by_mark(path, &start) {
+        return opener(path, options);
+    }
     if is_ron(path, &start) {
         return open_ron(path, options);
     }
+    #[cfg(feature = "formats")]
+    if let Some(opener) = super::import::by_name(path, &start) {
+        return opener(path, options);
+    }
     Err(RecordingError::Unknown {
         path: path.to_owned(),
-        expected: format!("one of the formats {}", FORMATS.join(", ")),
-        found: "another file".to_owned(),
+        expected: format!("one of the formats {}", formats()),
+        found: if path.is_dir() { "a folder" } else { "another file" }.to_owned(),
     })
 }
 

@@ -188,7 +188,7 @@ fn open_decides_by_content_and_says_what_it_knows() {
     assert!(matches!(open_ron(&path("d", b""), &options), Err(RecordingError::Line { line: 1, .. })));
     let missing = open(&folder.path().join("missing.ron"), &options).unwrap_err();
     assert!(missing.to_string().contains("missing.ron"), "{missing}");
-    assert!(matches!(open(folder.path(), &options), Err(RecordingError::Io { .. })));
+    assert!(matches!(open(folder.path(), &options), Err(RecordingError::Unknown { .. })));
 }
 
 proptest! {

@@ -1,0 +1,176 @@
+//! The zip inside a `.tilt` file.
+//!
+//! The `zip` crate reads the central directory; the entry's bytes are then read from the file itself, because an
+//! entry opened by that crate borrows its archive and so could not live in a stream of events. A file whose end is
+//! missing has no central directory; a lenient reader then walks the local headers from the front.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use flate2::read::DeflateDecoder;
+use zip::read::{ArchiveOffset, Config};
+use zip::{CompressionMethod, ZipArchive};
+
+use super::bytes::ByteReader;
+use super::strokes::OnDamage;
+use crate::recording::RecordingError;
+
+/// Most entries that a walk over local headers looks at. Real sketches have three or four.
+const MOST_ENTRIES: usize = 64;
+/// First bytes of a local header.
+const LOCAL_MAGIC: &[u8] = b"PK\x03\x04";
+/// Bytes of a local header before the name.
+const LOCAL_HEADER_BYTES: usize = 30;
+/// Flag: the entry is encrypted.
+const ENCRYPTED: u16 = 1;
+/// Flag: size and checksum follow the data instead of standing in the local header.
+const SIZE_FOLLOWS: u16 = 1 << 3;
+const STORED: u16 = 0;
+const DEFLATED: u16 = 8;
+
+/// Where an entry's packed bytes are.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    name: String,
+    start: u64,
+    packed_bytes: u64,
+    packing: Packing,
+    encrypted: bool,
+    crc: Option<u32>,
+}
+
+/// How an entry is packed.
+#[derive(Clone, Debug)]
+enum Packing {
+    Stored,
+    Deflated,
+    /// One that cannot be read, as a person would name it.
+    Other(String),
+}
+
+/// The entries of an archive.
+pub(super) struct Archive {
+    entries: Vec<Entry>,
+    /// Why the central directory was not used, if it was not.
+    pub(super) warning: Option<String>,
+}
+
+impl Archive {
+    /// Finds the entries of the archive that begins at byte `zip_start` of `path`.
+    pub(super) fn open(path: &Path, zip_start: u64, on_damage: OnDamage) -> Result<Self, RecordingError> {
+        let file = File::open(path).map_err(|error| RecordingError::io(path, error))?;
+        let mut file = BufReader::new(file);
+        let why = match central_directory(&mut file, zip_start) {
+            Ok(entries) => return Ok(Self { entries, warning: None }),
+            Err(why) => why,
+        };
+        if on_damage == OnDamage::Note {
+            let entries =
+                local_headers(&mut file, zip_start).map_err(|error| RecordingError::io(path, error))?;
+            let warning = format!("{}: no usable zip directory ({why}); read from the front", path.display());
+            return Ok(Self { entries, warning: Some(warning) });
+        }
+        Err(RecordingError::Byte {
+            path: path.to_owned(),
+            offset: zip_start,
+            expected: "a zip archive that is whole".to_owned(),
+            found: why,
+        })
+    }
+
+    /// The first entry that has one of these names.
+    pub(super) fn find(&self, names: &[&str]) -> Option<&Entry> {
+        names.iter().find_map(|name| self.entries.iter().find(|entry| entry.name == *name))
+    }
+}
+
+impl Entry {
+    /// A reader of the entry's unpacked bytes.
+    pub(super) fn read(&self, path: &Path) -> Result<ByteReader, RecordingError> {
+        let entry_path = path.join(&self.name);
+        let refuse = |expected: &str, found: String| RecordingError::Unknown {
+            path: entry_path.clone(),
+            expected: expected.to_owned(),
+            found,
+        };
+        if self.encrypted {
+            return Err(refuse("an entry that is not encrypted", "an encrypted one".to_owned()));
+        }
+        let packed = || -> io::Result<_> {
+            let mut file = File::open(path)?;
+            file.seek(SeekFrom::Start(self.start))?;
+            Ok(BufReader::new(file.take(self.packed_bytes)))
+        };
+        let packed = packed().map_err(|error| RecordingError::io(path, error))?;
+        let reader: Box<dyn Read + Send> = match &self.packing {
+            Packing::Stored => Box::new(packed),
+            // Points are decoded 36 bytes at a time, so the unpacked side is buffered as well.
+            Packing::Deflated => Box::new(BufReader::new(DeflateDecoder::new(packed))),
+            Packing::Other(name) => return Err(refuse("an entry that is stored or deflated", name.clone())),
+        };
+        Ok(ByteReader::new(entry_path, reader).with_checksum(self.crc))
+    }
+}
+
+/// The entries by the directory at the archive's end; the error says what is wrong with it.
+fn central_directory(file: &mut BufReader<File>, zip_start: u64) -> Result<Vec<Entry>, String> {
+    let config = Config { archive_offset: ArchiveOffset::Known(zip_start) };
+    let mut archive = ZipArchive::with_config(config, file).map_err(|error| error.to_string())?;
+    let mut entries = Vec::new();
+    for index in 0..archive.len() {
+        let entry = archive.by_index_raw(index).map_err(|error| error.to_string())?;
+        let Some(start) = entry.data_start() else { continue };
+        entries.push(Entry {
+            name: String::from_utf8_lossy(entry.name_raw()).into_owned(),
+            start,
+            packed_bytes: entry.compressed_size(),
+            packing: match entry.compression() {
+                CompressionMethod::Stored => Packing::Stored,
+                CompressionMethod::Deflated => Packing::Deflated,
+                other => Packing::Other(format!("method {other}")),
+            },
+            encrypted: entry.encrypted(),
+            crc: Some(entry.crc32()),
+        });
+    }
+    Ok(entries)
+}
+
+/// The entries by their local headers, as far as they can be followed.
+fn local_headers(file: &mut BufReader<File>, zip_start: u64) -> io::Result<Vec<Entry>> {
+    let end = file.seek(SeekFrom::End(0))?;
+    let mut entries = Vec::new();
+    let mut at = zip_start;
+    while entries.len() < MOST_ENTRIES && at < end {
+        file.seek(SeekFrom::Start(at))?;
+        let mut head = [0; LOCAL_HEADER_BYTES];
+        if file.read_exact(&mut head).is_err() || !head.starts_with(LOCAL_MAGIC) {
+            break;
+        }
+        let u16_at = |i: usize| u16::from_le_bytes([head[i], head[i + 1]]);
+        let u32_at = |i: usize| u32::from_le_bytes([head[i], head[i + 1], head[i + 2], head[i + 3]]);
+        let mut name = vec![0; u16_at(26).into()];
+        if file.read_exact(&mut name).is_err() {
+            break;
+        }
+        let flags = u16_at(6);
+        let start = at + LOCAL_HEADER_BYTES as u64 + u64::from(u16_at(26)) + u64::from(u16_at(28));
+        let size_follows = flags & SIZE_FOLLOWS != 0;
+        let packed_bytes = if size_follows { end.saturating_sub(start) } else { u32_at(18).into() };
+        entries.push(Entry {
+            name: String::from_utf8_lossy(&name).into_owned(),
+            start,
+            packed_bytes,
+            packing: match u16_at(8) {
+                STORED => Packing::Stored,
+                DEFLATED => Packing::Deflated,
+                other => Packing::Other(format!("method {other}")),
+            },
+            encrypted: flags & ENCRYPTED != 0,
+            crc: (!size_follows).then(|| u32_at(14)),
+        });
+        at = start + packed_bytes;
+    }
+    Ok(entries)
+}

@@ -1,0 +1,176 @@
+use std::fmt::Display;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use flate2::Crc;
+use glam::{Quat, Vec3};
+
+use crate::recording::RecordingError;
+
+/// Decodes little-endian values from a stream and says where it stands when one is missing.
+pub(super) struct ByteReader {
+    path: PathBuf,
+    offset: u64,
+    reader: Box<dyn Read + Send>,
+    checksum: Option<(Crc, u32)>,
+}
+
+impl ByteReader {
+    /// Reads from `reader`, which stands at the start of `path` (a file, or an entry as `FILE/ENTRY`).
+    pub(super) fn new(path: PathBuf, reader: Box<dyn Read + Send>) -> Self {
+        Self { path, offset: 0, reader, checksum: None }
+    }
+
+    /// Makes [`Self::expect_end`] compare the CRC-32 of everything read.
+    pub(super) fn with_checksum(mut self, expected: Option<u32>) -> Self {
+        self.checksum = expected.map(|expected| (Crc::new(), expected));
+        self
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Bytes read so far.
+    pub(super) fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// Fills `buffer`; `what` names it for the error.
+    pub(super) fn fill(&mut self, buffer: &mut [u8], what: &str) -> Result<(), RecordingError> {
+        if let Err(error) = self.reader.read_exact(buffer) {
+            let wanted = format!("{what} ({} bytes)", buffer.len());
+            return Err(self.read_error(error, &wanted));
+        }
+        if let Some((crc, _)) = &mut self.checksum {
+            crc.update(buffer);
+        }
+        self.offset += buffer.len() as u64;
+        Ok(())
+    }
+
+    pub(super) fn u8(&mut self, what: &str) -> Result<u8, RecordingError> {
+        let mut bytes = [0];
+        self.fill(&mut bytes, what)?;
+        Ok(bytes[0])
+    }
+
+    pub(super) fn u16(&mut self, what: &str) -> Result<u16, RecordingError> {
+        let mut bytes = [0; 2];
+        self.fill(&mut bytes, what)?;
+        Ok(u16::from_le_bytes(bytes))
+    }
+
+    pub(super) fn u32(&mut self, what: &str) -> Result<u32, RecordingError> {
+        let mut bytes = [0; 4];
+        self.fill(&mut bytes, what)?;
+        Ok(u32::from_le_bytes(bytes))
+    }
+
+    /// A count that a format stores as a signed number.
+    pub(super) fn count(&mut self, what: &str) -> Result<u32, RecordingError> {
+        let at = self.offset;
+        let count = self.u32(what)?;
+        if count > i32::MAX as u32 {
+            return Err(self.expected_at(at, format_args!("{what}, 0 or more"), count as i32));
+        }
+        Ok(count)
+    }
+
+    pub(super) fn f32(&mut self, what: &str) -> Result<f32, RecordingError> {
+        Ok(f32::from_bits(self.u32(what)?))
+    }
+
+    /// Three floats and four: a position and a quaternion (x, y, z, w), as stored.
+    pub(super) fn pose(&mut self, what: &str) -> Result<(Vec3, Quat), RecordingError> {
+        let mut bytes = [0; 28];
+        self.fill(&mut bytes, what)?;
+        let mut f = [0.0; 7];
+        for (value, chunk) in f.iter_mut().zip(bytes.as_chunks().0) {
+            *value = f32::from_le_bytes(*chunk);
+        }
+        Ok((Vec3::new(f[0], f[1], f[2]), Quat::from_xyzw(f[3], f[4], f[5], f[6])))
+    }
+
+    /// Passes over `count` bytes, holding few of them at a time.
+    pub(super) fn skip(&mut self, count: u64, what: &str) -> Result<(), RecordingError> {
+        let mut chunk = [0; 512];
+        let mut left = count;
+        while left > 0 {
+            let now = left.min(chunk.len() as u64);
+            self.fill(&mut chunk[..now as usize], what)?;
+            left -= now;
+        }
+        Ok(())
+    }
+
+    /// Everything up to the end, which must come within `most` bytes; `what` says so for the error.
+    pub(super) fn rest(&mut self, most: u64, what: &str) -> Result<Vec<u8>, RecordingError> {
+        let mut all = Vec::new();
+        if let Err(error) = (&mut self.reader).take(most + 1).read_to_end(&mut all) {
+            return Err(self.read_error(error, what));
+        }
+        if all.len() as u64 > most {
+            return Err(self.expected(what, "more"));
+        }
+        if let Some((crc, _)) = &mut self.checksum {
+            crc.update(&all);
+        }
+        self.offset += all.len() as u64;
+        Ok(all)
+    }
+
+    /// Checks that nothing follows, and the checksum if there is one.
+    pub(super) fn expect_end(&mut self, after: impl Display) -> Result<(), RecordingError> {
+        let mut byte = [0];
+        let found = loop {
+            match self.reader.read(&mut byte) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                other => break other,
+            }
+        };
+        match found {
+            Ok(0) => {}
+            Ok(_) => {
+                return Err(self.expected(format_args!("the end of the data after {after}"), "more bytes"));
+            }
+            Err(error) => return Err(self.read_error(error, "the end of the data")),
+        }
+        match &self.checksum {
+            Some((crc, expected)) if crc.sum() != *expected => {
+                let found = format!("{:#010x}: the data are damaged somewhere before", crc.sum());
+                Err(self.expected(format_args!("data with the CRC-32 {expected:#010x}"), found))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// An error at the place reached so far.
+    pub(super) fn expected(&self, expected: impl Display, found: impl Display) -> RecordingError {
+        self.expected_at(self.offset, expected, found)
+    }
+
+    /// An error at a place that was passed.
+    pub(super) fn expected_at(
+        &self,
+        offset: u64,
+        expected: impl Display,
+        found: impl Display,
+    ) -> RecordingError {
+        RecordingError::Byte {
+            path: self.path.clone(),
+            offset,
+            expected: expected.to_string(),
+            found: found.to_string(),
+        }
+    }
+
+    /// A failed read is damage if the data ended or could not be unpacked, else a fault of the system.
+    fn read_error(&self, error: io::Error, wanted: &str) -> RecordingError {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => self.expected(wanted, "the end of the data"),
+            io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => self.expected(wanted, error),
+            _ => RecordingError::io(&self.path, error),
+        }
+    }
+}

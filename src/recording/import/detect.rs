@@ -1,0 +1,43 @@
+use std::path::Path;
+
+use super::{apa, open_apa, open_cassie, open_obj, open_poses, open_tilt, tilt};
+use crate::recording::{OpenOptions, RecordingError, Session};
+
+/// What can be read, for an error message.
+pub(in crate::recording) const FORMATS: &[&str] =
+    &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz"];
+
+/// A function that opens one format.
+type Opener = fn(&Path, &OpenOptions) -> Result<Session, RecordingError>;
+
+/// The reader for what cannot be mistaken: a folder, or a file that starts with the mark of a binary format.
+pub(in crate::recording) fn by_mark(path: &Path, start: &[u8]) -> Option<Opener> {
+    if path.is_dir() {
+        tilt::is_tilt_folder(path).then_some(open_tilt)
+    } else if start.starts_with(tilt::MAGIC) {
+        Some(open_tilt)
+    } else if start.starts_with(apa::MAGIC) {
+        Some(open_apa)
+    } else {
+        None
+    }
+}
+
+/// The reader for a text file: by its name, and for any other name by what looks like JSON.
+pub(in crate::recording) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
+    let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
+    // Text may be packed with gzip. A binary format by its name is one whose mark is damaged: its reader says so.
+    let endings: [(&str, Opener); 7] = [
+        (".poses", open_poses),
+        (".poses.gz", open_poses),
+        (".obj", open_obj),
+        (".obj.gz", open_obj),
+        (".tilt", open_tilt),
+        (".apa", open_apa),
+        (".json", open_cassie),
+    ];
+    let named = endings.into_iter().find(|(ending, _)| name.ends_with(ending)).map(|(_, opener)| opener);
+    let json =
+        || matches!(start.trim_ascii_start().first(), Some(b'[' | b'{')).then_some(open_cassie as Opener);
+    named.or_else(json)
+}

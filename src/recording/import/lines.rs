@@ -1,0 +1,148 @@
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek};
+use std::path::{Path, PathBuf};
+
+use flate2::read::MultiGzDecoder;
+
+use super::strokes::OnDamage;
+use crate::recording::{Notes, RecordingError};
+
+/// Damaged lines that get a warning of their own; all are counted.
+const MOST_WARNINGS: u64 = 16;
+/// How much of a damaged line an error shows.
+const SHOWN_CHARS: usize = 60;
+/// The first bytes of a gzip stream.
+const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
+
+/// The lines of a text file, packed with gzip or not, each of bounded length.
+pub(super) struct LineReader {
+    path: PathBuf,
+    reader: Box<dyn BufRead + Send>,
+    line: u64,
+    text: Vec<u8>,
+    on_damage: OnDamage,
+    notes: Notes,
+    done: bool,
+}
+
+impl LineReader {
+    /// Longest line that is read. The longest that means something is a face of 1024 corners, about 24 KiB.
+    pub(super) const MOST_LINE_BYTES: usize = 64 << 10;
+
+    pub(super) fn open(path: &Path, on_damage: OnDamage) -> Result<Self, RecordingError> {
+        let open = || -> io::Result<Box<dyn BufRead + Send>> {
+            let mut file = File::open(path)?;
+            let mut magic = Vec::new();
+            (&mut file).take(GZIP_MAGIC.len() as u64).read_to_end(&mut magic)?;
+            file.rewind()?;
+            if magic == GZIP_MAGIC {
+                return Ok(Box::new(BufReader::new(MultiGzDecoder::new(BufReader::new(file)))));
+            }
+            Ok(Box::new(BufReader::new(file)))
+        };
+        let reader = open().map_err(|error| RecordingError::io(path, error))?;
+        Ok(Self {
+            path: path.to_owned(),
+            reader,
+            line: 0,
+            text: Vec::new(),
+            on_damage,
+            notes: Notes::default(),
+            done: false,
+        })
+    }
+
+    pub(super) fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    /// The next line without its end, as text (bytes that are no UTF-8 replaced); `None` at the end of the file and after
+    /// an error.
+    pub(super) fn next_line(&mut self) -> Result<Option<String>, RecordingError> {
+        while !self.done {
+            self.text.clear();
+            let (mut read, mut ended) = (0, false);
+            while !ended {
+                let chunk = match self.reader.fill_buf() {
+                    Ok(chunk) => chunk,
+                    Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                    Err(error) => return self.stop(error),
+                };
+                let newline = chunk.iter().position(|&byte| byte == b'\n');
+                let used = newline.map_or(chunk.len(), |at| at + 1);
+                ended = newline.is_some() || used == 0;
+                let kept = used.min((Self::MOST_LINE_BYTES + 1).saturating_sub(self.text.len()));
+                self.text.extend_from_slice(&chunk[..kept]);
+                read += used;
+                self.reader.consume(used);
+            }
+            if read == 0 {
+                self.done = true;
+                break;
+            }
+            self.line += 1;
+            if self.text.len() > Self::MOST_LINE_BYTES {
+                self.damaged(
+                    format_args!("a line of at most {} bytes", Self::MOST_LINE_BYTES),
+                    format_args!("{read} bytes"),
+                )?;
+                continue;
+            }
+            return Ok(Some(String::from_utf8_lossy(&self.text).trim_ascii_end().to_owned()));
+        }
+        Ok(None)
+    }
+
+    /// The line read last is damaged: an error that ends the reading, or a note and the line is passed over.
+    pub(super) fn damaged(
+        &mut self,
+        expected: impl Display,
+        found: impl Display,
+    ) -> Result<(), RecordingError> {
+        let error = self.error(expected, found);
+        if self.on_damage == OnDamage::Fail {
+            self.done = true;
+            return Err(error);
+        }
+        self.notes.skipped += 1;
+        if self.notes.skipped <= MOST_WARNINGS {
+            self.notes.warnings.push(format!("{error}; the line was passed over"));
+        }
+        Ok(())
+    }
+
+    fn error(&self, expected: impl Display, found: impl Display) -> RecordingError {
+        RecordingError::Line {
+            path: self.path.clone(),
+            line: self.line,
+            expected: expected.to_string(),
+            found: found.to_string(),
+        }
+    }
+
+    /// A failed read: damage if the packed data ended early or cannot be unpacked, else a fault of the system.
+    fn stop(&mut self, error: io::Error) -> Result<Option<String>, RecordingError> {
+        self.done = true;
+        let damage = [io::ErrorKind::UnexpectedEof, io::ErrorKind::InvalidInput, io::ErrorKind::InvalidData];
+        if !damage.contains(&error.kind()) {
+            return Err(RecordingError::io(&self.path, error));
+        }
+        self.line += 1;
+        let error = self.error("a gzip stream that is whole", error);
+        if self.on_damage == OnDamage::Fail {
+            return Err(error);
+        }
+        self.notes.skipped += 1;
+        self.notes.warnings.push(format!("{error}; reading ended there"));
+        Ok(None)
+    }
+}
+
+/// A damaged line as an error shows it.
+pub(super) fn shown(text: &str) -> String {
+    match text.char_indices().nth(SHOWN_CHARS) {
+        Some((end, _)) => format!("`{}…`", &text[..end]),
+        None => format!("`{text}`"),
+    }
+}

@@ -1,0 +1,178 @@
+//! `.poses`: the path of a tracker, one pose a line, `time x y z qw qx qy qz`, in seconds and metres; `#` starts a
+//! comment.
+//!
+//! The axes are libsurvive's, a right-handed world with z up (gravity is its -z: in a recording of a controller pulled
+//! up and down it is z that varies, by 0.88 m). Ours has y up, so the world is turned by -90° about x: (x, y, z) becomes
+//! (x, z, -y). The comment line `# up: y` says that a file has y up already, as OpenXR and OpenVR do.
+//!
+//! A tracker records without a pen, so the whole path is one ribbon, cut where the tracking was lost.
+
+use std::f32::consts::FRAC_1_SQRT_2;
+use std::path::Path;
+
+use glam::{Quat, Vec3};
+
+use super::lines::{LineReader, shown};
+use super::strokes::OnDamage;
+use super::{axes, session_name};
+use crate::recording::{
+    Event, EventSource, Header, NormalRule, Notes, OpenOptions, RecordingError, Session, StrokeId, Tool,
+};
+
+/// A longer pause between two poses, or a step back in time by more, starts a new stroke: the tracker was lost. Trackers
+/// give 100 poses a second and more, so shorter gaps are a few lost packets.
+const LONGEST_GAP_SECS: f64 = 0.25;
+/// A longer step between two poses starts a new stroke: the tracker was found again elsewhere. A hand at 10 m/s moves
+/// 0.1 m between poses at 100 Hz.
+const LONGEST_STEP_M: f32 = 0.25;
+/// A tracker has no brush: the width of the ribbon drawn along its path.
+const WIDTH_M: f32 = 0.02;
+/// Its colour, sRGB.
+const COLOR: (f32, f32, f32, f32) = (0.25, 0.55, 0.85, 1.0);
+/// What a line must be.
+const LINE: &str = "`time x y z qw qx qy qz`";
+
+/// Opens a file of tracker poses, packed with gzip or not.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn open_poses(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let poses = Poses {
+        lines: LineReader::open(path, OnDamage::of(options.lenient))?,
+        up: Up::Z,
+        first_secs: None,
+        last: None,
+        next_stroke: 0,
+        ahead: [None, None],
+    };
+    Ok(Session {
+        header: Header::new(session_name(path), "tracker poses"),
+        format: "poses",
+        events: Box::new(poses),
+    })
+}
+
+/// The axis of the file that points up.
+enum Up {
+    Y,
+    Z,
+}
+
+impl Up {
+    /// A pose in the file's axes, in ours.
+    fn to_ours(&self, p: Vec3, q: Quat) -> (Vec3, Quat) {
+        match self {
+            Self::Y => (p, q),
+            Self::Z => {
+                let ours_from_file = Quat::from_xyzw(-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2);
+                (Vec3::new(p.x, p.z, -p.y), axes::product(ours_from_file, q))
+            }
+        }
+    }
+}
+
+struct Poses {
+    lines: LineReader,
+    up: Up,
+    first_secs: Option<f64>,
+    /// Time and position of the pose before, if a stroke is open.
+    last: Option<(f64, Vec3)>,
+    next_stroke: u32,
+    /// Events that follow the one given last, in order.
+    ahead: [Option<Event>; 2],
+}
+
+impl Poses {
+    /// The next good pose as a point of the stroke being drawn; `None` at the end of the file.
+    fn next_point(&mut self) -> Result<Option<(f64, Vec3, Quat)>, RecordingError> {
+        while let Some(line) = self.lines.next_line()? {
+            let text = line.trim_ascii();
+            if let Some(comment) = text.strip_prefix('#') {
+                if comment.split_whitespace().eq(["up:", "y"]) {
+                    self.up = Up::Y;
+                }
+                continue;
+            }
+            if text.is_empty() {
+                continue;
+            }
+            match self.parse(text) {
+                Ok(pose) => return Ok(Some(pose)),
+                Err(expected) => self.lines.damaged(expected, shown(text))?,
+            }
+        }
+        Ok(None)
+    }
+
+    fn parse(&mut self, text: &str) -> Result<(f64, Vec3, Quat), &'static str> {
+        let mut values = [0.0; 8];
+        let mut fields = text.split_ascii_whitespace();
+        for value in &mut values {
+            *value = fields.next().and_then(|field| field.parse::<f64>().ok()).ok_or(LINE)?;
+        }
+        if fields.next().is_some() {
+            return Err(LINE);
+        }
+        let [time_secs, x, y, z, qw, qx, qy, qz] = values;
+        let p = Vec3::new(x as f32, y as f32, z as f32);
+        let q = Quat::from_xyzw(qx as f32, qy as f32, qz as f32, qw as f32);
+        let (p, q) = self.up.to_ours(p, q);
+        let t = time_secs - self.first_secs.unwrap_or(time_secs);
+        Event::Head { t, p, q }.check()?;
+        self.first_secs.get_or_insert(time_secs);
+        Ok((t, p, q))
+    }
+
+    /// The events of one more pose: the first of them; the others go to `ahead`.
+    fn advance(&mut self) -> Result<Option<Event>, RecordingError> {
+        let Some((t, p, q)) = self.next_point()? else {
+            let open = self.last.take();
+            return Ok(open.map(|(t, _)| Event::End { t, stroke: StrokeId(self.next_stroke - 1) }));
+        };
+        let before = self.last.replace((t, p));
+        let goes_on = before.is_some_and(|(last_t, last_p)| {
+            (t - last_t).abs() <= LONGEST_GAP_SECS && p.distance(last_p) <= LONGEST_STEP_M
+        });
+        if goes_on {
+            return Ok(Some(Event::Point { t, stroke: StrokeId(self.next_stroke - 1), p, q, pressure: 1.0 }));
+        }
+        let stroke = StrokeId(self.next_stroke);
+        let end = before.map(|(t, _)| Event::End { t, stroke: StrokeId(self.next_stroke - 1) });
+        self.next_stroke += 1;
+        let begin = Event::Begin {
+            t,
+            stroke,
+            tool: Tool::Ribbon,
+            width: WIDTH_M,
+            color: COLOR,
+            normal: NormalRule::LocalX,
+            thinnest: 1.0,
+        };
+        let point = Event::Point { t, stroke, p, q, pressure: 1.0 };
+        Ok(Some(match end {
+            Some(end) => {
+                self.ahead = [Some(begin), Some(point)];
+                end
+            }
+            None => {
+                self.ahead = [Some(point), None];
+                begin
+            }
+        }))
+    }
+}
+
+impl EventSource for Poses {
+    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+        let [first, second] = &mut self.ahead;
+        if let Some(event) = first.take() {
+            *first = second.take();
+            return Ok(Some(event));
+        }
+        self.advance().inspect_err(|_| self.last = None)
+    }
+
+    fn notes(&self) -> Notes {
+        self.lines.notes().clone()
+    }
+}

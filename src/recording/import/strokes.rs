@@ -1,0 +1,188 @@
+use glam::{Quat, Vec3};
+
+use super::bytes::ByteReader;
+use crate::recording::{Event, EventSource, NormalRule, Notes, RecordingError, StrokeId, Tool};
+
+/// A binary format that is a list of strokes, each a head and its points.
+pub(super) trait StrokeFormat: Send {
+    /// How a ribbon lies to the recorded poses.
+    const NORMAL: NormalRule;
+    /// Part of the width that is left at pressure 0.
+    const THINNEST: f32;
+
+    /// Decodes the head of a stroke.
+    fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead, RecordingError>;
+
+    /// Decodes a point of the stroke whose head was read last.
+    fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError>;
+}
+
+/// What a file says of a stroke before its points, in metres.
+pub(super) struct StrokeHead {
+    pub(super) width_m: f32,
+    pub(super) color: [f32; 4],
+    pub(super) points: u32,
+}
+
+/// A control point in our axes, in metres.
+pub(super) struct Sample {
+    pub(super) time_secs: f64,
+    pub(super) p: Vec3,
+    pub(super) q: Quat,
+    pub(super) pressure: f32,
+}
+
+/// Whether damage is an error or a note.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OnDamage {
+    Fail,
+    Note,
+}
+
+impl OnDamage {
+    pub(super) fn of(lenient: bool) -> Self {
+        if lenient { Self::Note } else { Self::Fail }
+    }
+}
+
+/// The events of a list of strokes, in the order of the file. A stroke's number is its place in the file, from 0.
+pub(super) struct StrokeStream<F> {
+    format: F,
+    bytes: ByteReader,
+    on_damage: OnDamage,
+    notes: Notes,
+    strokes: u32,
+    next_stroke: u32,
+    time_secs: f64,
+    state: State,
+}
+
+enum State {
+    Between,
+    /// Inside a stroke: a point that was read ahead, and how many follow it.
+    Stroke {
+        stroke: StrokeId,
+        ahead: Option<Event>,
+        left: u32,
+    },
+    Done,
+}
+
+impl<F: StrokeFormat> StrokeStream<F> {
+    /// A stream of `strokes` strokes, the first of which begins where `bytes` stands.
+    pub(super) fn new(
+        format: F,
+        bytes: ByteReader,
+        strokes: u32,
+        on_damage: OnDamage,
+        warnings: Vec<String>,
+    ) -> Self {
+        Self {
+            format,
+            bytes,
+            on_damage,
+            notes: Notes { warnings, skipped: 0 },
+            strokes,
+            next_stroke: 0,
+            time_secs: 0.0,
+            state: State::Between,
+        }
+    }
+
+    fn step(&mut self) -> Result<Option<Event>, RecordingError> {
+        match &mut self.state {
+            State::Done => Ok(None),
+            State::Between if self.next_stroke < self.strokes => self.begin().map(Some),
+            State::Between => {
+                self.bytes.expect_end(format_args!("{} strokes", self.strokes))?;
+                self.state = State::Done;
+                Ok(None)
+            }
+            State::Stroke { stroke, ahead, left } => {
+                let stroke = *stroke;
+                if let Some(event) = ahead.take() {
+                    return Ok(Some(event));
+                }
+                if *left > 0 {
+                    *left -= 1;
+                    return self.point(stroke).map(Some);
+                }
+                self.state = State::Between;
+                Ok(Some(Event::End { t: self.time_secs, stroke }))
+            }
+        }
+    }
+
+    /// The head of the next stroke. Its first point is read ahead, because it has the time at which the stroke begins.
+    fn begin(&mut self) -> Result<Event, RecordingError> {
+        let at = self.bytes.offset();
+        let stroke = StrokeId(self.next_stroke);
+        let head = self.format.read_stroke(&mut self.bytes)?;
+        let [r, g, b, a] = head.color.map(unit_interval);
+        let mut begin = Event::Begin {
+            t: self.time_secs,
+            stroke,
+            tool: Tool::Ribbon,
+            width: head.width_m,
+            color: (r, g, b, a),
+            normal: F::NORMAL,
+            thinnest: F::THINNEST,
+        };
+        if let Err(expected) = begin.check() {
+            let found = format!("a width of {} m in stroke {}", head.width_m, stroke.0);
+            return Err(self.bytes.expected_at(at, expected, found));
+        }
+        let ahead = if head.points > 0 { Some(self.point(stroke)?) } else { None };
+        if let Event::Begin { t, .. } = &mut begin {
+            *t = self.time_secs;
+        }
+        self.next_stroke += 1;
+        self.state = State::Stroke { stroke, ahead, left: head.points.saturating_sub(1) };
+        Ok(begin)
+    }
+
+    fn point(&mut self, stroke: StrokeId) -> Result<Event, RecordingError> {
+        let at = self.bytes.offset();
+        let Sample { time_secs: t, p, q, pressure } = self.format.read_point(&mut self.bytes)?;
+        let mut event = Event::Point { t, stroke, p, q, pressure };
+        if let Err(expected) = event.check() {
+            let found = format!("position {p}, orientation {q}, pressure {pressure} in stroke {}", stroke.0);
+            return Err(self.bytes.expected_at(at, expected, found));
+        }
+        if let Event::Point { pressure, .. } = &mut event {
+            *pressure = unit_interval(*pressure);
+        }
+        self.time_secs = t;
+        Ok(event)
+    }
+}
+
+impl<F: StrokeFormat> EventSource for StrokeStream<F> {
+    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+        let error = match self.step() {
+            Ok(event) => return Ok(event),
+            Err(error) => error,
+        };
+        let state = std::mem::replace(&mut self.state, State::Done);
+        // A fault of the system is not damage: reading again may succeed.
+        if self.on_damage == OnDamage::Fail || matches!(error, RecordingError::Io { .. }) {
+            return Err(error);
+        }
+        self.notes.skipped += 1;
+        self.notes.warnings.push(format!("{error}; reading ended there, after {} strokes", self.next_stroke));
+        // What was read of the stroke is kept; its end makes it a whole stroke for whoever listens.
+        Ok(match state {
+            State::Stroke { stroke, .. } => Some(Event::End { t: self.time_secs, stroke }),
+            State::Between | State::Done => None,
+        })
+    }
+
+    fn notes(&self) -> Notes {
+        self.notes.clone()
+    }
+}
+
+/// A stored colour value inside 0 to 1; one that is no number becomes 0.
+fn unit_interval(value: f32) -> f32 {
+    if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) }
+}

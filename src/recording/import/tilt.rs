@@ -1,0 +1,271 @@
+//! Tilt Brush (Google, 2016) and Open Brush `.tilt`: a 16-byte head and a zip, or a folder with the same files.
+//!
+//! `data.sketch` holds the strokes: little-endian, controller poses in canvas space, decimetres, Unity's axes.
+//! `metadata.json` holds the view of the thumbnail, in room space. The width of a ribbon there also depends on a
+//! least pressure that each brush has and no file holds; here pressure does not matter. Every stroke is read as a
+//! ribbon, though some brushes draw tubes or particles. Strokes keep the order of the file, whatever their times.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use glam::{Quat, Vec3};
+use serde::Deserialize;
+
+use super::archive::Archive;
+use super::bytes::ByteReader;
+use super::strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream};
+use super::{axes, session_name};
+use crate::math::rotate;
+use crate::recording::{Camera, Event, Header, NormalRule, OpenOptions, RecordingError, Session};
+
+/// The first bytes of a file.
+pub(super) const MAGIC: &[u8] = b"tilT";
+/// The first word of `data.sketch`.
+const SKETCH_MAGIC: u32 = 0xC576_A5CD;
+/// Versions of `data.sketch` that can be read: 6 says that long stroke extensions or header bytes may occur.
+const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
+/// Metres in a unit of canvas or room space.
+const METERS_PER_UNIT: f32 = 0.1;
+/// Vertical field of view of the (square) thumbnail; the file does not hold it, this one fits the pictures.
+const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
+/// Most bytes of `metadata.json` that are read. Real ones have a few thousand.
+const MOST_METADATA_BYTES: u64 = 16 << 20;
+/// Most characters of program and authors that go into a header.
+const MOST_SOURCE_CHARS: usize = 200;
+/// Names of the two files, the usual first; `.bytes` is what sketches inside a Unity project end in.
+const SKETCH_NAMES: [&str; 2] = ["data.sketch", "data.sketch.bytes"];
+const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main.json"];
+
+/// Opens a Tilt Brush or Open Brush sketch.
+///
+/// The header's camera is the view of the sketch's thumbnail.
+///
+/// # Errors
+/// The file cannot be read, or its head, its zip or (unless lenient) its metadata are damaged.
+pub fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let on_damage = OnDamage::of(options.lenient);
+    let (mut sketch, metadata, mut warnings) =
+        if path.is_dir() { open_folder(path)? } else { open_zip(path, on_damage)? };
+    let metadata = metadata.map_or_else(
+        || {
+            warnings.push(format!("{}: there is no metadata.json, so no camera", path.display()));
+            Ok(Metadata::default())
+        },
+        read_metadata,
+    );
+    let metadata = match metadata {
+        Err(error) if on_damage == OnDamage::Note && !matches!(error, RecordingError::Io { .. }) => {
+            warnings.push(format!("{error}; read without it"));
+            Metadata::default()
+        }
+        other => other?,
+    };
+    let mut header = Header::new(session_name(path), metadata.source());
+    header.camera = metadata.camera();
+    let strokes = match read_head(&mut sketch) {
+        Ok(strokes) => strokes,
+        Err(error) if on_damage == OnDamage::Note && !matches!(error, RecordingError::Io { .. }) => {
+            warnings.push(format!("{error}; no stroke can be read"));
+            sketch = ByteReader::new(sketch.path().to_owned(), Box::new(std::io::empty()));
+            0
+        }
+        Err(error) => return Err(error),
+    };
+    let stream = StrokeStream::new(Sketch::default(), sketch, strokes, on_damage, warnings);
+    Ok(Session { header, format: "tilt", events: Box::new(stream) })
+}
+
+/// Whether a folder is a `.tilt` in its unpacked form.
+pub(super) fn is_tilt_folder(path: &Path) -> bool {
+    SKETCH_NAMES.iter().any(|name| path.join(name).is_file())
+}
+
+type Parts = (ByteReader, Option<ByteReader>, Vec<String>);
+
+fn open_folder(path: &Path) -> Result<Parts, RecordingError> {
+    let open = |names: &[&str]| -> Result<Option<ByteReader>, RecordingError> {
+        let Some(file_path) = names.iter().map(|name| path.join(name)).find(|path| path.is_file()) else {
+            return Ok(None);
+        };
+        Ok(Some(open_file(file_path)?))
+    };
+    let sketch = open(&SKETCH_NAMES)?.ok_or_else(|| no_sketch(path, "a folder without it"))?;
+    Ok((sketch, open(&METADATA_NAMES)?, Vec::new()))
+}
+
+fn open_zip(path: &Path, on_damage: OnDamage) -> Result<Parts, RecordingError> {
+    let mut bytes = open_file(path.to_owned())?;
+    let mut magic = [0; MAGIC.len()];
+    bytes.fill(&mut magic, "the word `tilT`")?;
+    if magic != MAGIC {
+        return Err(bytes.expected_at(0, "the word `tilT`", magic.escape_ascii()));
+    }
+    let zip_start = bytes.u16("the length of the head")?;
+    let archive = Archive::open(path, zip_start.into(), on_damage)?;
+    let sketch =
+        archive.find(&SKETCH_NAMES).ok_or_else(|| no_sketch(path, "a zip without it"))?.read(path)?;
+    let metadata = archive.find(&METADATA_NAMES).map(|entry| entry.read(path)).transpose()?;
+    Ok((sketch, metadata, archive.warning.into_iter().collect()))
+}
+
+fn open_file(path: PathBuf) -> Result<ByteReader, RecordingError> {
+    let file = File::open(&path).map_err(|error| RecordingError::io(&path, error))?;
+    let reader: Box<dyn Read + Send> = Box::new(BufReader::new(file));
+    Ok(ByteReader::new(path, reader))
+}
+
+fn no_sketch(path: &Path, found: &str) -> RecordingError {
+    RecordingError::Unknown {
+        path: path.to_owned(),
+        expected: "a sketch with the file `data.sketch`".to_owned(),
+        found: found.to_owned(),
+    }
+}
+
+/// `metadata.json`, as far as it matters here.
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "PascalCase")]
+struct Metadata {
+    application_name: Option<String>,
+    application_version: Option<String>,
+    authors: Option<Vec<String>>,
+    scene_transform_in_room_space: Option<TiltTransform>,
+    thumbnail_camera_transform_in_room_space: Option<TiltTransform>,
+}
+
+/// Position, rotation (x, y, z, w) and uniform scale, Unity's axes, decimetres.
+#[derive(Clone, Copy, Deserialize)]
+struct TiltTransform(Vec3, Quat, f32);
+
+impl Metadata {
+    fn source(&self) -> String {
+        let mut source = self.application_name.as_deref().unwrap_or("Tilt Brush").to_owned();
+        if let Some(version) = &self.application_version {
+            source.push(' ');
+            source.push_str(version);
+        }
+        if let Some(authors) = self.authors.as_deref().filter(|authors| !authors.is_empty()) {
+            source.push_str(", drawn by ");
+            source.push_str(&authors.join(" and "));
+        }
+        if source.chars().count() > MOST_SOURCE_CHARS {
+            source = source.chars().take(MOST_SOURCE_CHARS).collect();
+            source.push('…');
+        }
+        source
+    }
+
+    /// The thumbnail's camera in canvas space and our axes; none if the file has none, or not a usable one.
+    fn camera(&self) -> Option<Camera> {
+        let TiltTransform(camera_in_room, room_from_camera, _) =
+            self.thumbnail_camera_transform_in_room_space?;
+        let identity = TiltTransform(Vec3::ZERO, Quat::IDENTITY, 1.0);
+        let TiltTransform(scene_in_room, room_from_scene, scale) =
+            self.scene_transform_in_room_space.unwrap_or(identity);
+        let scene_from_room = axes::inverse(axes::unit(room_from_scene));
+        let p = rotate(scene_from_room, camera_in_room - scene_in_room) / scale * METERS_PER_UNIT;
+        let q = axes::unit(axes::product(scene_from_room, room_from_camera));
+        let (p, q) = (axes::position_from_unity(p), axes::rotation_from_unity(q));
+        let usable = scale > 0.0 && Event::Head { t: 0.0, p, q }.check().is_ok();
+        usable.then_some(Camera { p, q, fov_degrees: THUMBNAIL_FOV_DEGREES })
+    }
+}
+
+fn read_metadata(mut bytes: ByteReader) -> Result<Metadata, RecordingError> {
+    let text = bytes.rest(MOST_METADATA_BYTES, "metadata of at most 16 MiB")?;
+    bytes.expect_end("the metadata")?;
+    let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&text);
+    serde_json::from_slice(text).map_err(|error| RecordingError::Line {
+        path: bytes.path().to_owned(),
+        line: error.line() as u64,
+        expected: "the metadata of a sketch as JSON".to_owned(),
+        found: error.to_string(),
+    })
+}
+
+/// Everything in `data.sketch` before the strokes; gives their number.
+fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
+    let magic = bytes.u32("the sketch's first word")?;
+    if magic != SKETCH_MAGIC {
+        return Err(bytes.expected_at(
+            0,
+            format_args!("{SKETCH_MAGIC:#010x}"),
+            format_args!("{magic:#010x}"),
+        ));
+    }
+    let version = bytes.u32("the sketch's version")?;
+    if !VERSIONS.contains(&version) {
+        return Err(bytes.expected_at(4, "sketch version 5 or 6", format_args!("version {version}")));
+    }
+    bytes.u32("a reserved word")?;
+    let extra = bytes.u32("the length of further header bytes")?;
+    bytes.skip(extra.into(), "further header bytes")?;
+    bytes.count("the number of strokes")
+}
+
+/// Bits of a stroke's mask: each of the lower half adds one word, each of the upper half a length and that many bytes.
+mod stroke_mask {
+    pub(super) const SCALE: u32 = 1;
+    pub(super) const FIRST_LONG: u32 = 16;
+}
+
+/// Bits of a control point's mask: each adds one word.
+mod point_mask {
+    pub(super) const PRESSURE: u32 = 0;
+    pub(super) const TIME_STAMP: u32 = 1;
+}
+
+#[derive(Default)]
+struct Sketch {
+    point_mask: u32,
+}
+
+impl StrokeFormat for Sketch {
+    const NORMAL: NormalRule = NormalRule::Travel;
+    const THINNEST: f32 = 1.0;
+
+    fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead, RecordingError> {
+        bytes.u32("a stroke's brush")?;
+        let color = [bytes.f32("red")?, bytes.f32("green")?, bytes.f32("blue")?, bytes.f32("opacity")?];
+        let brush_size = bytes.f32("the brush's size")?;
+        let mask = bytes.u32("the stroke's extension mask")?;
+        self.point_mask = bytes.u32("the control points' extension mask")?;
+        let mut scale = 1.0;
+        for bit in set_bits(mask) {
+            match bit {
+                stroke_mask::SCALE => scale = bytes.f32("the stroke's scale")?,
+                stroke_mask::FIRST_LONG.. => {
+                    let length = bytes.u32("the length of a stroke extension")?;
+                    bytes.skip(length.into(), "a stroke extension")?;
+                }
+                _ => bytes.skip(4, "a stroke extension")?,
+            }
+        }
+        let points = bytes.count("the number of control points")?;
+        Ok(StrokeHead { width_m: brush_size * scale * METERS_PER_UNIT, color, points })
+    }
+
+    fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError> {
+        let (p, q) = bytes.pose("a control point's position and orientation")?;
+        let (mut pressure, mut milliseconds) = (1.0, 0);
+        for bit in set_bits(self.point_mask) {
+            match bit {
+                point_mask::PRESSURE => pressure = bytes.f32("a control point's pressure")?,
+                point_mask::TIME_STAMP => milliseconds = bytes.u32("a control point's time stamp")?,
+                _ => bytes.skip(4, "a control point's extension")?,
+            }
+        }
+        Ok(Sample {
+            time_secs: f64::from(milliseconds) / 1000.0,
+            p: axes::position_from_unity(p * METERS_PER_UNIT),
+            q: axes::rotation_from_unity(q),
+            pressure,
+        })
+    }
+}
+
+/// The places of the bits that are set, ascending.
+fn set_bits(mask: u32) -> impl Iterator<Item = u32> {
+    (0..u32::BITS).filter(move |bit| mask >> bit & 1 == 1)
+}

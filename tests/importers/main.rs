@@ -1,0 +1,16 @@
+//! The readers of foreign formats: what they make of real files (where `OSP_CORPUS` names a folder of them), of small
+//! files written here, and of damaged ones.
+#![cfg(feature = "formats")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "a test stops where its files cannot be written"
+)]
+
+mod corpus;
+mod damage;
+mod files;
+mod forged;
+mod messages;
+mod tilt;
+mod values;
