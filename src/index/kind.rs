@@ -1,4 +1,4 @@
-use super::{BruteForce, SpatialIndex};
+use super::{BruteForce, Osp, SpatialIndex};
 use crate::math::Aabb;
 use glam::Vec3;
 
@@ -23,16 +23,19 @@ impl Default for IndexConfig {
 pub enum IndexKind {
     /// [`BruteForce`].
     BruteForce,
+    /// [`Osp`].
+    Osp,
 }
 
 impl IndexKind {
     /// All of them, the reference first.
-    pub const ALL: &'static [Self] = &[Self::BruteForce];
+    pub const ALL: &'static [Self] = &[Self::BruteForce, Self::Osp];
 
     /// Its name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::BruteForce => "brute-force",
+            Self::Osp => "osp",
         }
     }
 
@@ -43,9 +46,9 @@ impl IndexKind {
 
     /// An empty index of this kind.
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
-        let _ = config;
         match self {
             Self::BruteForce => Box::new(BruteForce::new()),
+            Self::Osp => Box::new(Osp::new(config)),
         }
     }
 }

@@ -7,11 +7,15 @@
 mod brute_force;
 mod draw_list;
 mod kind;
+mod osp;
+mod simd;
 mod spatial_index;
 mod work;
 
 pub use brute_force::BruteForce;
 pub use draw_list::DrawList;
 pub use kind::{IndexConfig, IndexKind};
+pub use osp::Osp;
+pub use simd::Backend;
 pub use spatial_index::{IndexError, Node, SpatialIndex, Visit, Visitor};
 pub use work::WorkCounts;

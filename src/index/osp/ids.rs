@@ -1,0 +1,283 @@
+use super::pool::{NONE, Pool, Pooled};
+use crate::{index::simd::Boxes, math::Aabb};
+
+/// Where every polygon is. Sixteen consecutive ids are a block; a shelf holds 256 blocks and is recycled when its last
+/// polygon is gone, so that ids which only ever grow do not grow the memory.
+#[derive(Clone, Debug)]
+pub(super) struct IdMap {
+    /// By `id / IDS_A_SHELF`; [`NONE`] where no polygon is.
+    directory: Vec<u32>,
+    shelves: Pool<Shelf>,
+    /// Per-polygon places of blocks that are more than one run.
+    details: Pool<Detail>,
+    /// The boxes of the polygons in runs of several.
+    stores: Pool<Exact>,
+}
+
+/// Ids of a shelf.
+const IDS_A_SHELF: usize = 4096;
+const BLOCKS: usize = IDS_A_SHELF / 16;
+
+/// Marks a place that is the number of a [`Detail`].
+const DETAILED: u32 = 1 << 31;
+
+/// The place of a run: its page's number times 16, plus its lane.
+pub(super) type Place = u32;
+
+#[derive(Clone, Copy, Debug)]
+struct Shelf {
+    /// Per block the ids that are filed.
+    filed: [u16; BLOCKS],
+    /// Per block its only run's place, or `DETAILED` and the number of its detail, or [`NONE`].
+    place: [u32; BLOCKS],
+    /// Per block the number of its exact boxes, or [`NONE`].
+    store: [u32; BLOCKS],
+    /// Blocks with a polygon; next free shelf.
+    live: u32,
+}
+
+impl Pooled for Shelf {
+    const BLANK: Self = Self { filed: [0; BLOCKS], place: [NONE; BLOCKS], store: [NONE; BLOCKS], live: 0 };
+
+    fn next_free(&self) -> u32 {
+        self.live
+    }
+
+    fn set_next_free(&mut self, next: u32) {
+        self.live = next;
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Detail {
+    places: [Place; 16],
+}
+
+impl Pooled for Detail {
+    const BLANK: Self = Self { places: [NONE; 16] };
+
+    fn next_free(&self) -> u32 {
+        self.places[0]
+    }
+
+    fn set_next_free(&mut self, next: u32) {
+        self.places[0] = next;
+    }
+}
+
+/// The boxes of a block's polygons. Lanes that belong to runs of one, or to nothing, hold anything.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Exact {
+    pub(super) boxes: Boxes<16>,
+}
+
+impl Pooled for Exact {
+    const BLANK: Self = Self { boxes: Boxes::EMPTY };
+
+    fn next_free(&self) -> u32 {
+        self.boxes.rows[0][0].to_bits()
+    }
+
+    fn set_next_free(&mut self, next: u32) {
+        self.boxes.rows[0][0] = f32::from_bits(next);
+    }
+}
+
+impl IdMap {
+    pub(super) fn with_room_for(polygons: usize) -> Self {
+        let shelves = polygons.div_ceil(IDS_A_SHELF);
+        Self {
+            directory: Vec::with_capacity(shelves.max(1024)),
+            shelves: Pool::with_room_for(shelves),
+            details: Pool::with_room_for(polygons / 64),
+            stores: Pool::with_room_for(polygons / 16),
+        }
+    }
+
+    #[inline]
+    fn split(block: u32) -> (usize, usize) {
+        (block as usize / BLOCKS, block as usize % BLOCKS)
+    }
+
+    #[inline]
+    fn shelf(&self, block: u32) -> Option<(&Shelf, usize)> {
+        let (shelf, at) = Self::split(block);
+        match self.directory.get(shelf) {
+            Some(&number) if number != NONE => Some((&self.shelves[number], at)),
+            _ => None,
+        }
+    }
+
+    #[inline]
+    fn shelf_mut(&mut self, block: u32) -> Option<(&mut Shelf, usize)> {
+        let (shelf, at) = Self::split(block);
+        match self.directory.get(shelf) {
+            Some(&number) if number != NONE => Some((&mut self.shelves[number], at)),
+            _ => None,
+        }
+    }
+
+    /// The ids of a block that are filed, as a mask.
+    #[inline]
+    pub(super) fn filed(&self, block: u32) -> u16 {
+        self.shelf(block).map_or(0, |(shelf, at)| shelf.filed[at])
+    }
+
+    /// Says which ids of a block are filed.
+    pub(super) fn set_filed(&mut self, block: u32, filed: u16) {
+        let (number, at) = Self::split(block);
+        if number >= self.directory.len() {
+            if filed == 0 {
+                return;
+            }
+            self.directory.resize(number + 1, NONE);
+        }
+        if self.directory[number] == NONE {
+            if filed == 0 {
+                return;
+            }
+            self.directory[number] = self.shelves.take();
+        }
+        let shelf_number = self.directory[number];
+        let shelf = &mut self.shelves[shelf_number];
+        shelf.live += u32::from(filed != 0);
+        shelf.live -= u32::from(shelf.filed[at] != 0);
+        shelf.filed[at] = filed;
+        if filed != 0 {
+            return;
+        }
+        let (place, store) = (shelf.place[at], shelf.store[at]);
+        (shelf.place[at], shelf.store[at]) = (NONE, NONE);
+        if place != NONE && place & DETAILED != 0 {
+            self.details.give(place & !DETAILED);
+        }
+        if store != NONE {
+            self.stores.give(store);
+        }
+        if self.shelves[shelf_number].live == 0 {
+            self.shelves.give(shelf_number);
+            self.directory[number] = NONE;
+        }
+    }
+
+    /// Where a filed polygon's run is.
+    #[inline]
+    pub(super) fn place(&self, id: u32) -> Option<Place> {
+        let (shelf, at) = self.shelf(id / 16)?;
+        match shelf.place[at] {
+            NONE => None,
+            place if place & DETAILED != 0 => Some(self.details[place & !DETAILED].places[id as usize % 16]),
+            place => Some(place),
+        }
+    }
+
+    /// Says where the run of some polygons of a block is. `filed` are all of the block's ids that are in runs.
+    pub(super) fn set_place(&mut self, block: u32, mask: u16, place: Place) {
+        let Some((shelf, at)) = self.shelf_mut(block) else { return };
+        let (old, filed) = (shelf.place[at], shelf.filed[at]);
+        if old == NONE || filed & !mask == 0 {
+            if old != NONE && old & DETAILED != 0 {
+                let detail = old & !DETAILED;
+                shelf.place[at] = place;
+                self.details.give(detail);
+            } else {
+                shelf.place[at] = place;
+            }
+            return;
+        }
+        let detail = if old & DETAILED != 0 {
+            old & !DETAILED
+        } else {
+            let detail = self.details.take();
+            self.details[detail].places = [old; 16];
+            if let Some((shelf, at)) = self.shelf_mut(block) {
+                shelf.place[at] = detail | DETAILED;
+            }
+            detail
+        };
+        let places = &mut self.details[detail].places;
+        let mut left = mask;
+        while left != 0 {
+            places[left.trailing_zeros() as usize] = place;
+            left &= left - 1;
+        }
+    }
+
+    /// The exact boxes of a block, if it has any.
+    #[inline]
+    pub(super) fn store(&self, block: u32) -> Option<&Exact> {
+        let (shelf, at) = self.shelf(block)?;
+        (shelf.store[at] != NONE).then(|| &self.stores[shelf.store[at]])
+    }
+
+    /// Files exact boxes of some polygons of a block.
+    pub(super) fn put_boxes(&mut self, block: u32, mask: u16, boxes: &Boxes<16>) {
+        let Some((shelf, at)) = self.shelf(block) else { return };
+        let mut store = shelf.store[at];
+        if store == NONE {
+            store = self.stores.take();
+            if let Some((shelf, at)) = self.shelf_mut(block) {
+                shelf.store[at] = store;
+            }
+            self.stores[store].boxes = *boxes;
+            return;
+        }
+        let to = &mut self.stores[store].boxes;
+        let mut left = mask;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            to.set(lane, &boxes.get(lane));
+            left &= left - 1;
+        }
+    }
+
+    /// The exact box of a polygon in a run of several.
+    pub(super) fn exact_box(&self, id: u32) -> Option<Aabb> {
+        self.store(id / 16).map(|store| store.boxes.get(id as usize % 16))
+    }
+
+    /// Gives a block's exact boxes back: all of its runs are of one polygon now.
+    pub(super) fn drop_boxes(&mut self, block: u32) {
+        let Some((shelf, at)) = self.shelf_mut(block) else { return };
+        let store = std::mem::replace(&mut shelf.store[at], NONE);
+        if store != NONE {
+            self.stores.give(store);
+        }
+    }
+
+    /// All filed ids, ascending, a block at a time.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = (u32, u16)> + '_ {
+        let with_shelf = self.directory.iter().enumerate().filter(|&(_, &number)| number != NONE);
+        with_shelf.flat_map(move |(i, &number)| {
+            let filed = self.shelves[number].filed.iter().enumerate();
+            filed.filter(|&(_, &mask)| mask != 0).map(move |(at, &mask)| ((i * BLOCKS + at) as u32, mask))
+        })
+    }
+
+    /// Makes room, between two frames, for what a frame may bring.
+    pub(super) fn make_room(&mut self, polygons: usize) {
+        self.shelves.make_room(polygons.div_ceil(IDS_A_SHELF));
+        self.details.make_room(polygons / 16);
+        self.stores.make_room(polygons / 16);
+        let shelves = polygons.div_ceil(IDS_A_SHELF);
+        if self.directory.capacity() - self.directory.len() < shelves {
+            self.directory.reserve(self.directory.len().max(1024));
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.directory.clear();
+        self.shelves.clear();
+        self.details.clear();
+        self.stores.clear();
+    }
+
+    /// Memory held, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.directory.capacity() * size_of::<u32>()
+            + self.shelves.bytes()
+            + self.details.bytes()
+            + self.stores.bytes()
+    }
+}

@@ -1,0 +1,258 @@
+use super::{
+    grid::{FLAT_ENTRIES, Grid, ROOT_SHIFT},
+    ids::IdMap,
+    layout::{Bucket, Link, Node, OWN, Page},
+    open::OpenBlock,
+    pool::{NONE, Pool},
+    tuning::UPKEEP_PER_COMMIT,
+};
+use crate::{
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts, simd::Backend},
+    math::{Aabb, Frustum},
+    scene::PolygonId,
+};
+
+/// The fast form of the OSP tree; see [`crate::index::osp`].
+#[derive(Clone, Debug)]
+pub struct Osp {
+    pub(super) backend: Backend,
+    pub(super) grid: Grid,
+    /// The preallocated levels: what hangs at each cell, 0 where nothing does.
+    pub(super) flat: Vec<u32>,
+    pub(super) nodes: Pool<Node>,
+    pub(super) buckets: Pool<Bucket>,
+    pub(super) pages: Pool<Page>,
+    pub(super) ids: IdMap,
+    pub(super) open: OpenBlock,
+    /// The highest node; its cell holds all keys.
+    pub(super) top: u32,
+    /// First page that waits for upkeep.
+    pub(super) queue: u32,
+    /// Polygons taken out since the last commit.
+    pub(super) removals: u32,
+    pub(super) len: usize,
+}
+
+impl Osp {
+    /// An empty tree.
+    pub fn new(config: &IndexConfig) -> Self {
+        Self::with_backend(config, Backend::detect())
+    }
+
+    /// An empty tree whose box tests use this instruction set (or plain Rust, where the processor lacks it). The
+    /// answers do not depend on it.
+    pub fn with_backend(config: &IndexConfig, backend: Backend) -> Self {
+        let runs = config.capacity / 8;
+        let mut osp = Self {
+            backend,
+            grid: Grid::new(&config.root),
+            flat: vec![0; FLAT_ENTRIES],
+            nodes: Pool::with_room_for(runs / 256),
+            buckets: Pool::with_room_for(runs / 48),
+            pages: Pool::with_room_for(runs / 10),
+            ids: IdMap::with_room_for(config.capacity),
+            open: OpenBlock::new(),
+            top: NONE,
+            queue: NONE,
+            removals: 0,
+            len: 0,
+        };
+        osp.plant();
+        osp
+    }
+
+    /// Sets the root cube's node up.
+    fn plant(&mut self) {
+        self.top = self.nodes.take();
+        let node = &mut self.nodes[self.top];
+        (node.shift, node.key, node.parent) = (ROOT_SHIFT, Grid::root_key(), NONE);
+        self.flat[0] = Link::node(self.top).to_bits();
+    }
+
+    /// The box of a filed polygon.
+    pub fn bounds(&self, id: PolygonId) -> Option<Aabb> {
+        let (block, lane) = (id.0 / 16, id.index() % 16);
+        if self.open.is(block) && self.open.lanes() >> lane & 1 == 1 {
+            return Some(self.open.boxes().get(lane));
+        }
+        if self.ids.filed(block) >> lane & 1 == 0 {
+            return None;
+        }
+        let place = self.ids.place(id.0)?;
+        let (page, run) = (&self.pages[place / 16], place as usize % 16);
+        if page.exact >> run & 1 == 1 { Some(page.boxes.get(run)) } else { self.ids.exact_box(id.0) }
+    }
+
+    /// Whether the polygon is filed.
+    #[inline]
+    fn holds(&self, id: PolygonId) -> bool {
+        let (block, lane) = (id.0 / 16, id.0 % 16);
+        let present = if self.open.is(block) { self.open.present() } else { self.ids.filed(block) };
+        present >> lane & 1 == 1
+    }
+
+    /// Files the open block's runs in the tree and opens another.
+    #[cold]
+    fn open_block(&mut self, block: u32) {
+        self.close_block();
+        self.open.begin(block, self.ids.filed(block));
+    }
+
+    pub(super) fn close_block(&mut self) {
+        let lanes = self.open.lanes();
+        if lanes != 0 {
+            let block = self.open.block();
+            self.ids.set_filed(block, self.open.present());
+            let shared = self.open.shared_lanes();
+            if shared != 0 {
+                self.ids.put_boxes(block, shared, self.open.boxes());
+            }
+            let mut runs = [None; 16];
+            for (to, run) in runs.iter_mut().zip(self.open.runs()) {
+                *to = Some(run);
+            }
+            self.open.close();
+            for (run, bounds) in runs.into_iter().flatten() {
+                self.file(run, &bounds);
+            }
+        }
+        self.open.close();
+    }
+
+    /// Takes a polygon out that is known to be there.
+    fn take_out(&mut self, id: PolygonId) {
+        let (block, lane) = (id.0 / 16, id.index() % 16);
+        self.len -= 1;
+        self.removals += 1;
+        if self.open.is(block) {
+            if self.open.lanes() >> lane & 1 == 1 {
+                self.open.remove(lane);
+                return;
+            }
+            self.open.forget_filed(lane);
+        }
+        self.unfile(id.0);
+    }
+}
+
+/// Whether an index takes the box: six finite numbers, `min <= max`. The same as [`Aabb::is_valid`], without branches.
+#[inline]
+fn is_valid(bounds: &Aabb) -> bool {
+    let (min, max) = (bounds.min, bounds.max);
+    let above = (min.x > f32::NEG_INFINITY) & (min.y > f32::NEG_INFINITY) & (min.z > f32::NEG_INFINITY);
+    let below = (max.x < f32::INFINITY) & (max.y < f32::INFINITY) & (max.z < f32::INFINITY);
+    above & below & (min.x <= max.x) & (min.y <= max.y) & (min.z <= max.z)
+}
+
+impl SpatialIndex for Osp {
+    fn name(&self) -> &'static str {
+        "osp"
+    }
+
+    fn len(&self) -> usize {
+        self.len
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        if !is_valid(bounds) {
+            return Err(IndexError::InvalidBounds(id));
+        }
+        let (block, lane) = (id.0 / 16, id.index() % 16);
+        if !self.open.is(block) {
+            if self.holds(id) {
+                return Err(IndexError::Duplicate(id));
+            }
+            self.open_block(block);
+        }
+        if self.open.present() >> lane & 1 == 1 {
+            return Err(IndexError::Duplicate(id));
+        }
+        self.open.add(lane, bounds);
+        self.len += 1;
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        if !self.holds(id) {
+            return Err(IndexError::Unknown(id));
+        }
+        self.take_out(id);
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        if !self.holds(id) {
+            return Err(IndexError::Unknown(id));
+        }
+        if !is_valid(bounds) {
+            return Err(IndexError::InvalidBounds(id));
+        }
+        self.take_out(id);
+        self.insert(id, bounds)
+    }
+
+    fn commit(&mut self) {
+        let budget = UPKEEP_PER_COMMIT + self.removals;
+        self.removals = 0;
+        self.keep_up(budget);
+        self.make_room();
+    }
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        self.cull(frustum, draw_list)
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        self.visit(frustum, visitor)
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        self.check()
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<Self>()
+            + self.flat.capacity() * size_of::<u32>()
+            + self.nodes.bytes()
+            + self.buckets.bytes()
+            + self.pages.bytes()
+            + self.ids.bytes()
+    }
+
+    fn clear(&mut self) {
+        self.flat.fill(0);
+        self.nodes.clear();
+        self.buckets.clear();
+        self.pages.clear();
+        self.ids.clear();
+        self.open = OpenBlock::new();
+        (self.queue, self.removals, self.len) = (NONE, 0, 0);
+        self.plant();
+    }
+}
+
+/// Polygons that there is always room for, so that growing falls between two frames.
+const AHEAD: usize = 8192;
+
+impl Osp {
+    /// Reserves memory for the next frame.
+    fn make_room(&mut self) {
+        self.ids.make_room(AHEAD);
+        self.pages.make_room(AHEAD / 16);
+        self.buckets.make_room(64);
+        self.nodes.make_room(64);
+    }
+
+    /// The first bucket of the chain that a bucket is in.
+    pub(super) fn chain_head(&self, bucket: u32) -> u32 {
+        let b = &self.buckets[bucket];
+        let node = &self.nodes[b.parent];
+        if b.slot == OWN {
+            return node.own;
+        }
+        match node.children[b.slot as usize].target() {
+            super::layout::Target::Leaf(head) => head,
+            _ => bucket,
+        }
+    }
+}

@@ -1,0 +1,111 @@
+/// Something that a [`Pool`] holds.
+pub(super) trait Pooled: Copy {
+    /// What a fresh one looks like.
+    const BLANK: Self;
+
+    /// The next free entry, kept in a field that is not used while this one is free.
+    fn next_free(&self) -> u32;
+
+    /// Sets it.
+    fn set_next_free(&mut self, next: u32);
+}
+
+/// No entry.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A pool of entries by number. It grows by whole chunks, so nothing is ever copied, and entries given back are used
+/// first.
+#[derive(Clone, Debug)]
+pub(super) struct Pool<T> {
+    /// Every chunk has room for [`Pool::CHUNK`] entries from the start.
+    chunks: Vec<Vec<T>>,
+    /// First of the entries that were given back.
+    free: u32,
+    /// Entries ever taken.
+    len: u32,
+    /// Entries in use.
+    live: u32,
+}
+
+impl<T: Pooled> Pool<T> {
+    const SHIFT: u32 = 8;
+    /// Entries of a chunk.
+    pub(super) const CHUNK: usize = 1 << Self::SHIFT;
+
+    pub(super) fn with_room_for(entries: usize) -> Self {
+        let mut pool = Self { chunks: Vec::new(), free: NONE, len: 0, live: 0 };
+        pool.make_room(entries);
+        pool
+    }
+
+    /// Makes room for this many entries beyond those in use.
+    pub(super) fn make_room(&mut self, more: usize) {
+        let chunks = (self.live as usize + more).div_ceil(Self::CHUNK);
+        while self.chunks.len() < chunks {
+            self.chunks.push(Vec::with_capacity(Self::CHUNK));
+        }
+    }
+
+    /// A blank entry's number.
+    #[inline]
+    pub(super) fn take(&mut self) -> u32 {
+        self.live += 1;
+        if self.free != NONE {
+            let i = self.free;
+            let entry = &mut self[i];
+            let next = entry.next_free();
+            *entry = T::BLANK;
+            self.free = next;
+            return i;
+        }
+        let i = self.len;
+        let chunk = i as usize >> Self::SHIFT;
+        if chunk == self.chunks.len() {
+            self.chunks.push(Vec::with_capacity(Self::CHUNK));
+        }
+        self.chunks[chunk].push(T::BLANK);
+        self.len += 1;
+        i
+    }
+
+    /// Gives an entry back.
+    pub(super) fn give(&mut self, i: u32) {
+        let next = self.free;
+        self[i].set_next_free(next);
+        self.free = i;
+        self.live -= 1;
+    }
+
+    /// Entries in use.
+    pub(super) fn live(&self) -> u32 {
+        self.live
+    }
+
+    pub(super) fn clear(&mut self) {
+        for chunk in &mut self.chunks {
+            chunk.clear();
+        }
+        (self.free, self.len, self.live) = (NONE, 0, 0);
+    }
+
+    /// Memory reserved, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.chunks.len() * Self::CHUNK * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
+    }
+}
+
+impl<T: Pooled> std::ops::Index<u32> for Pool<T> {
+    type Output = T;
+
+    #[inline]
+    fn index(&self, i: u32) -> &T {
+        &self.chunks[(i >> Self::SHIFT) as usize][i as usize & (Self::CHUNK - 1)]
+    }
+}
+
+impl<T: Pooled> std::ops::IndexMut<u32> for Pool<T> {
+    #[inline]
+    fn index_mut(&mut self, i: u32) -> &mut T {
+        &mut self.chunks[(i >> Self::SHIFT) as usize][i as usize & (Self::CHUNK - 1)]
+    }
+}

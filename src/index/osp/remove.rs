@@ -1,0 +1,327 @@
+//! Taking polygons out at once, and the upkeep that follows later: boxes that fit again, pages and buckets that are
+//! joined, nodes that become leaves.
+//!
+//! Removal clears a bit of the run's mask and queues the page. A commit works off as many pages as polygons were taken
+//! out, and a few more, so upkeep costs a fixed share of what caused it and never piles up.
+
+use super::{
+    index::Osp,
+    layout::{Bucket, Link, OWN, Run, Target},
+    pool::NONE,
+    tuning::MERGE_RUNS,
+};
+use crate::{index::simd::Boxes, math::Aabb};
+
+impl Osp {
+    /// Takes a filed polygon out of its run.
+    pub(super) fn unfile(&mut self, id: u32) {
+        let Some(place) = self.ids.place(id) else { return };
+        let (page_number, lane) = (place / 16, place as usize % 16);
+        let block = id / 16;
+        self.ids.set_filed(block, self.ids.filed(block) & !(1 << (id % 16)));
+        let page = &mut self.pages[page_number];
+        page.masks[lane] &= !(1 << (id - page.first[lane]));
+        page.loose |= 1 << lane;
+        let gone = i32::from(page.masks[lane] == 0);
+        let bucket = page.bucket;
+        let head = self.chain_head(bucket);
+        let bucket = &mut self.buckets[head];
+        bucket.polygons -= 1;
+        bucket.runs -= gone as u32;
+        self.count_above(head, -gone, -1);
+        if gone == 1 {
+            self.drop_run(page_number, lane);
+        }
+        self.queue_page(page_number);
+    }
+
+    /// Removes an empty run; the page's last one takes its lane.
+    fn drop_run(&mut self, page_number: u32, lane: usize) {
+        let page = &mut self.pages[page_number];
+        page.runs -= 1;
+        let last = usize::from(page.runs);
+        let loose = page.loose >> last & 1;
+        let (run, bounds) = page.run(last);
+        if lane != last {
+            page.set_run(lane, run, &bounds);
+            page.loose |= loose << lane;
+            self.note_place(run, page_number * 16 + lane as u32);
+        }
+        let page = &mut self.pages[page_number];
+        let below = (1u16 << last) - 1;
+        page.loose &= below;
+        page.exact &= below;
+    }
+
+    fn queue_page(&mut self, page_number: u32) {
+        let page = &mut self.pages[page_number];
+        if !page.queued {
+            page.queued = true;
+            page.next = self.queue;
+            self.queue = page_number;
+        }
+    }
+
+    /// Marks a run whose box may be too wide.
+    pub(super) fn mark_loose(&mut self, place: u32) {
+        self.pages[place / 16].loose |= 1 << (place % 16);
+        self.queue_page(place / 16);
+    }
+
+    /// Gives a page back, at once or, if it is queued, when its turn comes.
+    pub(super) fn release_page(&mut self, page_number: u32) {
+        let page = &mut self.pages[page_number];
+        page.runs = 0;
+        page.bucket = NONE;
+        if !page.queued {
+            self.pages.give(page_number);
+        }
+    }
+
+    /// Works off up to `budget` queued pages.
+    pub(super) fn keep_up(&mut self, budget: u32) {
+        for _ in 0..budget {
+            let page_number = self.queue;
+            if page_number == NONE {
+                break;
+            }
+            let page = &mut self.pages[page_number];
+            self.queue = page.next;
+            page.queued = false;
+            if page.bucket == NONE {
+                self.pages.give(page_number);
+            } else {
+                self.tighten(page_number);
+            }
+        }
+        self.lower_top();
+    }
+
+    /// Makes the boxes of a page's runs, its own and those above fit again, and joins what has become too empty.
+    fn tighten(&mut self, page_number: u32) {
+        let mut left = self.pages[page_number].loose;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            self.tighten_run(page_number, lane);
+        }
+        let page = &self.pages[page_number];
+        let bucket = page.bucket;
+        if page.runs == 0 {
+            self.detach_page(page_number);
+            self.release_page(page_number);
+        } else {
+            let (at, bounds) = (usize::from(page.at), page.boxes.around(page.used()));
+            self.buckets[bucket].boxes.set(at, &bounds);
+            if page.runs <= 8 {
+                self.join_page(page_number);
+            }
+        }
+        self.settle_bucket(bucket);
+    }
+
+    fn tighten_run(&mut self, page_number: u32, lane: usize) {
+        let (Run { first, mask, exact }, _) = self.pages[page_number].run(lane);
+        let block = first / 16;
+        let Some(store) = self.ids.store(block).filter(|_| !exact) else {
+            self.pages[page_number].loose &= !(1 << lane);
+            return;
+        };
+        let bounds = store.boxes.around(u32::from(mask));
+        let mut run = Run { first, mask, exact };
+        if mask.is_power_of_two() {
+            run = Run { first: first + mask.trailing_zeros(), mask: 1, exact: true };
+            if self.ids.filed(block).is_power_of_two() {
+                self.ids.drop_boxes(block);
+            }
+        }
+        self.pages[page_number].set_run(lane, run, &bounds);
+    }
+
+    /// Takes a page out of its bucket; the bucket's last page takes its place.
+    fn detach_page(&mut self, page_number: u32) {
+        let (bucket_number, at) = (self.pages[page_number].bucket, usize::from(self.pages[page_number].at));
+        let bucket = &mut self.buckets[bucket_number];
+        bucket.page_count -= 1;
+        let last = bucket.page_count as usize;
+        let moved = bucket.pages[last];
+        bucket.pages[at] = moved;
+        let bounds = bucket.boxes.get(last);
+        bucket.boxes.set(at, &bounds);
+        bucket.boxes.set(last, &Aabb::EMPTY);
+        self.pages[moved].at = at as u8;
+    }
+
+    /// Moves the runs of a page that is half empty to another of the bucket, if one has room.
+    fn join_page(&mut self, from: u32) {
+        let bucket_number = self.pages[from].bucket;
+        let bucket = self.buckets[bucket_number];
+        let runs = self.pages[from].runs;
+        let others = bucket.pages[..bucket.page_count as usize].iter().copied();
+        let Some(to) = others.filter(|&p| p != from).find(|&p| self.pages[p].runs + runs <= 16) else {
+            return;
+        };
+        for lane in 0..usize::from(runs) {
+            let (run, bounds) = self.pages[from].run(lane);
+            let page = &mut self.pages[to];
+            let new = usize::from(page.runs);
+            page.runs += 1;
+            page.set_run(new, run, &bounds);
+            let at = usize::from(page.at);
+            self.buckets[bucket_number].boxes.widen(at, &bounds);
+            self.note_place(run, to * 16 + new as u32);
+        }
+        self.detach_page(from);
+        self.release_page(from);
+    }
+
+    /// After a bucket's pages have changed: removes it if it is empty, joins it with its neighbour, makes the boxes
+    /// above fit.
+    fn settle_bucket(&mut self, bucket: u32) {
+        let head = self.chain_head(bucket);
+        let Bucket { parent, slot, .. } = self.buckets[head];
+        self.join_bucket(bucket);
+        let Bucket { page_count, next, .. } = self.buckets[head];
+        if page_count == 0 && next == NONE {
+            if slot == OWN {
+                self.nodes[parent].own = NONE;
+            } else {
+                let cell = self.cell_of_slot(parent, slot);
+                self.set_child(parent, slot, Link::NONE, &cell);
+            }
+            self.buckets.give(head);
+        }
+        self.tighten_above(parent, slot);
+        self.collapse_above(parent);
+    }
+
+    /// Moves a bucket's pages to the one before or after it in the chain if they fit there.
+    fn join_bucket(&mut self, bucket: u32) {
+        let Bucket { page_count, next, prev, .. } = self.buckets[bucket];
+        for (into, from) in [(prev, bucket), (bucket, next)] {
+            if into != NONE && from != NONE {
+                let counts = (self.buckets[into].page_count, self.buckets[from].page_count);
+                if page_count <= 8 && counts.0 + counts.1 <= 16 {
+                    self.pour(from, into);
+                    return;
+                }
+            }
+        }
+    }
+
+    fn pour(&mut self, from: u32, into: u32) {
+        let source = self.buckets[from];
+        for i in 0..source.page_count as usize {
+            let target = &mut self.buckets[into];
+            let at = target.page_count as usize;
+            target.pages[at] = source.pages[i];
+            target.boxes.set(at, &source.boxes.get(i));
+            target.page_count += 1;
+            let page = &mut self.pages[source.pages[i]];
+            (page.bucket, page.at) = (into, at as u8);
+        }
+        self.buckets[into].next = source.next;
+        if source.next != NONE {
+            self.buckets[source.next].prev = into;
+        }
+        self.buckets.give(from);
+    }
+
+    /// Makes the boxes from a node upwards fit.
+    fn tighten_above(&mut self, node: u32, slot: u32) {
+        let (mut at, mut slot) = (node, slot);
+        while at != NONE {
+            if slot != OWN {
+                let bounds = match self.nodes[at].children[slot as usize].target() {
+                    Target::Nothing => Aabb::EMPTY,
+                    Target::Leaf(head) => self.chain_box(head),
+                    Target::Node(below) => self.node_box(below),
+                };
+                let boxes: &mut Boxes<8> = &mut self.nodes[at].boxes;
+                if boxes.get(slot as usize) == bounds {
+                    return;
+                }
+                boxes.set(slot as usize, &bounds);
+            }
+            (at, slot) = (self.nodes[at].parent, self.nodes[at].slot);
+        }
+    }
+
+    /// Makes a leaf of the highest node from `node` upwards that has few runs left below it.
+    fn collapse_above(&mut self, node: u32) {
+        let (mut at, mut found) = (node, NONE);
+        while at != self.top && self.nodes[at].runs <= MERGE_RUNS {
+            found = at;
+            at = self.nodes[at].parent;
+        }
+        if found != NONE {
+            self.collapse(found);
+        }
+    }
+
+    fn collapse(&mut self, node: u32) {
+        let (parent, slot, cell) = (self.nodes[node].parent, self.nodes[node].slot, self.nodes[node].key);
+        let mut kept = [(Run { first: 0, mask: 0, exact: false }, Aabb::EMPTY, false); MERGE_RUNS as usize];
+        let mut count = 0;
+        self.dissolve(node, &mut |run| {
+            kept[count] = run;
+            count += 1;
+        });
+        self.set_child(parent, slot, Link::NONE, &cell);
+        if count > 0 {
+            let bucket = self.new_bucket(parent, slot, &cell);
+            for (run, bounds, loose) in &kept[..count] {
+                let place = self.append(bucket, *run, bounds);
+                if *loose {
+                    self.mark_loose(place);
+                }
+            }
+        }
+        self.tighten_above(parent, slot);
+    }
+
+    /// Gives a node and everything below back, handing its runs out.
+    fn dissolve(&mut self, node: u32, out: &mut dyn FnMut((Run, Aabb, bool))) {
+        for slot in 0..8 {
+            let cell = self.cell_of_slot(node, slot);
+            match self.nodes[node].children[slot as usize].target() {
+                Target::Nothing => continue,
+                Target::Leaf(head) => self.dissolve_chain(head, out),
+                Target::Node(below) => self.dissolve(below, out),
+            }
+            self.set_child(node, slot, Link::NONE, &cell);
+        }
+        self.dissolve_chain(self.nodes[node].own, out);
+        self.nodes.give(node);
+    }
+
+    fn dissolve_chain(&mut self, head: u32, out: &mut dyn FnMut((Run, Aabb, bool))) {
+        let mut at = head;
+        while at != NONE {
+            let bucket = self.buckets[at];
+            for &page_number in &bucket.pages[..bucket.page_count as usize] {
+                let page = &self.pages[page_number];
+                for lane in 0..usize::from(page.runs) {
+                    let (run, bounds) = page.run(lane);
+                    out((run, bounds, page.loose >> lane & 1 == 1));
+                }
+                self.release_page(page_number);
+            }
+            self.buckets.give(at);
+            at = bucket.next;
+        }
+    }
+
+    /// Takes levels off the top while it has nothing but one node below it.
+    fn lower_top(&mut self) {
+        loop {
+            let top = self.nodes[self.top];
+            let mut below = top.children.iter().filter(|&&link| link != Link::NONE);
+            let (Some(only), None, NONE) = (below.next(), below.next(), top.own) else { return };
+            let Target::Node(node) = only.target() else { return };
+            self.nodes.give(self.top);
+            self.nodes[node].parent = NONE;
+            self.top = node;
+        }
+    }
+}

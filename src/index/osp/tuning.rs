@@ -1,0 +1,24 @@
+//! The constants of the tree, each with its unit and the effect of changing it.
+
+/// Octree levels of the root cube that are preallocated: `8^0 + ... + 8^6` nodes of 4 bytes. More: faster placing of
+/// polygons far smaller than the root, eight times the (untouched) memory.
+pub(super) const FLAT_LEVELS: u32 = 6;
+
+/// Runs that a leaf holds before it is split. More: fewer nodes and longer lists of runs to test in a leaf that a
+/// plane cuts.
+pub(super) const LEAF_RUNS: u32 = 128;
+
+/// A node with no more runs than this below it becomes a leaf again. Less than half of [`LEAF_RUNS`], so that erasing
+/// and drawing at the border does not split and merge in turn.
+pub(super) const MERGE_RUNS: u32 = 32;
+
+/// A run may be this many times as long as a cell before it counts as a straddler, which stays a level higher.
+/// More: fewer straddlers, looser boxes.
+pub(super) const CELL_STRETCH: f32 = 1.0;
+
+/// A polygon joins a run if the run is then no longer than this times the sum of its polygons' own lengths: pieces
+/// of a stroke touch each other, so theirs never is. More: runs that jump across gaps.
+pub(super) const RUN_STRETCH: f32 = 1.5;
+
+/// Runs that a frame's upkeep looks at even if nothing was taken out in it.
+pub(super) const UPKEEP_PER_COMMIT: u32 = 16;

@@ -1,0 +1,198 @@
+//! Every invariant of the tree, checked from the top; for tests.
+
+use super::{
+    grid::{self, Grid, TOP_SHIFT},
+    index::Osp,
+    layout::{Bucket, Link, OWN, Target},
+    pool::NONE,
+};
+use crate::math::Aabb;
+
+/// What was found at a place and below.
+#[derive(Clone, Copy, Default)]
+struct Found {
+    runs: u32,
+    polygons: u32,
+}
+
+macro_rules! ensure {
+    ($condition:expr, $($message:tt)+) => {
+        if !$condition {
+            return Err(format!($($message)+));
+        }
+    };
+}
+
+impl Osp {
+    pub(super) fn check(&self) -> Result<(), String> {
+        let mut pages = 0;
+        let mut buckets = 0;
+        let mut nodes = 0;
+        let top = &self.nodes[self.top];
+        ensure!(top.parent == NONE, "the top has a parent");
+        ensure!(top.shift <= TOP_SHIFT, "the top is too wide");
+        let found = self.check_node(self.top, &mut nodes, &mut buckets, &mut pages)?;
+        ensure!(nodes == self.nodes.live(), "{nodes} nodes found, {} in use", self.nodes.live());
+        ensure!(buckets == self.buckets.live(), "{buckets} buckets found, {} in use", self.buckets.live());
+        let mut zombies = 0;
+        let mut at = self.queue;
+        while at != NONE {
+            let page = &self.pages[at];
+            ensure!(page.queued, "page {at} waits but does not know");
+            zombies += u32::from(page.bucket == NONE);
+            at = page.next;
+        }
+        ensure!(
+            pages + zombies == self.pages.live(),
+            "{pages}+{zombies} pages found, {} in use",
+            self.pages.live()
+        );
+        let open = self.open.lanes().count_ones() as usize;
+        let total = found.polygons as usize + open;
+        ensure!(total == self.len, "{total} polygons found, {} counted", self.len);
+        let filed: usize = self.ids.blocks().map(|(_, mask)| mask.count_ones() as usize).sum();
+        ensure!(filed == found.polygons as usize, "{filed} ids filed, {} polygons in runs", found.polygons);
+        let linked = self.flat.iter().filter(|&&bits| Link::from_bits(bits) != Link::NONE).count();
+        let reached = self.count_flat(self.top);
+        ensure!(linked == reached, "{linked} preallocated cells in use, {reached} reached");
+        for (run, bounds) in self.open.runs() {
+            for lane in (0..16).filter(|lane| run.mask >> lane & 1 == 1) {
+                let at = (run.first as usize + lane) % 16;
+                ensure!(bounds.contains(&self.open.boxes().get(at)), "an open run does not hold its polygon");
+            }
+        }
+        Ok(())
+    }
+
+    /// Preallocated cells that the tree's links lead to.
+    fn count_flat(&self, node: u32) -> usize {
+        let mut count = 0;
+        if self.nodes[node].parent == NONE {
+            let entry = Grid::flat_entry(&self.nodes[node].key, self.nodes[node].shift);
+            count += usize::from(entry.is_some_and(|e| self.flat[e] == Link::node(node).to_bits()));
+        }
+        for slot in 0..8 {
+            let link = self.nodes[node].children[slot as usize];
+            if link == Link::NONE {
+                continue;
+            }
+            let entry = Grid::flat_entry(&self.cell_of_slot(node, slot), self.nodes[node].shift - 1);
+            count += usize::from(entry.is_some_and(|e| self.flat[e] == link.to_bits()));
+            if let Target::Node(below) = link.target() {
+                count += self.count_flat(below);
+            }
+        }
+        count
+    }
+
+    fn check_node(
+        &self,
+        number: u32,
+        nodes: &mut u32,
+        buckets: &mut u32,
+        pages: &mut u32,
+    ) -> Result<Found, String> {
+        *nodes += 1;
+        let node = &self.nodes[number];
+        let mut found = Found::default();
+        for slot in 0..8u32 {
+            let bounds = node.boxes.get(slot as usize);
+            let cell = self.cell_of_slot(number, slot);
+            let below = match node.children[slot as usize].target() {
+                Target::Nothing => {
+                    ensure!(bounds == Aabb::EMPTY, "node {number} has a box at empty slot {slot}");
+                    continue;
+                }
+                Target::Leaf(head) => self.check_chain(head, number, slot, Some(&bounds), buckets, pages)?,
+                Target::Node(below) => {
+                    let child = &self.nodes[below];
+                    ensure!((child.parent, child.slot) == (number, slot), "node {below} hangs elsewhere");
+                    ensure!(child.shift + 1 == node.shift, "node {below} has the wrong level");
+                    ensure!(
+                        grid::same_cell(&child.key, &cell, child.shift),
+                        "node {below} is in the wrong cell"
+                    );
+                    ensure!(bounds.contains(&self.node_box(below)), "the box of node {below} is too small");
+                    self.check_node(below, nodes, buckets, pages)?
+                }
+            };
+            if let Some(entry) = Grid::flat_entry(&cell, node.shift - 1) {
+                let link = Link::from_bits(self.flat[entry]);
+                ensure!(link == node.children[slot as usize], "preallocated cell {entry} leads elsewhere");
+            }
+            found = Found { runs: found.runs + below.runs, polygons: found.polygons + below.polygons };
+        }
+        if node.own != NONE {
+            let own = self.check_chain(node.own, number, OWN, None, buckets, pages)?;
+            found = Found { runs: found.runs + own.runs, polygons: found.polygons + own.polygons };
+        }
+        ensure!(found.runs == node.runs, "node {number}: {} runs found, {} counted", found.runs, node.runs);
+        ensure!(found.polygons == node.polygons, "node {number} counts its polygons wrongly");
+        Ok(found)
+    }
+
+    fn check_chain(
+        &self,
+        head: u32,
+        node: u32,
+        slot: u32,
+        above: Option<&Aabb>,
+        buckets: &mut u32,
+        pages: &mut u32,
+    ) -> Result<Found, String> {
+        let mut found = Found::default();
+        let (mut at, mut before) = (head, NONE);
+        while at != NONE {
+            *buckets += 1;
+            let bucket: &Bucket = &self.buckets[at];
+            ensure!((bucket.parent, bucket.slot) == (node, slot), "bucket {at} hangs elsewhere");
+            ensure!(bucket.prev == before, "bucket {at} does not know the one before it");
+            for i in 0..bucket.page_count as usize {
+                *pages += 1;
+                let bounds = bucket.boxes.get(i);
+                ensure!(
+                    above.is_none_or(|b| b.contains(&bounds)),
+                    "bucket {at}, page {i}: box above too small"
+                );
+                let below = self.check_page(bucket.pages[i], at, i, &bounds)?;
+                found = Found { runs: found.runs + below.runs, polygons: found.polygons + below.polygons };
+            }
+            (before, at) = (at, bucket.next);
+        }
+        let first = &self.buckets[head];
+        ensure!(found.runs == first.runs, "leaf {head}: {} runs found, {} counted", found.runs, first.runs);
+        ensure!(found.polygons == first.polygons, "leaf {head} counts its polygons wrongly");
+        Ok(found)
+    }
+
+    fn check_page(&self, number: u32, bucket: u32, at: usize, bounds: &Aabb) -> Result<Found, String> {
+        let page = &self.pages[number];
+        ensure!((page.bucket, usize::from(page.at)) == (bucket, at), "page {number} is in another bucket");
+        ensure!(u32::from(page.loose) & !page.used() == 0, "page {number}: an unused run is loose");
+        ensure!(page.loose == 0 || page.queued, "page {number} has loose runs but does not wait for upkeep");
+        let mut polygons = 0;
+        for lane in 0..usize::from(page.runs) {
+            let (run, run_box) = page.run(lane);
+            ensure!(bounds.contains(&run_box), "page {number}: its box does not hold run {lane}");
+            ensure!(run.mask != 0, "page {number}: run {lane} is empty");
+            ensure!(!run.exact || run.mask == 1, "page {number}: run {lane} of several has an exact box");
+            ensure!(run.exact || run.first % 16 == 0, "page {number}: run {lane} begins within a block");
+            polygons += run.mask.count_ones();
+            let mut all = Aabb::EMPTY;
+            for id in (0..16).filter(|bit| run.mask >> bit & 1 == 1).map(|bit| run.first + bit) {
+                let filed = self.ids.filed(id / 16) >> (id % 16) & 1 == 1;
+                ensure!(filed, "polygon {id} is in a run but not filed");
+                let place = self.ids.place(id);
+                ensure!(place == Some(number * 16 + lane as u32), "polygon {id} is said to be at {place:?}");
+                let own = if run.exact { Some(run_box) } else { self.ids.exact_box(id) };
+                let Some(own) = own else { return Err(format!("polygon {id} has no box")) };
+                ensure!(own.is_valid(), "polygon {id} has the box {own:?}");
+                ensure!(run_box.contains(&own), "polygon {id} sticks out of its run");
+                all = all.union(&own);
+            }
+            let loose = page.loose >> lane & 1 == 1;
+            ensure!(loose || all == run_box, "page {number}: the box of run {lane} is not tight");
+        }
+        Ok(Found { runs: u32::from(page.runs), polygons })
+    }
+}

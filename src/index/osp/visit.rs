@@ -1,0 +1,168 @@
+//! The walk for visitors: nodes, leaves, pages and runs, one by one.
+
+use super::{
+    index::Osp,
+    layout::{Page, Target},
+    pool::NONE,
+};
+use crate::{
+    index::{Node, Visit, Visitor, WorkCounts},
+    math::{Aabb, Containment, Frustum, PlaneMask},
+    scene::PolygonId,
+};
+
+struct Walk<'a> {
+    osp: &'a Osp,
+    frustum: &'a Frustum,
+    visitor: &'a mut dyn Visitor,
+    work: WorkCounts,
+}
+
+/// A place on the way down: its box, depth and what is in it.
+struct Place {
+    bounds: Aabb,
+    depth: u32,
+    polygons: usize,
+    is_leaf: bool,
+}
+
+impl Osp {
+    pub(super) fn visit(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        let mut walk = Walk { osp: self, frustum, visitor, work: WorkCounts::default() };
+        walk.open_block();
+        let bounds = self.node_box(self.top);
+        let polygons = self.nodes[self.top].polygons as usize;
+        let place = Place { bounds, depth: 0, polygons, is_leaf: false };
+        walk.node(self.top, &place, PlaneMask::ALL, Visit::Descend);
+        walk.work
+    }
+}
+
+impl Walk<'_> {
+    /// Asks about a place; the planes left to test and the answer, or nothing if it is out of sight or skipped.
+    fn ask(&mut self, place: &Place, mask: PlaneMask, asked: Visit) -> Option<(PlaneMask, Visit)> {
+        if place.polygons == 0 {
+            // Emptied, and still waiting for upkeep.
+            return None;
+        }
+        self.work.nodes += 1;
+        self.work.boxes += 1;
+        let (containment, mask, planes) = self.frustum.classify_masked(&place.bounds, mask);
+        self.work.planes += u64::from(planes);
+        if containment == Containment::Outside {
+            return None;
+        }
+        if asked == Visit::Take {
+            return Some((mask, Visit::Take));
+        }
+        let Place { bounds, depth, polygons, is_leaf } = place;
+        let node = Node { bounds, depth: *depth, containment, polygons: *polygons, is_leaf: *is_leaf };
+        match self.visitor.node(&node) {
+            Visit::Skip => None,
+            answer => Some((mask, answer)),
+        }
+    }
+
+    fn open_block(&mut self) {
+        let open = &self.osp.open;
+        let lanes = u32::from(open.lanes());
+        if lanes == 0 {
+            return;
+        }
+        let bounds = open.boxes().around(lanes);
+        let polygons = lanes.count_ones() as usize;
+        let place = Place { bounds, depth: 0, polygons, is_leaf: true };
+        if let Some((mask, answer)) = self.ask(&place, PlaneMask::ALL, Visit::Descend) {
+            self.polygons(open.block() * 16, lanes, mask, answer, |lane| open.boxes().get(lane));
+        }
+    }
+
+    fn node(&mut self, number: u32, place: &Place, mask: PlaneMask, asked: Visit) {
+        let Some((mask, answer)) = self.ask(place, mask, asked) else { return };
+        let node = &self.osp.nodes[number];
+        let depth = place.depth + 1;
+        for (slot, link) in node.children.iter().enumerate() {
+            let bounds = node.boxes.get(slot);
+            match link.target() {
+                Target::Nothing => {}
+                Target::Leaf(head) => {
+                    let polygons = self.osp.buckets[head].polygons as usize;
+                    let place = Place { bounds, depth, polygons, is_leaf: false };
+                    if let Some((mask, answer)) = self.ask(&place, mask, answer) {
+                        self.chain(head, depth + 1, mask, answer);
+                    }
+                }
+                Target::Node(below) => {
+                    let polygons = self.osp.nodes[below].polygons as usize;
+                    self.node(below, &Place { bounds, depth, polygons, is_leaf: false }, mask, answer);
+                }
+            }
+        }
+        self.chain(node.own, depth, mask, answer);
+    }
+
+    fn chain(&mut self, head: u32, depth: u32, mask: PlaneMask, asked: Visit) {
+        let mut at = head;
+        while at != NONE {
+            let bucket = &self.osp.buckets[at];
+            for i in 0..bucket.page_count as usize {
+                let page = &self.osp.pages[bucket.pages[i]];
+                let polygons =
+                    page.masks[..usize::from(page.runs)].iter().map(|m| m.count_ones() as usize).sum();
+                let place = Place { bounds: bucket.boxes.get(i), depth, polygons, is_leaf: false };
+                self.page(page, &place, mask, asked);
+            }
+            at = bucket.next;
+        }
+    }
+
+    fn page(&mut self, page: &Page, place: &Place, mask: PlaneMask, asked: Visit) {
+        let Some((mask, answer)) = self.ask(place, mask, asked) else { return };
+        for i in 0..usize::from(page.runs) {
+            let (run, bounds) = page.run(i);
+            let lanes = u32::from(run.mask);
+            let polygons = lanes.count_ones() as usize;
+            let place = Place { bounds, depth: place.depth + 1, polygons, is_leaf: true };
+            let Some((mask, answer)) = self.ask(&place, mask, answer) else { continue };
+            match self.osp.ids.store(run.first / 16).filter(|_| !run.exact) {
+                Some(store) => self.polygons(run.first, lanes, mask, answer, |lane| store.boxes.get(lane)),
+                None => self.polygons(run.first, lanes, PlaneMask::NONE, answer, |_| bounds),
+            }
+        }
+    }
+
+    /// Hands out those polygons of a run that pass the planes left.
+    fn polygons(
+        &mut self,
+        first: u32,
+        lanes: u32,
+        mask: PlaneMask,
+        asked: Visit,
+        bounds: impl Fn(usize) -> Aabb,
+    ) {
+        let mut ids = [PolygonId(0); 16];
+        let mut count = 0;
+        let mut left = lanes;
+        while left != 0 {
+            let lane = left.trailing_zeros();
+            left &= left - 1;
+            let seen = mask.is_empty() || {
+                let (containment, _, planes) = self.frustum.classify_masked(&bounds(lane as usize), mask);
+                self.work.boxes += 1;
+                self.work.planes += u64::from(planes);
+                containment != Containment::Outside
+            };
+            if seen {
+                ids[count] = PolygonId(first + lane);
+                count += 1;
+            }
+        }
+        if mask.is_empty() {
+            self.work.taken_whole += count as u64;
+        }
+        self.work.reported += count as u64;
+        if count > 0 {
+            self.visitor.polygons(&ids[..count], asked);
+        }
+    }
+}

@@ -1,0 +1,96 @@
+#![expect(
+    unsafe_code,
+    reason = "entering a function compiled for an instruction set that was found at run time"
+)]
+
+#[cfg(target_arch = "x86_64")]
+use super::x86_avx2::Avx2;
+use super::{Boxes, PreparedPlane, scalar::Scalar};
+
+/// Wide box tests. Every method gives the same answer on every kernel, bit for bit.
+pub(in crate::index) trait Kernel: Copy {
+    /// The lanes whose box lies wholly behind the plane. Lanes without a box answer anything.
+    fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32;
+
+    /// The lanes wholly behind the plane, and the lanes wholly on its inner side.
+    fn sides(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> (u32, u32);
+
+    /// [`Kernel::sides`] for eight boxes.
+    fn sides8(self, plane: &PreparedPlane, boxes: &Boxes<8>) -> (u32, u32);
+
+    /// Writes `first + lane` for every lane of `mask`, ascending, to the front of `out` (what follows is clobbered);
+    /// returns how many.
+    fn write_ids(self, first: u32, mask: u32, out: &mut [u32; 16]) -> usize;
+
+    /// Asks the processor to fetch the cache line of `place`.
+    fn prefetch<T>(self, place: &T);
+}
+
+/// Code that runs on whichever kernel there is. `run` should be `#[inline(always)]`, so that it is compiled anew for
+/// each instruction set.
+pub(in crate::index) trait WithKernel {
+    /// What it returns.
+    type Output;
+
+    /// Runs it.
+    fn run<K: Kernel>(self, kernel: K) -> Self::Output;
+}
+
+/// An instruction set that the box tests can use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Backend {
+    /// Plain Rust, as the compiler vectorises it for the target.
+    Scalar,
+    /// x86-64 with AVX2: eight boxes an instruction.
+    Avx2,
+}
+
+impl Backend {
+    /// All of them, the best last.
+    pub const ALL: &'static [Self] = &[Self::Scalar, Self::Avx2];
+
+    /// The best one that this processor has.
+    pub fn detect() -> Self {
+        Self::ALL.iter().rev().copied().find(|backend| backend.is_available()).unwrap_or(Self::Scalar)
+    }
+
+    /// Whether this processor has it.
+    pub fn is_available(self) -> bool {
+        match self {
+            Self::Scalar => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => Avx2::detect().is_some(),
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Avx2 => false,
+        }
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scalar => "scalar",
+            Self::Avx2 => "avx2",
+        }
+    }
+
+    /// Runs `work` on this kernel; on the plain one if the processor does not have it.
+    #[inline]
+    pub(in crate::index) fn run<W: WithKernel>(self, work: W) -> W::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => match Avx2::detect() {
+                // SAFETY: the token exists only where AVX2 was found.
+                Some(kernel) => unsafe { run_avx2(work, kernel) },
+                None => work.run(Scalar),
+            },
+            _ => work.run(Scalar),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn run_avx2<W: WithKernel>(work: W, kernel: Avx2) -> W::Output {
+    work.run(kernel)
+}

@@ -1,0 +1,18 @@
+//! Box tests on eight or sixteen boxes at once, shared by the indexes.
+//!
+//! A [`Kernel`] is a zero-sized token of an instruction set; whoever holds one knows that the processor has it. The
+//! set is chosen once, when an index is made ([`Backend::detect`]), and [`Backend::run`] enters code compiled for it.
+//! Every kernel evaluates a plane in the order that [`crate::math`] fixes, without fused multiply-add, so all give
+//! the same answers bit for bit.
+
+mod backend;
+mod boxes;
+mod planes;
+mod scalar;
+#[cfg(target_arch = "x86_64")]
+mod x86_avx2;
+
+pub use backend::Backend;
+pub(in crate::index) use backend::{Kernel, WithKernel};
+pub(in crate::index) use boxes::Boxes;
+pub(in crate::index) use planes::{PlaneSet, PreparedPlane};
