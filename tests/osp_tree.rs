@@ -1,5 +1,7 @@
 //! The fast tree against brute force, validated after each operation.
 
+#![allow(clippy::print_stderr, reason = "a skipped test says why")]
+
 #[path = "support/boxes.rs"]
 mod boxes;
 

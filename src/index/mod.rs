@@ -8,6 +8,7 @@ mod brute_force;
 mod draw_list;
 mod kind;
 mod osp;
+mod probe;
 mod simd;
 mod spatial_index;
 mod work;

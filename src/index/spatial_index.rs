@@ -1,8 +1,8 @@
 use thiserror::Error;
 
-use super::{DrawList, WorkCounts};
+use super::{DrawList, WorkCounts, probe};
 use crate::{
-    math::{Aabb, Containment, Frustum},
+    math::{Aabb, Containment, Frustum, Ray},
     scene::PolygonId,
 };
 
@@ -70,6 +70,26 @@ pub trait SpatialIndex: Send {
     /// of the nodes it does not skip that pass the frustum (each once, the same set as `frustum_cull` if nothing is
     /// skipped).
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts;
+
+    /// Appends the polygons whose boxes share a point with `bounds` (touching counts) to `out`, in any order, each
+    /// once: the set that [`Aabb::intersects`] accepts. A box with a NaN finds nothing.
+    fn box_query(&self, bounds: &Aabb, out: &mut Vec<PolygonId>) -> WorkCounts {
+        probe::box_query(self, bounds, out)
+    }
+
+    /// The nearest polygon that a ray meets at `t <= t_max`, and its `t`; of several at the same `t` the one with the
+    /// lowest id.
+    ///
+    /// `hit` is the exact test: where the ray meets the polygon itself, if it does. It is asked about every polygon
+    /// whose box the ray enters no later than the nearest hit so far, and perhaps about others; the order is free.
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        probe::ray_nearest(self, ray, t_max, hit)
+    }
 
     /// Checks every invariant of the structure; for tests, O(everything).
     ///
