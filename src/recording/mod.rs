@@ -16,6 +16,7 @@ mod ron_reader;
 mod ron_scan;
 mod ron_writer;
 mod source;
+mod synth;
 
 pub use error::RecordingError;
 pub use event::{
@@ -28,3 +29,4 @@ pub use ron_line::MAX_LINE_BYTES;
 pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
 pub use source::{EventSource, Notes, Session};
+pub use synth::{ParseSynthKindError, SynthKind, synthesize};

@@ -5,4 +5,5 @@
 mod damage;
 mod events;
 mod format;
+mod synth;
 mod writer;

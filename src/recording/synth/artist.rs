@@ -1,0 +1,320 @@
+//! The artist: a clock, a hand, a head, and the events that come of them.
+
+use std::collections::VecDeque;
+
+use glam::{DVec3, Quat, Vec3};
+
+use super::edits::Edits;
+use super::hand::{Hand, HandSample, RATE_HZ, Way};
+use super::head::Head;
+use super::path::Node;
+use super::random::Random;
+use crate::recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform};
+
+/// A head pose is written with every such sample of the hand: 30 a second.
+const TICKS_A_HEAD: u64 = 3;
+
+/// Longest walk to the next piece of work, ticks; then the artist works at full stretch.
+const LONGEST_WALK_TICKS: u32 = 1800;
+
+/// How near the head must be to its place before a stroke begins, metres.
+const NEAR_M: f64 = 0.3;
+
+/// From the hand to the eye while drawing, metres.
+const ARM_M: f64 = 0.55;
+
+/// Part of the width left at pressure 0.
+const THINNEST: f32 = 0.2;
+
+/// What is drawn. Once the wanted number of polygons is reached, whatever the subject still asks for is not done.
+pub(super) trait Subject: Send {
+    /// Draws the next piece: a stroke, or the few things that belong together.
+    fn work(&mut self, artist: &mut Artist);
+}
+
+/// Where the head should be, and what it looks at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stance {
+    pub(super) eye: DVec3,
+    pub(super) at: DVec3,
+}
+
+/// How a ribbon is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RibbonStyle {
+    pub(super) width_m: f64,
+    pub(super) color: (f32, f32, f32, f32),
+    /// 1 for a usual hand, 2 for twice as fast.
+    pub(super) pace: f64,
+    pub(super) mirrored: Mirrored,
+}
+
+/// Whether a stroke is drawn on both sides of the plane x = 0 at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mirrored {
+    No,
+    Yes,
+}
+
+#[derive(Debug)]
+pub(super) struct Artist {
+    pub(super) rng: Random,
+    hand: Hand,
+    head: Head,
+    edits: Edits,
+    queue: VecDeque<Event>,
+    ticks: u64,
+    next_stroke: u32,
+    next_group: u32,
+    polygons: u64,
+    wanted: u64,
+}
+
+impl Artist {
+    pub(super) fn new(polygons: u32, seed: u64) -> Self {
+        let mut rng = Random::new(seed);
+        let hand = Hand::new(&mut rng);
+        Self {
+            rng,
+            hand,
+            head: Head::new(DVec3::new(0.0, 1.65, 1.6), DVec3::NEG_Z, 1.3),
+            edits: Edits::default(),
+            queue: VecDeque::new(),
+            ticks: 0,
+            next_stroke: 0,
+            next_group: 0,
+            polygons: 0,
+            wanted: u64::from(polygons),
+        }
+    }
+
+    /// Starts with the head at a place; `speed_limit` in m/s.
+    pub(super) fn stand(&mut self, eye: DVec3, look: DVec3, speed_limit: f64) {
+        self.head = Head::new(eye, look, speed_limit);
+    }
+
+    pub(super) fn next_event(&mut self) -> Option<Event> {
+        self.queue.pop_front()
+    }
+
+    pub(super) fn has_finished(&self) -> bool {
+        self.polygons >= self.wanted
+    }
+
+    /// Part of the wanted polygons that is done.
+    pub(super) fn progress(&self) -> f64 {
+        self.polygons as f64 / self.wanted.max(1) as f64
+    }
+
+    pub(super) fn wanted(&self) -> u64 {
+        self.wanted
+    }
+
+    pub(super) fn eye(&self) -> DVec3 {
+        self.head.eye()
+    }
+
+    /// A stance at arm's length from the work, on the side of `outward`, for an artist who stands on the floor.
+    pub(super) fn standing(&self, at: DVec3, outward: DVec3) -> Stance {
+        let mut eye = at + outward * ARM_M;
+        eye.y = (at.y + 0.25).clamp(0.9, 1.72);
+        Stance { eye, at }
+    }
+
+    /// A stance at arm's length from the work, wherever it is, on the side where the head is already.
+    pub(super) fn floating(&self, at: DVec3) -> Stance {
+        Stance { eye: at + self.head.from(at) * ARM_M + DVec3::Y * 0.15, at }
+    }
+
+    /// Walks to a stance, but at least for a while that is natural between two strokes.
+    pub(super) fn walk(&mut self, stance: Stance) {
+        if self.has_finished() {
+            return;
+        }
+        let pause = self.rng.log_normal(0.55, 0.6) * RATE_HZ;
+        for tick in 0..LONGEST_WALK_TICKS {
+            if f64::from(tick) >= pause && (self.head.eye() - stance.eye).length() < NEAR_M {
+                break;
+            }
+            self.tick(stance);
+        }
+    }
+
+    /// Waits at a place.
+    pub(super) fn wait(&mut self, secs: f64, stance: Stance) {
+        if self.has_finished() {
+            return;
+        }
+        for _ in 0..(secs * RATE_HZ) as u32 {
+            self.tick(stance);
+        }
+    }
+
+    /// Walks to the stance, draws a ribbon along the way, and perhaps edits something. Gives the stroke's number.
+    pub(super) fn ribbon(&mut self, nodes: Vec<Node>, style: RibbonStyle, stance: Stance) -> StrokeId {
+        let way = Way::new(nodes);
+        self.walk(Stance { at: way.first().p, ..stance });
+        let count = Hand::samples_for(&mut self.rng, &way, style.pace);
+        let id = self.begin(Tool::Ribbon, style);
+        let twin = (style.mirrored == Mirrored::Yes).then(|| self.begin(Tool::Ribbon, style));
+        let mut ribbons = [RibbonCount::new(style.width_m); 2];
+        for index in 0..count {
+            let sample = self.hand.sample(&way, index, count, self.ticks as f64 / RATE_HZ);
+            self.polygons += ribbons[0].push(self.point(id, &sample));
+            if let Some(twin) = twin {
+                self.polygons += ribbons[1].push(self.point(twin, &sample.mirrored()));
+            }
+            self.tick(Stance { at: sample.p, ..stance });
+        }
+        for id in std::iter::once(id).chain(twin) {
+            self.end(id);
+        }
+        if !self.has_finished() {
+            self.edit(if twin.is_some() { 2 } else { 1 }, stance);
+        }
+        id
+    }
+
+    /// Draws a wall: one planar polygon, corner by corner.
+    pub(super) fn wall(&mut self, corners: [DVec3; 4], color: (f32, f32, f32, f32), stance: Stance) {
+        if self.has_finished() {
+            return;
+        }
+        let style = RibbonStyle { width_m: 0.01, color, pace: 1.0, mirrored: Mirrored::No };
+        let id = self.begin(Tool::Wall, style);
+        for p in corners {
+            let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+            self.point(id, &HandSample { p, axes, pressure: 1.0 });
+            self.wait(0.3, stance);
+        }
+        self.polygons += 1;
+        self.end(id);
+    }
+
+    /// Adds a finished polygon.
+    pub(super) fn polygon(&mut self, corners: &[DVec3], color: (f32, f32, f32, f32)) {
+        if self.has_finished() {
+            return;
+        }
+        let vertices = corners.iter().map(|&p| position(p)).collect();
+        self.queue.push_back(Event::Polygon { t: self.time(), stroke: None, vertices, color });
+        self.polygons += corners.len().saturating_sub(2).min(1) as u64;
+    }
+
+    /// Puts strokes into a new group and turns it a little about a place.
+    pub(super) fn group(&mut self, strokes: &[StrokeId], center: DVec3, angle: f64, by: DVec3) {
+        if self.has_finished() {
+            return;
+        }
+        let group = GroupId(self.next_group);
+        self.next_group += 1;
+        let t = self.time();
+        self.queue.push_back(Event::Group { t, group, strokes: strokes.to_vec(), parent: None });
+        let turned = |v: DVec3| super::vector::turned(v, DVec3::Y, angle);
+        let q = super::vector::quaternion(turned(DVec3::X), DVec3::Y, turned(DVec3::Z));
+        let to = Transform { p: position(center - turned(center) + by), q: rotation(q), s: 1.0 };
+        self.queue.push_back(Event::Place { t, group, to });
+    }
+
+    fn begin(&mut self, tool: Tool, style: RibbonStyle) -> StrokeId {
+        let stroke = StrokeId(self.next_stroke);
+        self.next_stroke += 1;
+        self.queue.push_back(Event::Begin {
+            t: self.time(),
+            stroke,
+            tool,
+            width: rounded(style.width_m, 1e4),
+            color: style.color,
+            normal: NormalRule::LocalX,
+            thinnest: if tool == Tool::Ribbon { THINNEST } else { 0.0 },
+        });
+        stroke
+    }
+
+    fn point(&mut self, stroke: StrokeId, sample: &HandSample) -> HandSample {
+        let q = rotation(sample.orientation());
+        let pressure = rounded(sample.pressure, 1e3);
+        self.queue.push_back(Event::Point { t: self.time(), stroke, p: position(sample.p), q, pressure });
+        *sample
+    }
+
+    fn end(&mut self, stroke: StrokeId) {
+        self.queue.push_back(Event::End { t: self.time(), stroke });
+        self.edits.remember(stroke);
+    }
+
+    fn edit(&mut self, strokes_at_once: usize, stance: Stance) {
+        let mut edits = std::mem::take(&mut self.edits);
+        edits.perhaps(self, strokes_at_once, stance);
+        self.edits = edits;
+    }
+
+    /// Adds an event at the present time.
+    pub(super) fn push(&mut self, event: impl FnOnce(f64) -> Event) {
+        let t = self.time();
+        self.queue.push_back(event(t));
+    }
+
+    /// One sample of the hand later.
+    fn tick(&mut self, stance: Stance) {
+        self.ticks += 1;
+        self.head.advance(stance.eye, stance.at);
+        if self.ticks.is_multiple_of(TICKS_A_HEAD) {
+            let (p, q) = self.head.pose();
+            self.queue.push_back(Event::Head { t: self.time(), p: position(p), q: rotation(q) });
+        }
+    }
+
+    fn time(&self) -> f64 {
+        (self.ticks as f64 / RATE_HZ * 1e4).round() / 1e4
+    }
+}
+
+/// Positions are written to 10 µm, rotations to 1e-4: finer than any tracker, and short lines.
+pub(super) fn position(p: DVec3) -> Vec3 {
+    Vec3::new(rounded(p.x, 1e5), rounded(p.y, 1e5), rounded(p.z, 1e5))
+}
+
+fn rotation(q: [f64; 4]) -> Quat {
+    Quat::from_array(q.map(|c| rounded(c, 1e4)))
+}
+
+fn rounded(value: f64, parts: f64) -> f32 {
+    // Zero without a sign: shorter to write.
+    ((value * parts).round() / parts + 0.0) as f32
+}
+
+/// Counts the polygons of a ribbon as it grows: one for a flat segment, two for a twisted one.
+#[derive(Clone, Copy, Debug)]
+struct RibbonCount {
+    width_m: f64,
+    last: Option<HandSample>,
+    border: Option<[DVec3; 2]>,
+}
+
+impl RibbonCount {
+    /// A quad is flat if its bend is below this part of its longest edge.
+    const FLATNESS: f64 = 1e-3;
+
+    fn new(width_m: f64) -> Self {
+        Self { width_m, last: None, border: None }
+    }
+
+    fn border_at(&self, sample: &HandSample, travel: DVec3) -> [DVec3; 2] {
+        let thinnest = f64::from(THINNEST);
+        let half = 0.5 * self.width_m * (thinnest + (1.0 - thinnest) * sample.pressure);
+        let side = super::vector::perpendicular(sample.axes[0], travel).cross(travel) * half;
+        [sample.p + side, sample.p - side]
+    }
+
+    fn push(&mut self, sample: HandSample) -> u64 {
+        let Some(last) = self.last.replace(sample) else { return 0 };
+        let Some(travel) = (sample.p - last.p).try_normalize() else { return 0 };
+        let [a, b] = self.border.unwrap_or_else(|| self.border_at(&last, travel));
+        let [d, c] = self.border_at(&sample, travel);
+        self.border = Some([d, c]);
+        let bend = (c - a).cross(d - b).normalize_or_zero().dot(b - a).abs();
+        let longest = (b - a).length().max((c - d).length()).max((d - a).length()).max((c - b).length());
+        if bend <= Self::FLATNESS * longest { 1 } else { 2 }
+    }
+}

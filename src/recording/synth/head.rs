@@ -1,0 +1,64 @@
+//! The artist's head: follows the work on a spring, bobs as it walks.
+
+use glam::DVec3;
+
+use super::hand::RATE_HZ;
+use super::vector::{level, perpendicular, quaternion};
+
+/// Stiffness of the spring that draws the head to its place, 1/s.
+const EAGERNESS: f64 = 2.2;
+
+/// Part of the way to the new direction of looking that the head turns in one sample.
+const TURN: f64 = 0.06;
+
+#[derive(Debug)]
+pub(super) struct Head {
+    eye: DVec3,
+    velocity: DVec3,
+    look: DVec3,
+    /// How far the bob of walking has gone, radians.
+    stride: f64,
+    /// Fastest that the artist moves, m/s.
+    speed_limit: f64,
+}
+
+impl Head {
+    pub(super) fn new(eye: DVec3, look: DVec3, speed_limit: f64) -> Self {
+        Self { eye, velocity: DVec3::ZERO, look, stride: 0.0, speed_limit }
+    }
+
+    pub(super) fn eye(&self) -> DVec3 {
+        self.eye
+    }
+
+    /// One sample later, on the way to `target`, looking at `at`.
+    pub(super) fn advance(&mut self, target: DVec3, at: DVec3) {
+        let dt = 1.0 / RATE_HZ;
+        // Critically damped: arrives without overshoot.
+        let pull = (target - self.eye) * (EAGERNESS * EAGERNESS) - self.velocity * (2.0 * EAGERNESS);
+        self.velocity += pull * dt;
+        let speed = self.velocity.length();
+        if speed > self.speed_limit {
+            self.velocity *= self.speed_limit / speed;
+        }
+        self.eye += self.velocity * dt;
+        // Two steps a second at full pace.
+        self.stride += std::f64::consts::TAU * 1.9 * (speed.min(self.speed_limit) / self.speed_limit) * dt;
+        let wish = (at - self.eye).normalize_or(self.look);
+        self.look = (self.look + (wish - self.look) * TURN).normalize_or(wish);
+    }
+
+    /// Position and orientation.
+    pub(super) fn pose(&self) -> (DVec3, [f64; 4]) {
+        let walking = (self.velocity.length() / 1.2).min(1.0);
+        let bob = DVec3::new(0.0, 0.012 * walking * libm::sin(self.stride), 0.0);
+        let back = -self.look;
+        let up = perpendicular(DVec3::Y, back);
+        (self.eye + bob, quaternion(up.cross(back), up, back))
+    }
+
+    /// The level direction from a place to the head.
+    pub(super) fn from(&self, place: DVec3) -> DVec3 {
+        level(self.eye - place, DVec3::Z)
+    }
+}

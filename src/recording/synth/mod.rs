@@ -1,0 +1,124 @@
+//! Synthetic sessions: an artist with a hand, a head and a subject, drawn by rules from a seed.
+//!
+//! They stand in for recorded sessions where none is at hand, and grow to any length. The hand moves as hands do
+//! (smooth strokes that slow down in bends, tremor, pauses), the head follows the work at arm's length and walks, and
+//! now and then something is undone, erased or moved. The same seed gives the same events, bit for bit, on every
+//! machine: transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
+//!
+//! The files, each knowing those before it: `random` (numbers), `vector` (rotations), `path` (where a stroke goes),
+//! `hand` (how the hand follows it), `head`, `artist` (clock and events), `edits`, and a file for each subject.
+
+mod artist;
+mod edits;
+mod grow;
+mod hand;
+mod head;
+mod path;
+mod portrait;
+mod random;
+mod room;
+mod scribble;
+mod vector;
+
+use std::fmt;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use super::{Event, EventSource, Header, RecordingError, Root, Session};
+use artist::{Artist, Subject};
+use glam::Vec3;
+
+/// What a synthetic session shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SynthKind {
+    /// A bust, larger than life: dense small strokes in thin layers; the artist walks around it.
+    Portrait,
+    /// Rooms with walls, furniture and decoration; the artist walks from room to room.
+    Room,
+    /// Long loose strokes that fill the whole 4 m volume.
+    Scribble,
+    /// Tendrils that leave the root cube soon and go on and on.
+    Grow,
+}
+
+impl SynthKind {
+    /// Every kind.
+    pub const ALL: [Self; 4] = [Self::Portrait, Self::Room, Self::Scribble, Self::Grow];
+
+    /// The kind's name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portrait => "portrait",
+            Self::Room => "room",
+            Self::Scribble => "scribble",
+            Self::Grow => "grow",
+        }
+    }
+}
+
+impl fmt::Display for SynthKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A kind that is none.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("expected portrait, room, scribble or grow; found `{0}`")]
+pub struct ParseSynthKindError(String);
+
+impl FromStr for SynthKind {
+    type Err = ParseSynthKindError;
+
+    fn from_str(text: &str) -> Result<Self, ParseSynthKindError> {
+        Self::ALL
+            .into_iter()
+            .find(|kind| kind.name() == text)
+            .ok_or_else(|| ParseSynthKindError(text.to_owned()))
+    }
+}
+
+/// A synthetic session of about `polygons` polygons: it ends with the first stroke that reaches the number. Polygons
+/// that are erased or undone later count, too. Events are made as they are asked for; memory does not grow.
+pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
+    let source = format!("osp synth {kind} --polygons {polygons} --seed {seed}");
+    let mut artist = Artist::new(polygons, seed);
+    let (subject, size): (Box<dyn Subject>, f32) = match kind {
+        SynthKind::Portrait => (Box::new(portrait::Portrait::new(&mut artist)), VOLUME_M),
+        SynthKind::Room => {
+            let rooms = room::Rooms::new(&mut artist);
+            let size = rooms.root_size_m();
+            (Box::new(rooms), size)
+        }
+        SynthKind::Scribble => (Box::new(scribble::Scribble::new(&mut artist)), VOLUME_M),
+        SynthKind::Grow => (Box::new(grow::Grow::new(&mut artist)), VOLUME_M),
+    };
+    let header = Header { root: Some(Root { center: CENTER, size }), ..Header::new(kind.name(), source) };
+    Session { header, format: "synth", events: Box::new(Synth { artist, subject }) }
+}
+
+/// Edge of the modelling volume, metres.
+const VOLUME_M: f32 = 4.0;
+
+/// Centre of the modelling volume: between knee and hand at full stretch.
+const CENTER: Vec3 = Vec3::new(0.0, 1.5, 0.0);
+
+struct Synth {
+    artist: Artist,
+    subject: Box<dyn Subject>,
+}
+
+impl EventSource for Synth {
+    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+        loop {
+            if let Some(event) = self.artist.next_event() {
+                return Ok(Some(event));
+            }
+            if self.artist.has_finished() {
+                return Ok(None);
+            }
+            self.subject.work(&mut self.artist);
+        }
+    }
+}
