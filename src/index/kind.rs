@@ -1,4 +1,4 @@
-use super::{BruteForce, Osp, SpatialIndex};
+use super::{BruteForce, Osp, OspPaper, SpatialIndex};
 use crate::math::Aabb;
 use glam::Vec3;
 
@@ -25,17 +25,20 @@ pub enum IndexKind {
     BruteForce,
     /// [`Osp`].
     Osp,
+    /// [`OspPaper`].
+    OspPaper,
 }
 
 impl IndexKind {
     /// All of them, the reference first.
-    pub const ALL: &'static [Self] = &[Self::BruteForce, Self::Osp];
+    pub const ALL: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp];
 
     /// Its name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::BruteForce => "brute-force",
             Self::Osp => "osp",
+            Self::OspPaper => "osp-paper",
         }
     }
 
@@ -49,6 +52,7 @@ impl IndexKind {
         match self {
             Self::BruteForce => Box::new(BruteForce::new()),
             Self::Osp => Box::new(Osp::new(config)),
+            Self::OspPaper => Box::new(OspPaper::from_config(config)),
         }
     }
 }

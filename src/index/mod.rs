@@ -5,11 +5,15 @@
 //! [`SpatialIndex::traverse`] is for everything that asks per node (occlusion, pictures of the structure).
 
 mod brute_force;
+mod by_id;
 mod draw_list;
+mod exact;
 mod kind;
 mod osp;
+mod osp_paper;
 mod probe;
 mod simd;
+mod sink;
 mod spatial_index;
 mod work;
 
@@ -17,6 +21,7 @@ pub use brute_force::BruteForce;
 pub use draw_list::DrawList;
 pub use kind::{IndexConfig, IndexKind};
 pub use osp::Osp;
+pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPlace};
 pub use simd::Backend;
 pub use spatial_index::{IndexError, Node, SpatialIndex, Visit, Visitor};
 pub use work::WorkCounts;

@@ -5,6 +5,7 @@
 //! out, and a few more, so upkeep costs a fixed share of what caused it and never piles up.
 
 use super::{
+    grid::Grid,
     index::Osp,
     layout::{Bucket, Link, OWN, Run, Target},
     pool::NONE,
@@ -319,6 +320,9 @@ impl Osp {
             let mut below = top.children.iter().filter(|&&link| link != Link::NONE);
             let (Some(only), None, NONE) = (below.next(), below.next(), top.own) else { return };
             let Target::Node(node) = only.target() else { return };
+            if let Some(entry) = Grid::flat_entry(&top.key, top.shift) {
+                self.flat[entry] = Link::NONE.to_bits();
+            }
             self.nodes.give(self.top);
             self.nodes[node].parent = NONE;
             self.top = node;

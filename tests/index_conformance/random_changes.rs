@@ -1,0 +1,129 @@
+//! A random sequence of changes, each applied to every index and to the reference.
+
+use glam::Vec3;
+use osp::{
+    index::{IndexConfig, IndexKind, SpatialIndex},
+    math::Aabb,
+    scene::PolygonId,
+};
+use proptest::{collection::vec, prelude::*};
+
+use super::{
+    boxes::Rng,
+    check::{BruteForceTwin, check},
+    scenes::random_frustum,
+};
+
+/// Ids are drawn from few, so that duplicates and unknown ones happen.
+const IDS: u32 = 40;
+
+#[derive(Clone, Debug)]
+enum Change {
+    Insert(u32, Aabb),
+    Remove(u32),
+    Update(u32, Aabb),
+    /// A whole stroke: ids from here upwards, along a line.
+    InsertRow(u32, u32, Aabb, Vec3),
+    RemoveRow(u32, u32),
+    Clear,
+    Commit,
+}
+
+/// A coordinate: anywhere in the room, often on a plane that halves the root, sometimes far out or huge.
+fn coordinate() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        4 => -2.0f32..4.0,
+        3 => (-16i32..32).prop_map(|k| k as f32 * 0.125 - 0.5),
+        1 => prop_oneof![Just(1.0e10f32), Just(-3.0e6), Just(f32::MAX), Just(-f32::MAX), Just(0.0), Just(1.0e-40)],
+    ]
+}
+
+fn point() -> impl Strategy<Value = Vec3> {
+    (coordinate(), coordinate(), coordinate()).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+}
+
+fn bounds() -> impl Strategy<Value = Aabb> {
+    prop_oneof![
+        6 => (point(), 0.0f32..0.2).prop_map(|(p, size_m)| Aabb::new(p, (p + Vec3::splat(size_m)).min(Vec3::MAX))),
+        2 => (point(), point()).prop_map(|(a, b)| Aabb::new(a.min(b), a.max(b))),
+        1 => point().prop_map(|p| Aabb::new(p, p)),
+        // Refused.
+        1 => point().prop_map(|p| Aabb::new(p, Vec3::new(p.x, f32::NAN, p.z))),
+    ]
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    let step = (-0.1f32..0.1, -0.1f32..0.1, -0.1f32..0.1).prop_map(|(x, y, z)| Vec3::new(x, y, z));
+    prop_oneof![
+        4 => (0..IDS, bounds()).prop_map(|(id, b)| Change::Insert(id, b)),
+        3 => (0..IDS).prop_map(Change::Remove),
+        3 => (0..IDS, bounds()).prop_map(|(id, b)| Change::Update(id, b)),
+        2 => (0..IDS, 1..60u32, bounds(), step).prop_map(|(id, n, b, by)| Change::InsertRow(id, n, b, by)),
+        1 => (0..IDS, 1..60u32).prop_map(|(id, n)| Change::RemoveRow(id, n)),
+        1 => Just(Change::Clear),
+        4 => Just(Change::Commit),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, max_shrink_iters: 2000, ..ProptestConfig::default() })]
+
+    #[test]
+    fn same_as_brute_force(changes in vec(change(), 1..40), seed in any::<u64>()) {
+        let config = IndexConfig { capacity: 16, ..IndexConfig::default() };
+        for &kind in IndexKind::ALL {
+            run(kind, &config, &changes, seed);
+        }
+    }
+}
+
+fn run(kind: IndexKind, config: &IndexConfig, changes: &[Change], seed: u64) {
+    let mut index = kind.create(config);
+    let mut twin = BruteForceTwin::default();
+    let mut random = Rng(seed);
+    let mut insert = |index: &mut dyn SpatialIndex, twin: &mut BruteForceTwin, id, b: &Aabb| {
+        let id = PolygonId(id);
+        let answer = index.insert(id, b);
+        assert_eq!(answer, twin.index.insert(id, b), "{kind:?}");
+        if answer.is_ok() {
+            twin.set(id, b);
+        }
+    };
+    for change in changes.iter().chain([&Change::Commit]) {
+        match change {
+            Change::Insert(id, b) => insert(&mut *index, &mut twin, *id, b),
+            Change::InsertRow(first, count, b, by) => {
+                for i in 0..*count {
+                    let moved = Aabb::new(b.min + *by * i as f32, b.max + *by * i as f32);
+                    insert(&mut *index, &mut twin, first + i, &moved);
+                }
+            }
+            Change::Remove(id) => {
+                let id = PolygonId(*id);
+                assert_eq!(index.remove(id), twin.index.remove(id), "{kind:?}");
+            }
+            Change::RemoveRow(first, count) => {
+                for id in (*first..first + count).map(PolygonId) {
+                    assert_eq!(index.remove(id), twin.index.remove(id), "{kind:?}");
+                }
+            }
+            Change::Update(id, b) => {
+                let id = PolygonId(*id);
+                let answer = index.update(id, b);
+                assert_eq!(answer, twin.index.update(id, b), "{kind:?}");
+                if answer.is_ok() {
+                    twin.set(id, b);
+                }
+            }
+            Change::Clear => {
+                index.clear();
+                twin.index.clear();
+            }
+            Change::Commit => {
+                index.commit();
+                let frusta = [(); 2].map(|()| random_frustum(&mut random, &config.root));
+                check(&*index, &twin, &frusta, "random changes");
+            }
+        }
+    }
+}
