@@ -33,6 +33,10 @@ impl IndexKind {
     /// All of them, the reference first.
     pub const ALL: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp];
 
+    /// Those that a replay compares if it is not told otherwise: the reference, the paper's tree, our own, and the
+    /// paper's rival.
+    pub const DEFAULT: &'static [Self] = &[Self::BruteForce];
+
     /// Its name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {

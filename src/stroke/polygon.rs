@@ -72,16 +72,20 @@ impl ConvexPolygon {
 
     /// Appends a quad as one polygon if it is flat and convex, as two triangles along its shorter diagonal if not.
     pub(crate) fn push_quad([a, b, c, d]: [Vec3; 4], out: &mut Vec<Self>, drops: &mut Drops) {
-        let quad = Self::quad([a, b, c, d]);
         if is_flat_and_convex([a, b, c, d]) {
-            quad.push_checked(out, drops);
-        } else if a.distance_squared(c) <= b.distance_squared(d) {
-            Self::triangle(a, b, c).push_checked(out, drops);
-            Self::triangle(a, c, d).push_checked(out, drops);
-        } else {
-            Self::triangle(a, b, d).push_checked(out, drops);
-            Self::triangle(b, c, d).push_checked(out, drops);
+            Self::quad([a, b, c, d]).push_checked(out, drops);
+            return;
         }
+        let halves = if a.distance_squared(c) <= b.distance_squared(d) {
+            [Self::triangle(a, b, c), Self::triangle(a, c, d)]
+        } else {
+            [Self::triangle(a, b, d), Self::triangle(b, c, d)]
+        };
+        let before = *drops;
+        halves.map(|half| half.push_checked(out, drops));
+        // A quad of which nothing is left is one polygon dropped, not two.
+        drops.degenerate = drops.degenerate.min(before.degenerate + 1);
+        drops.out_of_range = drops.out_of_range.min(before.out_of_range + 1);
     }
 }
 

@@ -4,8 +4,10 @@
 
 mod camera;
 mod frame;
+mod replay;
 mod view;
 
 pub use camera::{CameraChoice, CameraPath, Moment};
 pub use frame::Pipeline;
+pub use replay::{Budget, Lane, LaneFrame, Replay};
 pub use view::{Projection, View};

@@ -1,0 +1,65 @@
+//! The command line: one file for each subcommand, each a set of arguments and a `run`.
+//!
+//! Exit codes: 0 done, 1 a check failed, 2 bad input or usage.
+
+mod allocations;
+mod output;
+mod session;
+
+mod info;
+mod replay;
+
+pub use allocations::CountingAllocator;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Keep a growing, hand-made 3D model drawable in real time: replay recorded sketching sessions through the OSP tree
+/// and its rivals, and see what each frame costs.
+#[derive(Parser, Debug)]
+#[command(name = "osp", version, arg_required_else_help = true, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "Examples:
+  osp replay recordings/portrait.ron
+  osp replay sketch.tilt --chart frames.png
+  osp info painting.apa
+  osp replay --help
+
+Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    Replay(replay::ReplayArgs),
+    Info(info::InfoArgs),
+}
+
+/// How a command ended, other than by bad input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    Done,
+    CheckFailed,
+}
+
+/// Runs the program with the arguments of the process.
+pub fn run() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Replay(args) => replay::run(&args),
+        Command::Info(args) => info::run(&args),
+    };
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::CheckFailed) => ExitCode::from(1),
+        // Whoever reads the output has seen enough (`osp replay … | head`).
+        Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            output::complain(&format!("error: {error:#}"));
+            ExitCode::from(2)
+        }
+    }
+}

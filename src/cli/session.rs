@@ -1,0 +1,92 @@
+//! Opening sessions for the commands: any format, read ahead of whoever plays it.
+
+use std::{
+    path::Path,
+    sync::mpsc::{Receiver, SyncSender, sync_channel},
+    thread,
+};
+
+use anyhow::Context;
+
+use crate::recording::{self, Event, Header, Notes, OpenOptions, RecordingError};
+
+/// Events handed over at once.
+const BATCH: usize = 1024;
+/// Batches that may wait: the reader is at most this far ahead, so memory does not grow with the file.
+const WAITING: usize = 16;
+
+/// What travels from the reading thread.
+enum Message {
+    Events(Vec<Event>),
+    Damage(RecordingError),
+    Notes(Notes),
+}
+
+/// An open session whose events are read on a thread of their own.
+pub(super) struct OpenSession {
+    pub(super) header: Header,
+    pub(super) format: &'static str,
+    messages: Receiver<Message>,
+    batch: std::vec::IntoIter<Event>,
+    notes: Notes,
+}
+
+impl OpenSession {
+    /// Opens a session of any format.
+    pub(super) fn open(path: &Path, lenient: bool) -> anyhow::Result<Self> {
+        let session = recording::open(path, &OpenOptions { lenient })?;
+        let (header, format) = (session.header.clone(), session.format);
+        let (sender, messages) = sync_channel(WAITING);
+        thread::Builder::new()
+            .name("reader".to_owned())
+            .spawn(move || read(session, &sender))
+            .context("a thread to read the session")?;
+        Ok(Self { header, format, messages, batch: Vec::new().into_iter(), notes: Notes::default() })
+    }
+
+    /// What the reader noticed; complete after the last event.
+    pub(super) fn notes(&self) -> &Notes {
+        &self.notes
+    }
+}
+
+fn read(mut session: recording::Session, sender: &SyncSender<Message>) {
+    let mut batch = Vec::with_capacity(BATCH);
+    loop {
+        let (event, last) = match session.events.next_event() {
+            Ok(Some(event)) => (Some(event), None),
+            Ok(None) => (None, Some(Message::Notes(session.events.notes()))),
+            Err(error) => (None, Some(Message::Damage(error))),
+        };
+        batch.extend(event);
+        let ends = last.is_some();
+        // A send fails once nobody listens any more: then there is nothing left to do.
+        if (ends || batch.len() == BATCH)
+            && sender.send(Message::Events(std::mem::replace(&mut batch, Vec::with_capacity(BATCH)))).is_err()
+        {
+            return;
+        }
+        if let Some(last) = last {
+            let _ = sender.send(last);
+            return;
+        }
+    }
+}
+
+impl Iterator for OpenSession {
+    type Item = Result<Event, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(event) = self.batch.next() {
+                return Some(Ok(event));
+            }
+            match self.messages.recv() {
+                Ok(Message::Events(batch)) => self.batch = batch.into_iter(),
+                Ok(Message::Damage(error)) => return Some(Err(error)),
+                Ok(Message::Notes(notes)) => self.notes = notes,
+                Err(_) => return None,
+            }
+        }
+    }
+}

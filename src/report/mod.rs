@@ -1,0 +1,14 @@
+//! What a person reads: tables, CSV, JSON and charts of a replay.
+
+mod chart;
+mod csv;
+mod pins;
+mod run;
+mod table;
+
+pub use chart::{ChartError, ChartFormat, draw_frame_times};
+pub use csv::CsvWriter;
+pub use pins::{Pin, PinError, Pins};
+pub use run::{ReplayReport, RunReport};
+pub use table::replay_table;
+pub(crate) use table::thousands;

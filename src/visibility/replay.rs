@@ -1,0 +1,138 @@
+use super::{CameraPath, Moment, Pipeline, View};
+use crate::{
+    metrics::FrameRecord,
+    recording::{Event, Pacer, RecordingError},
+    scene::{Change, Scene},
+};
+
+/// Parts of a session in each of which a lane may spend the same share of its budget.
+const STRETCHES: u64 = 40;
+
+/// How much of a session a lane is measured on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budget {
+    /// Time to spend on measured frames, nanoseconds; once a stretch's share is spent, the lane only follows the
+    /// changes until the next stretch.
+    pub ns: u64,
+    /// Frames of the session, to space the stretches evenly.
+    pub frames: u64,
+}
+
+/// One index on its way through a session.
+#[derive(Debug)]
+pub struct Lane {
+    pipeline: Pipeline,
+    budget: Budget,
+    stretch: u64,
+    spent_ns: u64,
+    /// Changes have been filed without a commit: the next frame pays for more than itself.
+    behind: bool,
+}
+
+impl Lane {
+    /// A lane around a pipeline that has seen nothing yet.
+    pub fn new(pipeline: Pipeline, budget: Budget) -> Self {
+        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false }
+    }
+
+    /// The pipeline.
+    pub fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
+    }
+
+    fn step(&mut self, frame: u64, scene: &Scene, changes: &[Change], view: &View) -> Option<LaneFrame> {
+        let stretch = frame.saturating_mul(STRETCHES) / self.budget.frames.max(1);
+        if stretch != self.stretch {
+            (self.stretch, self.spent_ns) = (stretch, 0);
+        }
+        if self.spent_ns > self.budget.ns / STRETCHES {
+            self.pipeline.skip(scene, changes);
+            self.behind = true;
+            return None;
+        }
+        let record = self.pipeline.frame(scene, changes, view);
+        self.spent_ns += record.total_ns();
+        let catches_up = std::mem::take(&mut self.behind);
+        Some(LaneFrame { record, catches_up })
+    }
+}
+
+/// What a lane did in a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneFrame {
+    /// The frame.
+    pub record: FrameRecord,
+    /// The lane had skipped frames before, so this frame's times are not its own; its visible set is.
+    pub catches_up: bool,
+}
+
+/// A session played through several indexes at once, frame by frame: the same scene, the same changes and the same
+/// view for each, one after the other, so that what disturbs the machine disturbs all alike.
+#[derive(Debug)]
+pub struct Replay<I> {
+    pacer: Pacer<I>,
+    camera: CameraPath,
+    scene: Scene,
+    lanes: Vec<Lane>,
+    moment: Moment,
+    events: Vec<Event>,
+    changes: Vec<Change>,
+    outcomes: Vec<Option<LaneFrame>>,
+}
+
+impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
+    /// A replay at its beginning.
+    pub fn new(pacer: Pacer<I>, camera: CameraPath, lanes: Vec<Lane>) -> Self {
+        let outcomes = vec![None; lanes.len()];
+        Self {
+            pacer,
+            camera,
+            scene: Scene::new(),
+            lanes,
+            moment: Moment::default(),
+            events: Vec::new(),
+            changes: Vec::new(),
+            outcomes,
+        }
+    }
+
+    /// Plays one frame; what each lane did, in their order (`None`: it is out of its budget for now). `Ok(None)`: the
+    /// session is over.
+    ///
+    /// # Errors
+    /// The recording is damaged here; what came before has been played.
+    pub fn step(&mut self) -> Result<Option<&[Option<LaneFrame>]>, RecordingError> {
+        if !self.pacer.next_frame(&mut self.events)? {
+            return Ok(None);
+        }
+        self.changes.clear();
+        for event in &self.events {
+            self.moment.note(event);
+            self.scene.apply(event, &mut self.changes);
+        }
+        let view = self.camera.view(&self.moment);
+        let count = self.lanes.len();
+        for turn in 0..count {
+            // Another lane begins each frame: none always meets the caches that the reader has just filled.
+            let at = (turn + self.moment.frame as usize) % count;
+            self.outcomes[at] = self.lanes[at].step(self.moment.frame, &self.scene, &self.changes, &view);
+        }
+        self.moment.frame += 1;
+        Ok(Some(&self.outcomes))
+    }
+
+    /// The model as it is now.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The lanes.
+    pub fn lanes(&self) -> &[Lane] {
+        &self.lanes
+    }
+
+    /// Frames played so far.
+    pub fn frames(&self) -> u64 {
+        self.moment.frame
+    }
+}

@@ -1,0 +1,202 @@
+//! The program as a user meets it: arguments, exit codes, tables, JSON, CSV, charts, fingerprints.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use serde_json::Value;
+
+fn osp(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_osp"))
+        .args(args)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("the program starts")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A small session with a bit of everything.
+fn small_session(folder: &Path) -> PathBuf {
+    let mut text = String::from("Header(format: 1, name: \"small\", source: \"test\")\n");
+    for stroke in 0..6 {
+        text += &format!(
+            "Begin(t: 0.0, stroke: {stroke}, tool: Ribbon, width: 0.05, color: (1.0, 0.5, 0.2, 1.0), thinnest: 1.0)\n"
+        );
+        for i in 0..40 {
+            let x = i as f32 * 0.02;
+            let t = f64::from(stroke) + f64::from(i) * 0.011;
+            text +=
+                &format!("Point(t: {t}, stroke: {stroke}, p: ({x}, {}, {}))\n", stroke as f32 * 0.1, x * x);
+        }
+        text += &format!("End(t: 0.0, stroke: {stroke})\n");
+    }
+    text += "Erase(t: 7.0, stroke: 2)\nUndo(t: 7.1)\nRedo(t: 7.2)\nMove(t: 7.3, strokes: [1, 3], by: (0.0, 0.5, 0.0))\n";
+    let path = folder.join("small.ron");
+    fs::write(&path, text).expect("a temporary folder can be written");
+    path
+}
+
+fn temp() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn json_of(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", stderr(output));
+    serde_json::from_str(&stdout(output)).expect("one JSON object")
+}
+
+#[test]
+fn replay_prints_a_table_with_every_default_index() {
+    let folder = temp();
+    let output = osp(&["replay", small_session(folder.path()).to_str().expect("utf-8")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = stdout(&output);
+    for name in
+        ["brute-force", "osp-paper", "osp ", "octree-rebuild", "240 points", "All indexes saw the same"]
+    {
+        assert!(text.contains(name), "{name} is missing in\n{text}");
+    }
+    assert!(stderr(&output).is_empty(), "no progress bar in a pipe: {}", stderr(&output));
+}
+
+#[test]
+fn replay_json_has_the_documented_keys_and_equal_fingerprints() {
+    let folder = temp();
+    let report = json_of(&osp(&["replay", small_session(folder.path()).to_str().expect("utf-8"), "--json"]));
+    assert_eq!(report["recording"], "small.ron");
+    assert_eq!((&report["strokes"], &report["points"]), (&6.into(), &240.into()));
+    let runs = report["runs"].as_array().expect("runs");
+    assert_eq!(runs.len(), 4);
+    for run in runs {
+        for key in ["insert_ns_per_polygon", "cull_us", "visible_mean", "bytes", "allocations_steady"] {
+            assert!(run[key].is_number(), "{key} in {run}");
+        }
+        for key in ["p50", "p95", "p99", "max"] {
+            assert!(run["frame_us"][key].is_number(), "{key} in {run}");
+        }
+        assert_eq!(run["fingerprint"], runs[0]["fingerprint"]);
+    }
+    let info = json_of(&osp(&["info", small_session(folder.path()).to_str().expect("utf-8"), "--json"]));
+    assert_eq!((&info["strokes"], &info["points"], &info["erased"]), (&6.into(), &240.into(), &1.into()));
+    assert_eq!(info["polygons"], report["polygons"]);
+}
+
+#[test]
+fn csv_has_a_line_for_each_index_and_frame_and_charts_are_pictures() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let (csv, png, svg) =
+        (folder.path().join("f.csv"), folder.path().join("f.png"), folder.path().join("f.svg"));
+    let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
+    let args = ["replay", &path(&session), "--pace", "samples:10", "--index", "osp,brute-force"];
+    let output = osp(&[&args[..], &["--csv", &path(&csv), "--chart", &path(&png)]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = fs::read_to_string(&csv).expect("the CSV");
+    let columns = text.lines().next().expect("names").split(',').count();
+    assert!(text.lines().all(|line| line.split(',').count() == columns));
+    assert_eq!(text.lines().count(), 1 + 2 * 24);
+    assert!(fs::read(&png).expect("the chart").starts_with(b"\x89PNG"));
+    assert!(osp(&[&args[..], &["--chart", &path(&svg)]].concat()).status.success());
+    assert!(fs::read_to_string(&svg).expect("the chart").contains("<svg"));
+}
+
+#[test]
+fn a_pinned_fingerprint_is_checked() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let (session, pins) = (session.to_str().expect("utf-8"), folder.path().join("pins.ron"));
+    let pins_path = pins.to_str().expect("utf-8");
+    assert!(osp(&["replay", session, "--pin", pins_path]).status.success());
+    assert!(osp(&["replay", session, "--check", pins_path]).status.success());
+    // Another pace is not pinned.
+    assert_eq!(osp(&["replay", session, "--pace", "samples:3", "--check", pins_path]).status.code(), Some(1));
+    let text = fs::read_to_string(&pins).expect("the pins");
+    let at = text.find("fingerprint: \"").expect("a pin") + 14;
+    let digit = if &text[at..=at] == "0" { "1" } else { "0" };
+    fs::write(&pins, format!("{}{digit}{}", &text[..at], &text[at + 1..])).expect("written");
+    let output = osp(&["replay", session, "--check", pins_path]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("pinned"), "{}", stderr(&output));
+}
+
+#[test]
+fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let session = session.to_str().expect("utf-8");
+    for args in [
+        &["replay"][..],
+        &["replay", session, "--index", "no-such"],
+        &["replay", session, "--pace", "samples:0"],
+        &["replay", session, "--camera", "upside-down"],
+        &["replay", session, "--budget", "-1"],
+        &["replay", session, "--chart", "frames.bmp"],
+        &["frobnicate"],
+        &[],
+    ] {
+        let output = osp(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", stderr(&output));
+        assert!(!stderr(&output).is_empty());
+    }
+    let missing = osp(&["replay", "no-such-file.ron"]);
+    assert_eq!(missing.status.code(), Some(2));
+    assert_eq!(stderr(&missing).lines().count(), 1, "{}", stderr(&missing));
+    assert!(stderr(&missing).contains("no-such-file.ron"));
+
+    let damaged = folder.path().join("damaged.ron");
+    let text = fs::read_to_string(session).expect("the session").replacen("Point(", "Pont(", 1);
+    fs::write(&damaged, text).expect("written");
+    let damaged = damaged.to_str().expect("utf-8");
+    let output = osp(&["replay", damaged]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("damaged.ron") && stderr(&output).contains("line 3"),
+        "{}",
+        stderr(&output)
+    );
+    let lenient = osp(&["replay", damaged, "--lenient"]);
+    assert!(lenient.status.success(), "{}", stderr(&lenient));
+    assert!(stderr(&lenient).contains("1 damaged"), "{}", stderr(&lenient));
+}
+
+#[test]
+fn a_session_cut_off_replays_up_to_the_cut_with_one_warning() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let text = fs::read_to_string(&session).expect("the session");
+    let cut = text.rfind("Point(").expect("points") + 20;
+    fs::write(&session, &text[..cut]).expect("written");
+    let output = osp(&["replay", session.to_str().expect("utf-8")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
+    assert!(stdout(&output).contains("239 points"), "{}", stdout(&output));
+}
+
+#[test]
+fn an_empty_session_is_no_error() {
+    let folder = temp();
+    let path = folder.path().join("empty.ron");
+    fs::write(&path, "Header(format: 1)\n").expect("written");
+    let output = osp(&["replay", path.to_str().expect("utf-8")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).contains("nothing to measure"), "{}", stdout(&output));
+}
+
+#[test]
+fn every_command_has_examples_in_its_help() {
+    for command in ["replay", "info", "import", "synth"] {
+        let output = osp(&[command, "--help"]);
+        assert!(output.status.success());
+        assert!(stdout(&output).contains("Examples:\n  osp "), "{command}: {}", stdout(&output));
+    }
+}

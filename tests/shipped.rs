@@ -1,0 +1,78 @@
+//! The shipped recordings and the README: fingerprints stay pinned, commands work.
+
+use std::{fs, path::Path, process::Command};
+
+fn shipped() -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir("recordings")
+        .expect("recordings/")
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| (name.ends_with(".ron") || name.ends_with(".ron.zst")) && name != "fingerprints.ron")
+        .collect();
+    names.sort();
+    names
+}
+
+fn osp() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+#[test]
+fn every_shipped_recording_replays_with_its_pinned_fingerprint_in_every_index() {
+    let names = shipped();
+    assert!(names.len() >= 4, "{names:?}");
+    for name in names {
+        let path = format!("recordings/{name}");
+        assert!(fs::metadata(&path).expect("there").len() < 3 << 20, "{name} is over 3 MB");
+        let output = osp()
+            .args(["replay", &path, "--check", "recordings/fingerprints.ron", "--budget", "600"])
+            .output()
+            .expect("the program starts");
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn the_recordings_are_what_their_commands_make() {
+    let readme = fs::read_to_string("recordings/README.md").expect("recordings/README.md");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut made = 0;
+    for line in readme.lines() {
+        let Some(command) = line.split('`').find(|part| part.starts_with("osp synth ")) else { continue };
+        let words: Vec<&str> = command.split_whitespace().skip(1).collect();
+        let (name, words) = words.split_last().expect("a file name");
+        let name = Path::new(name).file_name().expect("a file name");
+        let out = folder.path().join(name);
+        assert!(osp().args(words).arg(&out).status().expect("the program starts").success(), "{command}");
+        let (made_bytes, shipped_bytes) =
+            (fs::read(&out).expect("made"), fs::read(Path::new("recordings").join(name)));
+        assert!(made_bytes == shipped_bytes.expect("shipped"), "{command} makes other bytes");
+        made += 1;
+    }
+    assert_eq!(made, shipped().len(), "recordings/README.md names the command of every recording");
+}
+
+#[test]
+fn the_commands_of_the_readme_work() {
+    let readme = fs::read_to_string("README.md").expect("README.md");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let commands: Vec<&str> =
+        readme.lines().filter_map(|l| l.strip_prefix("cargo run --release -- ")).collect();
+    assert!(commands.len() >= 2, "{commands:?}");
+    for command in commands {
+        // Pictures go into the temporary folder.
+        let args: Vec<String> = command
+            .split_whitespace()
+            .map(|word| {
+                if word.ends_with(".png") || word.ends_with(".svg") {
+                    folder.path().join(word).to_string_lossy().into_owned()
+                } else {
+                    word.to_owned()
+                }
+            })
+            .collect();
+        let output = osp().args(&args).output().expect("the program starts");
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
