@@ -82,7 +82,9 @@ impl ConvexPolygon {
             [Self::triangle(a, b, d), Self::triangle(b, c, d)]
         };
         let before = *drops;
-        halves.map(|half| half.push_checked(out, drops));
+        for half in halves {
+            half.push_checked(out, drops);
+        }
         // A quad of which nothing is left is one polygon dropped, not two.
         drops.degenerate = drops.degenerate.min(before.degenerate + 1);
         drops.out_of_range = drops.out_of_range.min(before.out_of_range + 1);
