@@ -1,4 +1,4 @@
-use super::{BruteForce, Osp, OspPaper, SpatialIndex};
+use super::{BruteForce, OctreeConfig, Osp, OspPaper, SpatialIndex, octree_rebuild};
 use crate::math::Aabb;
 use glam::Vec3;
 
@@ -23,15 +23,20 @@ impl Default for IndexConfig {
 pub enum IndexKind {
     /// [`BruteForce`].
     BruteForce,
-    /// [`Osp`].
-    Osp,
     /// [`OspPaper`].
     OspPaper,
+    /// [`Osp`].
+    Osp,
+    /// [`octree_rebuild`].
+    OctreeRebuild,
 }
 
 impl IndexKind {
     /// All of them, the reference first.
-    pub const ALL: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp];
+    pub const ALL: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
+
+    /// Those that are compared unless told otherwise: the reference, the paper's two structures, and the fast tree.
+    pub const DEFAULT: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
 
     /// Those that a replay compares if it is not told otherwise: the reference, the paper's tree, our own, and the
     /// paper's rival.
@@ -41,8 +46,9 @@ impl IndexKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::BruteForce => "brute-force",
-            Self::Osp => "osp",
             Self::OspPaper => "osp-paper",
+            Self::Osp => "osp",
+            Self::OctreeRebuild => "octree-rebuild",
         }
     }
 
@@ -55,8 +61,9 @@ impl IndexKind {
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
         match self {
             Self::BruteForce => Box::new(BruteForce::new()),
-            Self::Osp => Box::new(Osp::new(config)),
             Self::OspPaper => Box::new(OspPaper::from_config(config)),
+            Self::Osp => Box::new(Osp::new(config)),
+            Self::OctreeRebuild => octree_rebuild(&OctreeConfig::default(), config),
         }
     }
 }

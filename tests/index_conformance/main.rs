@@ -7,7 +7,6 @@ mod osp_paper;
 mod random_changes;
 mod scenes;
 
-use boxes::Rng;
 use check::{BruteForceTwin, check};
 use glam::Vec3;
 use osp::{

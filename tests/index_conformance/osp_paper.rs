@@ -53,7 +53,7 @@ fn place_in(cube: &Cube, corner: [(f32, i32); 3]) -> Vec3 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn placement_is_the_walk(

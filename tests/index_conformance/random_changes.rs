@@ -66,7 +66,7 @@ fn change() -> impl Strategy<Value = Change> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, max_shrink_iters: 2000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 40, max_shrink_iters: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn same_as_brute_force(changes in vec(change(), 1..40), seed in any::<u64>()) {
@@ -81,7 +81,7 @@ fn run(kind: IndexKind, config: &IndexConfig, changes: &[Change], seed: u64) {
     let mut index = kind.create(config);
     let mut twin = BruteForceTwin::default();
     let mut random = Rng(seed);
-    let mut insert = |index: &mut dyn SpatialIndex, twin: &mut BruteForceTwin, id, b: &Aabb| {
+    let insert = |index: &mut dyn SpatialIndex, twin: &mut BruteForceTwin, id, b: &Aabb| {
         let id = PolygonId(id);
         let answer = index.insert(id, b);
         assert_eq!(answer, twin.index.insert(id, b), "{kind:?}");
