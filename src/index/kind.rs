@@ -40,7 +40,7 @@ impl IndexKind {
 
     /// Those that a replay compares if it is not told otherwise: the reference, the paper's tree, our own, and the
     /// paper's rival.
-    pub const DEFAULT: &'static [Self] = &[Self::BruteForce];
+    pub const DEFAULT: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp];
 
     /// Its name on the command line and in tables.
     pub fn name(self) -> &'static str {
