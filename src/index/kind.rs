@@ -38,10 +38,6 @@ impl IndexKind {
     /// Those that are compared unless told otherwise: the reference, the paper's two structures, and the fast tree.
     pub const DEFAULT: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
 
-    /// Those that a replay compares if it is not told otherwise: the reference, the paper's tree, our own, and the
-    /// paper's rival.
-    pub const DEFAULT: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp];
-
     /// Its name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
