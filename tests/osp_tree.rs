@@ -8,7 +8,9 @@ mod boxes;
 use boxes::{Place, Rng, drawn, root, shuffled, views};
 use glam::Vec3;
 use osp::{
-    index::{Backend, BruteForce, DrawList, IndexConfig, IndexError, Osp, SpatialIndex, Visit, Visitor},
+    index::{
+        Backend, BruteForce, DrawList, IndexConfig, IndexError, IndexKind, Osp, SpatialIndex, Visit, Visitor,
+    },
     math::{Aabb, Frustum},
     scene::PolygonId,
 };
@@ -54,7 +56,7 @@ impl Visitor for Gather {
     }
 }
 
-fn assert_same(osp: &Osp, reference: &BruteForce, frusta: &[Frustum]) {
+fn assert_same(osp: &dyn SpatialIndex, reference: &BruteForce, frusta: &[Frustum]) {
     assert_eq!(osp.len(), reference.len());
     for frustum in frusta {
         let expected = cull(reference, frustum);
@@ -112,7 +114,12 @@ fn every_order_of_operations_is_answered_like_brute_force() {
     let rounds = if cfg!(debug_assertions) { 40 } else { 200 };
     for round in 0..rounds {
         let mut rng = Rng(round);
-        let mut osp = tree(if round % 2 == 0 { Backend::detect() } else { Backend::Scalar });
+        let mut osp: Box<dyn SpatialIndex> = match round % 8 {
+            0 => IndexKind::BruteSimd.create(&config()),
+            1 => IndexKind::TimeOrder.create(&config()),
+            2 => Box::new(tree(Backend::Scalar)),
+            _ => Box::new(tree(Backend::detect())),
+        };
         let mut reference = BruteForce::new();
         let ids = [40, 600, 3000][rng.below(3)];
         let strokes = drawn(ids, round + 1000);
@@ -153,7 +160,7 @@ fn every_order_of_operations_is_answered_like_brute_force() {
             }
             let mut frusta = views(&root(), 1, Place::Inside, rng.next());
             frusta.extend(views(&Aabb::cube(Vec3::splat(1000.0), 8.0), 1, Place::Outside, rng.next()));
-            assert_same(&osp, &reference, &frusta);
+            assert_same(osp.as_ref(), &reference, &frusta);
         }
         osp.clear();
         osp.validate().unwrap();

@@ -1,4 +1,4 @@
-use super::{BruteForce, OctreeConfig, Osp, OspPaper, SpatialIndex, octree_rebuild};
+use super::{BruteForce, BruteSimd, OctreeConfig, Osp, OspPaper, SpatialIndex, TimeOrder, octree_rebuild};
 use crate::math::Aabb;
 use glam::Vec3;
 
@@ -23,6 +23,10 @@ impl Default for IndexConfig {
 pub enum IndexKind {
     /// [`BruteForce`].
     BruteForce,
+    /// [`BruteSimd`].
+    BruteSimd,
+    /// [`TimeOrder`].
+    TimeOrder,
     /// [`OspPaper`].
     OspPaper,
     /// [`Osp`].
@@ -33,7 +37,8 @@ pub enum IndexKind {
 
 impl IndexKind {
     /// All of them, the reference first.
-    pub const ALL: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
+    pub const ALL: &'static [Self] =
+        &[Self::BruteForce, Self::BruteSimd, Self::TimeOrder, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
 
     /// Those that are compared unless told otherwise: the reference, the paper's two structures, and the fast tree.
     pub const DEFAULT: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
@@ -42,6 +47,8 @@ impl IndexKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::BruteForce => "brute-force",
+            Self::BruteSimd => "brute-simd",
+            Self::TimeOrder => "time-order",
             Self::OspPaper => "osp-paper",
             Self::Osp => "osp",
             Self::OctreeRebuild => "octree-rebuild",
@@ -57,6 +64,8 @@ impl IndexKind {
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
         match self {
             Self::BruteForce => Box::new(BruteForce::new()),
+            Self::BruteSimd => Box::new(BruteSimd::new(config)),
+            Self::TimeOrder => Box::new(TimeOrder::new(config)),
             Self::OspPaper => Box::new(OspPaper::from_config(config)),
             Self::Osp => Box::new(Osp::new(config)),
             Self::OctreeRebuild => octree_rebuild(&OctreeConfig::default(), config),

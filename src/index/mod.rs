@@ -5,6 +5,7 @@
 //! [`SpatialIndex::traverse`] is for everything that asks per node (occlusion, pictures of the structure).
 
 mod brute_force;
+mod brute_simd;
 mod by_id;
 mod draw_list;
 mod exact;
@@ -19,9 +20,11 @@ mod rebuilt;
 mod simd;
 mod sink;
 mod spatial_index;
+mod time_order;
 mod work;
 
 pub use brute_force::BruteForce;
+pub use brute_simd::BruteSimd;
 pub use draw_list::DrawList;
 pub use kind::{IndexConfig, IndexKind};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
@@ -29,4 +32,5 @@ pub use osp::Osp;
 pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPlace};
 pub use simd::Backend;
 pub use spatial_index::{IndexError, Node, SpatialIndex, Visit, Visitor};
+pub use time_order::TimeOrder;
 pub use work::WorkCounts;

@@ -10,10 +10,9 @@ use super::{
 use crate::{
     index::{
         DrawList, WorkCounts,
-        simd::{Kernel, PlaneSet, WithKernel},
+        simd::{Boxes, IdWriter, Kernel, PlaneSet, WithKernel},
     },
     math::Frustum,
-    scene::PolygonId,
 };
 
 /// Where the answer goes.
@@ -23,21 +22,19 @@ pub(super) trait Answer {
 }
 
 /// The answer as ids.
-struct Ids<'a>(&'a mut Vec<PolygonId>);
+struct Ids<'a>(IdWriter<'a>);
 
 impl Answer for Ids<'_> {
     #[inline(always)]
     fn take<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
-        let mut ids = [0; 16];
-        let n = kernel.write_ids(first, mask, &mut ids);
-        self.0.extend(ids[..n].iter().map(|&id| PolygonId(id)));
+        self.0.push(kernel, first, mask);
     }
 }
 
 impl Osp {
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        draw_list.reserve(self.len + 16);
-        self.backend.run(Cull { osp: self, planes: PlaneSet::new(frustum), answer: Ids(draw_list.ids_mut()) })
+        let answer = Ids(IdWriter::new(draw_list.ids_mut()));
+        self.backend.run(Cull { osp: self, planes: PlaneSet::new(frustum), answer })
     }
 }
 
@@ -108,22 +105,14 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
             for (i, link) in node.children.iter().enumerate() {
                 present |= u32::from(link.target() != Target::Nothing) << i;
             }
-            let mut seen = present;
-            let mut cut_by = [0u32; 6];
-            let mut left = mask;
-            while left != 0 {
-                let plane = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let (behind, inside) = self.kernel.sides8(&self.planes.planes[plane], &node.boxes);
-                seen &= !behind;
-                cut_by[plane] = !inside;
-            }
+            let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
+            let seen = present & !sides.behind;
             self.count(present, mask);
             let mut todo = seen;
             while todo != 0 {
                 let child = todo.trailing_zeros() as usize;
                 todo &= todo - 1;
-                let below = planes_at(&cut_by, mask, child);
+                let below = sides.planes_at(mask, child);
                 match node.children[child].target() {
                     Target::Nothing => {}
                     Target::Leaf(head) => self.chain(head, below),
@@ -161,16 +150,9 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
 
     /// The lanes behind one of the planes.
     #[inline(always)]
-    fn behind(&mut self, mask: u8, boxes: &crate::index::simd::Boxes<16>, lanes: u32) -> u32 {
-        let mut behind = 0;
-        let mut left = mask;
-        while left != 0 {
-            let plane = left.trailing_zeros() as usize;
-            left &= left - 1;
-            behind |= self.kernel.behind(&self.planes.planes[plane], boxes);
-        }
+    fn behind(&mut self, mask: u8, boxes: &Boxes<16>, lanes: u32) -> u32 {
         self.count(lanes, mask);
-        behind
+        self.planes.behind(self.kernel, mask, boxes)
     }
 
     #[inline(always)]
@@ -187,22 +169,14 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
         while at != NONE {
             let bucket = &self.osp.buckets[at];
             self.work.nodes += 1;
-            let mut seen = bucket.used();
-            let mut cut_by = [0u32; 6];
-            let mut left = mask;
-            while left != 0 {
-                let plane = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let (behind, inside) = self.kernel.sides(&self.planes.planes[plane], &bucket.boxes);
-                seen &= !behind;
-                cut_by[plane] = !inside;
-            }
+            let sides = self.planes.sides(self.kernel, mask, &bucket.boxes);
+            let mut seen = bucket.used() & !sides.behind;
             self.count(bucket.used(), mask);
             while seen != 0 {
                 let i = seen.trailing_zeros() as usize;
                 seen &= seen - 1;
                 let page = &self.osp.pages[bucket.pages[i]];
-                let below = planes_at(&cut_by, mask, i);
+                let below = sides.planes_at(mask, i);
                 if below == 0 {
                     self.whole(page, page.used());
                 } else {
@@ -229,31 +203,17 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
     #[inline(always)]
     fn page(&mut self, page: &Page, mask: u8) {
         self.work.nodes += 1;
-        let mut seen = page.used();
-        let mut cut = 0;
-        let mut cut_by = [0u32; 6];
-        let mut left = mask;
-        while left != 0 {
-            let plane = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let (behind, inside) = self.kernel.sides(&self.planes.planes[plane], &page.boxes);
-            seen &= !behind;
-            cut_by[plane] = !inside;
-            cut |= !inside;
-        }
+        let sides = self.planes.sides(self.kernel, mask, &page.boxes);
+        let seen = page.used() & !sides.behind;
         self.count(page.used(), mask);
         // A run of one has its polygon's own box: it has had its test.
         let exact = u32::from(page.exact);
-        self.whole(page, seen & (exact | !cut));
-        let mut wait = seen & cut & !exact;
+        self.whole(page, seen & (exact | !sides.cut));
+        let mut wait = seen & sides.cut & !exact;
         while wait != 0 {
             let i = wait.trailing_zeros() as usize;
             wait &= wait - 1;
-            self.push(CutRun {
-                first: page.first[i],
-                mask: page.masks[i],
-                planes: planes_at(&cut_by, mask, i),
-            });
+            self.push(CutRun { first: page.first[i], mask: page.masks[i], planes: sides.planes_at(mask, i) });
         }
     }
 
@@ -283,17 +243,4 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
         };
         self.give(run.first, lanes & !behind);
     }
-}
-
-/// The planes of `mask` that cut lane `lane`.
-#[inline(always)]
-fn planes_at(cut_by: &[u32; 6], mask: u8, lane: usize) -> u8 {
-    let mut planes = 0;
-    let mut left = mask;
-    while left != 0 {
-        let plane = left.trailing_zeros() as usize;
-        left &= left - 1;
-        planes |= ((cut_by[plane] >> lane & 1) as u8) << plane;
-    }
-    planes
 }

@@ -5,6 +5,8 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::x86_avx2::Avx2;
+use std::mem::MaybeUninit;
+
 use super::{Boxes, PreparedPlane, scalar::Scalar};
 
 /// Wide box tests. Every method gives the same answer on every kernel, bit for bit.
@@ -20,7 +22,7 @@ pub(in crate::index) trait Kernel: Copy {
 
     /// Writes `first + lane` for every lane of `mask`, ascending, to the front of `out` (what follows is clobbered);
     /// returns how many.
-    fn write_ids(self, first: u32, mask: u32, out: &mut [u32; 16]) -> usize;
+    fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 
     /// Asks the processor to fetch the cache line of `place`.
     fn prefetch<T>(self, place: &T);

@@ -7,6 +7,7 @@
 
 mod backend;
 mod boxes;
+mod id_writer;
 mod planes;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
@@ -15,4 +16,5 @@ mod x86_avx2;
 pub use backend::Backend;
 pub(in crate::index) use backend::{Kernel, WithKernel};
 pub(in crate::index) use boxes::Boxes;
+pub(in crate::index) use id_writer::IdWriter;
 pub(in crate::index) use planes::{PlaneSet, PreparedPlane};

@@ -1,3 +1,5 @@
+use std::mem::MaybeUninit;
+
 use super::{Boxes, Kernel, PreparedPlane};
 
 /// Plain Rust; the form that the others are tested against.
@@ -38,11 +40,11 @@ impl Kernel for Scalar {
     }
 
     #[inline(always)]
-    fn write_ids(self, first: u32, mask: u32, out: &mut [u32; 16]) -> usize {
+    fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
         let mut left = mask;
         let mut n = 0;
         while left != 0 {
-            out[n] = first + left.trailing_zeros();
+            out[n].write(first + left.trailing_zeros());
             n += 1;
             left &= left - 1;
         }

@@ -1,6 +1,6 @@
 #![expect(unsafe_code, reason = "SIMD intrinsics; each is tested against the scalar kernel")]
 
-use std::arch::x86_64::*;
+use std::{arch::x86_64::*, mem::MaybeUninit};
 
 use super::{Boxes, Kernel, PreparedPlane};
 
@@ -35,10 +35,13 @@ unsafe fn distance<const N: usize>(
     // SAFETY: the rows are below 6 and `at + 8 <= N`, so every load lies within `boxes.rows`.
     unsafe {
         let base = boxes.rows.as_ptr().cast::<f32>().add(at);
-        let [x, y, z] = rows.map(|row| _mm256_loadu_ps(base.add(usize::from(row) * N)));
-        let [nx, ny, nz] = plane.normal.map(|n| _mm256_set1_ps(n));
-        let xy = _mm256_add_ps(_mm256_mul_ps(nx, x), _mm256_mul_ps(ny, y));
-        _mm256_add_ps(_mm256_add_ps(xy, _mm256_mul_ps(nz, z)), _mm256_set1_ps(plane.d))
+        let x = _mm256_loadu_ps(base.add(usize::from(rows[0]) * N));
+        let y = _mm256_loadu_ps(base.add(usize::from(rows[1]) * N));
+        let z = _mm256_loadu_ps(base.add(usize::from(rows[2]) * N));
+        let nx = _mm256_mul_ps(_mm256_set1_ps(plane.normal[0]), x);
+        let ny = _mm256_mul_ps(_mm256_set1_ps(plane.normal[1]), y);
+        let nz = _mm256_mul_ps(_mm256_set1_ps(plane.normal[2]), z);
+        _mm256_add_ps(_mm256_add_ps(_mm256_add_ps(nx, ny), nz), _mm256_set1_ps(plane.d))
     }
 }
 
@@ -88,7 +91,7 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn write_ids(self, first: u32, mask: u32, out: &mut [u32; 16]) -> usize {
+    fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
         // SAFETY: the token proves AVX2 and BMI2. `out` has sixteen places: the second store starts at `low`'s count, at most 8.
         unsafe {
             let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
