@@ -81,16 +81,15 @@ pub fn draw_frame_times(report: &ReplayReport, path: &Path) -> Result<(), ChartE
         return Err(ChartError::Empty(path.to_owned()));
     }
     let failed = |e: Box<dyn Error>| ChartError::Draw { path: path.to_owned(), message: e.to_string() };
-    match ChartFormat::of(path)? {
-        ChartFormat::Png => {
-            register_font();
-            draw(report, &BitMapBackend::new(path, SIZE).into_drawing_area()).map_err(failed)
-        }
+    let format = ChartFormat::of(path)?;
+    register_font();
+    match format {
+        ChartFormat::Png => draw(report, &BitMapBackend::new(path, SIZE).into_drawing_area()).map_err(failed),
         ChartFormat::Svg => draw(report, &SVGBackend::new(path, SIZE).into_drawing_area()).map_err(failed),
     }
 }
 
-/// Bitmaps need a font of their own; the machine may have none.
+/// Text is measured and drawn with a font of our own; the machine may have none.
 fn register_font() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
