@@ -48,7 +48,7 @@ impl View {
         let right = Vec3::Y.cross(back);
         let right = if right.length_squared() < 1.0e-12 { Vec3::X } else { right.normalize() };
         let up = back.cross(right);
-        let world_from_view = Quat::from_rotation_axes(right, up, back).normalize();
+        let world_from_view = Quat::from_rotation_axes(right, up, back);
         Self { eye_in_world: eye, world_from_view, projection }
     }
 
