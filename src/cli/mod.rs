@@ -6,6 +6,7 @@ mod allocations;
 mod output;
 mod session;
 
+mod import;
 mod info;
 mod replay;
 
@@ -28,6 +29,7 @@ const EXAMPLES: &str = "Examples:
   osp replay recordings/portrait.ron
   osp replay sketch.tilt --chart frames.png
   osp info painting.apa
+  osp import painting.apa painting.ron
   osp replay --help
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
@@ -37,6 +39,7 @@ Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
 enum Command {
     Replay(replay::ReplayArgs),
     Info(info::InfoArgs),
+    Import(import::ImportArgs),
 }
 
 /// How a command ended, other than by bad input.
@@ -51,6 +54,7 @@ pub fn run() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Replay(args) => replay::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Import(args) => import::run(&args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -7,6 +7,8 @@
     reason = "a test stops where its files cannot be written"
 )]
 
+#[cfg(feature = "cli")]
+mod command;
 mod corpus;
 mod damage;
 mod files;

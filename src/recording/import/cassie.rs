@@ -63,7 +63,7 @@ pub fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, Record
     }
     let skipped = warnings.len() as u64;
     let raw = raw.unwrap_or_default();
-    let heads = head_path(&raw.states, &mut warnings);
+    let heads = head_path(path, &raw.states, &mut warnings);
     let strokes = history.map_or_else(|| strokes_of_raw(raw), strokes_of_history);
     let events = merge(heads, strokes).into_iter();
     let stream = Cassie { events, notes: Notes { warnings, skipped } };
@@ -120,7 +120,7 @@ fn strokes_of_raw(raw: RawData) -> Vec<Stroke> {
 }
 
 /// The head in canvas space and our axes, wherever it was tracked.
-fn head_path(states: &[State], warnings: &mut Vec<String>) -> Vec<Event> {
+fn head_path(path: &Path, states: &[State], warnings: &mut Vec<String>) -> Vec<Event> {
     let mut heads = Vec::with_capacity(states.len());
     for state in states {
         let canvas_from_room = axes::inverse(axes::unit(state.canvas_rot.0));
@@ -134,7 +134,11 @@ fn head_path(states: &[State], warnings: &mut Vec<String>) -> Vec<Event> {
     }
     let left_out = states.len() - heads.len();
     if left_out > 0 {
-        warnings.push(format!("{left_out} of {} states have no tracked head", states.len()));
+        warnings.push(format!(
+            "{}: {left_out} of {} states have no tracked head",
+            path.display(),
+            states.len()
+        ));
     }
     heads
 }
@@ -192,7 +196,8 @@ fn shift(event: &mut Event, start_secs: f64) {
     | Event::End { t, .. }
     | Event::Erase { t, .. } = event
     {
-        *t -= start_secs;
+        // To the microsecond; rounding keeps the order. More digits would be noise of the subtraction.
+        *t = ((*t - start_secs) * 1e6).round() / 1e6;
     }
 }
 

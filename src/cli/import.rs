@@ -1,0 +1,183 @@
+//! `osp import`: a session of any format, written as a recording.
+
+use std::{
+    ffi::OsString,
+    fs,
+    io::IsTerminal,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use anyhow::{Context, anyhow, ensure};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{
+    Outcome,
+    output::{complain, say},
+    session::OpenSession,
+};
+use crate::{
+    recording::{Event, Flush, RecordingError, RonWriter},
+    report::thousands,
+};
+
+/// Events between two steps of the progress display.
+const EVENTS_PER_STEP: u64 = 4096;
+
+/// Convert a session to the project's own format: text, one event a line, or the same compressed.
+///
+/// Lengths become metres and axes right-handed with y up; the order of the events stays that of the file. The output
+/// appears only once it is whole.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp import sketch.tilt sketch.ron.zst
+  osp import painting.apa painting.ron
+  osp import sketch_history/chair.json chair.ron   (and raw_data/chair.json, if it is there)
+  osp import cut-off.tilt rescued.ron --lenient")]
+pub(super) struct ImportArgs {
+    /// The session: .tilt (file or folder), .apa, CASSIE .json, .poses, .obj, .obj.gz, .ron or .ron.zst.
+    input: PathBuf,
+    /// The recording to write: .ron, or .ron.zst to compress it.
+    output: PathBuf,
+    /// Replace the output if it exists.
+    #[arg(long)]
+    force: bool,
+    /// Skip damaged pieces and count them, instead of stopping at the first.
+    #[arg(long)]
+    lenient: bool,
+}
+
+/// What was written.
+#[derive(Default)]
+struct Counts {
+    events: u64,
+    strokes: u64,
+    points: u64,
+    polygons: u64,
+    heads: u64,
+    edits: u64,
+}
+
+impl Counts {
+    fn add(&mut self, event: &Event) {
+        self.events += 1;
+        match event {
+            Event::Begin { .. } => self.strokes += 1,
+            Event::Point { .. } => self.points += 1,
+            Event::Polygon { .. } => self.polygons += 1,
+            Event::Head { .. } => self.heads += 1,
+            Event::End { .. } => {}
+            Event::Erase { .. }
+            | Event::Undo { .. }
+            | Event::Redo { .. }
+            | Event::Move { .. }
+            | Event::Group { .. }
+            | Event::Place { .. } => self.edits += 1,
+        }
+    }
+}
+
+pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
+    let name = args.output.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase());
+    let is_recording = name.is_some_and(|name| name.ends_with(".ron") || name.ends_with(".ron.zst"));
+    ensure!(is_recording, "{}: expected a name that ends in .ron or .ron.zst", args.output.display());
+    let exists = args.output.exists();
+    ensure!(args.force || !exists, "{}: exists already; --force replaces it", args.output.display());
+    ensure!(!exists || !is_same(&args.input, &args.output), "{}: is the input, too", args.output.display());
+
+    let mut session = OpenSession::open(&args.input, args.lenient)?;
+    let unfinished = Unfinished::beside(&args.output);
+    let counts = convert(&mut session, unfinished.path(), args.lenient)?;
+    unfinished.rename_to(&args.output)?;
+
+    let notes = session.notes();
+    for warning in &notes.warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    if notes.skipped > 0 {
+        complain(&format!("{} damaged pieces were skipped", thousands(notes.skipped)));
+    }
+    let bytes = fs::metadata(&args.output).map_or(0, |data| data.len());
+    say(&format!(
+        "{} ({}) -> {}: {} strokes, {} points, {} polygons, {} head poses, {} edits; {} bytes",
+        args.input.display(),
+        session.format,
+        args.output.display(),
+        thousands(counts.strokes),
+        thousands(counts.points),
+        thousands(counts.polygons),
+        thousands(counts.heads),
+        thousands(counts.edits),
+        thousands(bytes),
+    ))?;
+    Ok(Outcome::Done)
+}
+
+/// Writes the whole session.
+fn convert(session: &mut OpenSession, output: &Path, lenient: bool) -> anyhow::Result<Counts> {
+    let mut writer = RonWriter::create(output, &session.header, Flush::AtEnd)?;
+    let progress = progress();
+    let mut counts = Counts::default();
+    for event in session.by_ref() {
+        let event = event.map_err(|error| explain(&error, lenient))?;
+        writer.write(&event)?;
+        counts.add(&event);
+        if counts.events.is_multiple_of(EVENTS_PER_STEP) {
+            progress.set_position(counts.events);
+        }
+    }
+    writer.finish()?;
+    progress.finish_and_clear();
+    Ok(counts)
+}
+
+/// A count of events, where somebody can see it. No source knows beforehand how many events it has.
+fn progress() -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {human_pos} events, {per_sec}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar
+}
+
+fn explain(error: &RecordingError, lenient: bool) -> anyhow::Error {
+    let hint = if lenient { "" } else { " (--lenient keeps what can be read)" };
+    anyhow!("{error}; nothing was written{hint}")
+}
+
+/// Whether both names are of one file or folder.
+fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// A file that is removed unless it is finished.
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    /// A name beside `output`, with the same ending, because the ending decides about compression.
+    fn beside(output: &Path) -> Self {
+        let mut name = OsString::from(format!(".unfinished-{}-", std::process::id()));
+        name.push(output.file_name().unwrap_or_default());
+        Self(output.with_file_name(name))
+    }
+
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn rename_to(&self, output: &Path) -> anyhow::Result<()> {
+        fs::rename(&self.0, output).with_context(|| output.display().to_string())
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // After the rename there is nothing to remove.
+        let _ = fs::remove_file(&self.0);
+    }
+}

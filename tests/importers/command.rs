@@ -1,0 +1,97 @@
+//! `osp import` as a user meets it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use osp::recording::{OpenOptions, open};
+use zip::CompressionMethod;
+
+use crate::files::{read, read_sound, small_apa, small_tilt, write, write_cassie};
+
+fn import(folder: &Path, args: &[&str]) -> Output {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_osp")).arg("import").args(args).current_dir(folder).output();
+    output.expect("the program starts")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The names in a folder, so that a forgotten file is seen.
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn every_session_comes_back_from_its_recording() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path();
+    write(folder, "a.tilt", &small_tilt(CompressionMethod::Deflated));
+    write(folder, "b.apa", &small_apa());
+    write_cassie(folder);
+    for (input, output, said) in [
+        ("a.tilt", "a.ron", "3 strokes, 11 points"),
+        ("b.apa", "b.ron.zst", "2 strokes, 8 points"),
+        ("sketch_history/a.json", "c.ron", "4 head poses, 1 edits"),
+        ("a.ron", "d.ron.zst", "a.ron (ron) -> d.ron.zst: 3 strokes"),
+    ] {
+        let done = import(folder, &[input, output]);
+        assert!(done.status.success(), "{}", stderr(&done));
+        assert!(String::from_utf8_lossy(&done.stdout).contains(said), "{done:?}");
+        let original = open(&folder.join(input), &OpenOptions::default()).unwrap();
+        let copy = open(&folder.join(output), &OpenOptions::default()).unwrap();
+        assert_eq!(copy.header, original.header);
+        assert_eq!(read_sound(&folder.join(output)), read(&folder.join(input), false).events, "{input}");
+    }
+    assert_eq!(
+        names(folder),
+        ["a.ron", "a.tilt", "b.apa", "b.ron.zst", "c.ron", "d.ron.zst", "raw_data", "sketch_history"]
+    );
+}
+
+#[test]
+fn damage_writes_nothing_unless_lenient() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path();
+    let drawing = small_apa();
+    write(folder, "a.apa", &drawing[..drawing.len() - 10]);
+    let strict = import(folder, &["a.apa", "a.ron"]);
+    assert_eq!(strict.status.code(), Some(2));
+    let said = stderr(&strict);
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("a.apa, byte ") && said.contains("--lenient"), "{said}");
+    assert_eq!(names(folder), ["a.apa"]);
+    let lenient = import(folder, &["a.apa", "a.ron", "--lenient"]);
+    assert!(lenient.status.success(), "{}", stderr(&lenient));
+    assert!(stderr(&lenient).contains("warning: a.apa, byte "), "{}", stderr(&lenient));
+    assert!(String::from_utf8_lossy(&lenient.stdout).contains("2 strokes, 7 points"), "{lenient:?}");
+}
+
+#[test]
+fn nothing_is_overwritten_unasked() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path();
+    write(folder, "a.apa", &small_apa());
+    write(folder, "a.ron", b"precious");
+    for (args, said) in [
+        (&["a.apa", "a.ron"][..], "exists already"),
+        (&["a.apa", "a.txt"], ".ron or .ron.zst"),
+        (&["a.apa", "missing/a.ron"], "missing"),
+        (&["missing.apa", "b.ron"], "missing.apa"),
+    ] {
+        let done = import(folder, args);
+        assert_eq!(done.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&done).contains(said) && stderr(&done).lines().count() == 1, "{}", stderr(&done));
+    }
+    assert_eq!(std::fs::read(folder.join("a.ron")).unwrap(), b"precious");
+    assert!(import(folder, &["a.apa", "a.ron", "--force"]).status.success());
+    let itself = import(folder, &["a.ron", "a.ron", "--force"]);
+    assert!(stderr(&itself).contains("is the input, too"), "{}", stderr(&itself));
+    assert_eq!(names(folder), ["a.apa", "a.ron"]);
+}
