@@ -110,6 +110,20 @@ fn csv_has_a_line_for_each_index_and_frame_and_charts_are_pictures() {
 }
 
 #[test]
+fn an_index_out_of_its_budget_is_measured_on_stretches_and_the_table_says_so() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let args = ["replay", session.to_str().expect("utf-8"), "--pace", "samples:1", "--budget", "0.0000001"];
+    let output = osp(&args);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).contains("octree-rebuild was slow: measured on"), "{}", stdout(&output));
+    assert!(stdout(&output).contains("All indexes saw the same"), "{}", stdout(&output));
+    let report = json_of(&osp(&[&args[..], &["--json"]].concat()));
+    let measured = report["runs"][3]["frames_measured"].as_u64().expect("a number");
+    assert!((40..100).contains(&measured), "one frame for each of 40 stretches, and few more: {measured}");
+}
+
+#[test]
 fn a_pinned_fingerprint_is_checked() {
     let folder = temp();
     let session = small_session(folder.path());

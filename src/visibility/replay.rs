@@ -51,8 +51,11 @@ impl Lane {
             return None;
         }
         let record = self.pipeline.frame(scene, changes, view);
-        self.spent_ns += record.total_ns();
         let catches_up = std::mem::take(&mut self.behind);
+        // A frame that is not measured is not paid for either: every stretch has at least one that is.
+        if !catches_up {
+            self.spent_ns += record.total_ns();
+        }
         Some(LaneFrame { record, catches_up })
     }
 }
