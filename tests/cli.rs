@@ -214,3 +214,33 @@ fn every_command_has_examples_in_its_help() {
         assert!(stdout(&output).contains("Examples:\n  osp "), "{command}: {}", stdout(&output));
     }
 }
+
+#[test]
+fn synth_writes_what_replay_reads_and_guards_what_is_there() {
+    let folder = temp();
+    let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
+    let synth = |name: &str, more: &[&str]| {
+        osp(&[&["synth", "grow", "--polygons", "300", "--seed", "9", &path(name)], more].concat())
+    };
+    for name in ["a.ron", "a.ron.zst"] {
+        let output = synth(name, &[]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert!(stdout(&output).contains("strokes"), "{}", stdout(&output));
+        let info = json_of(&osp(&["info", &path(name), "--json"]));
+        assert_eq!(info["source"], "osp synth grow --polygons 300 --seed 9");
+        assert!(info["polygons"].as_u64().is_some_and(|n| (297..600).contains(&n)), "{info}");
+        assert_eq!(info["warnings"].as_array().map(Vec::len), Some(0));
+    }
+    let before = fs::read(path("a.ron")).expect("written");
+    let again = synth("a.ron", &[]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(stderr(&again).contains("--force"), "{}", stderr(&again));
+    assert_eq!(fs::read(path("a.ron")).expect("still there"), before);
+    assert!(synth("a.ron", &["--force"]).status.success());
+    assert_eq!(fs::read(path("a.ron")).expect("written again"), before, "the same bytes");
+    assert!(stderr(&synth("a.txt", &[])).contains(".ron or .ron.zst"));
+    let unknown = osp(&["synth", "vase", &path("b.ron")]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(stderr(&unknown).contains("portrait"), "{}", stderr(&unknown));
+    assert!(!Path::new(&path("b.ron")).exists());
+}

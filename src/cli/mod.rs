@@ -9,6 +9,7 @@ mod session;
 mod import;
 mod info;
 mod replay;
+mod synth;
 
 pub use allocations::CountingAllocator;
 
@@ -30,6 +31,7 @@ const EXAMPLES: &str = "Examples:
   osp replay sketch.tilt --chart frames.png
   osp info painting.apa
   osp import painting.apa painting.ron
+  osp synth room --polygons 12000 room.ron
   osp replay --help
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
@@ -40,6 +42,7 @@ enum Command {
     Replay(replay::ReplayArgs),
     Info(info::InfoArgs),
     Import(import::ImportArgs),
+    Synth(synth::SynthArgs),
 }
 
 /// How a command ended, other than by bad input.
@@ -55,6 +58,7 @@ pub fn run() -> ExitCode {
         Command::Replay(args) => replay::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(&args),
+        Command::Synth(args) => synth::run(&args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,0 +1,91 @@
+//! `osp synth`: a session made up from a seed.
+
+use std::{path::PathBuf, time::Duration};
+
+use anyhow::{Context, bail};
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use indicatif::{HumanBytes, ProgressBar};
+
+use super::{Outcome, output::say};
+use crate::{
+    recording::{Event, Flush, RonWriter, SynthKind, synthesize},
+    report::thousands,
+};
+
+/// Write a synthetic session: a person who draws, made up from a seed.
+///
+/// The same kind, number of polygons and seed give the same file, byte for byte, on every machine.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  osp synth room --polygons 12000 --seed 1 room.ron
+  osp synth grow --polygons 1000000 --seed 7 long.ron.zst
+
+Kinds:
+  portrait   dense small strokes on a bust; the artist walks around it
+  room       walls, furniture and ribbons in several rooms; the artist walks through them
+  scribble   long loose strokes that fill the whole 4 m volume
+  grow       tendrils that leave the root cube and go on far beyond it")]
+pub(super) struct SynthArgs {
+    /// What is drawn.
+    #[arg(value_parser = kind_parser())]
+    kind: SynthKind,
+    /// File to write, `.ron` or `.ron.zst`.
+    out: PathBuf,
+    /// Polygons to draw: the session ends with the first stroke that reaches the number.
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    polygons: u32,
+    /// Another seed draws another session of the same kind.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Replace the file if it exists.
+    #[arg(long)]
+    force: bool,
+}
+
+fn kind_parser() -> impl TypedValueParser<Value = SynthKind> {
+    PossibleValuesParser::new(SynthKind::ALL.map(SynthKind::name)).try_map(|name| name.parse::<SynthKind>())
+}
+
+pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
+    let out = &args.out;
+    let name = out.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    if !(name.ends_with(".ron") || name.ends_with(".ron.zst")) {
+        bail!("{}: expected a name that ends in .ron or .ron.zst", out.display());
+    }
+    if !args.force && out.exists() {
+        bail!("{}: exists already; --force replaces it", out.display());
+    }
+    let session = synthesize(args.kind, args.polygons, args.seed);
+    let mut writer = RonWriter::create(out, &session.header, Flush::AtEnd)?;
+    // Shown on a terminal only.
+    let progress = ProgressBar::new_spinner();
+    progress.enable_steady_tick(Duration::from_millis(200));
+    let (mut strokes, mut points, mut events) = (0, 0, 0);
+    for event in session {
+        let event = event?;
+        strokes += u64::from(matches!(event, Event::Begin { .. }));
+        points += u64::from(matches!(event, Event::Point { .. }));
+        events += 1;
+        writer.write(&event)?;
+        if events % 4096 == 0 {
+            progress.set_message(format!("{} events", thousands(events)));
+        }
+    }
+    writer.finish()?;
+    progress.finish_and_clear();
+    let bytes = std::fs::metadata(out).with_context(|| out.display().to_string())?.len();
+    say(&format!(
+        "{}: {}, {} strokes, {} points, {} events, {}",
+        out.display(),
+        args.kind,
+        thousands(strokes),
+        thousands(points),
+        thousands(events),
+        HumanBytes(bytes),
+    ))?;
+    Ok(Outcome::Done)
+}
