@@ -15,8 +15,11 @@ use crate::{
     scene::PolygonId,
 };
 
-/// The deepest node.
+/// The deepest node. Builders split by count from [`COUNTED_DEPTH`] on, so that no arrangement of polygons gets there.
 pub(super) const MAX_DEPTH: usize = 96;
+
+/// From this depth on a builder must halve the number of polygons at every split: 32 more levels hold them all.
+pub(super) const COUNTED_DEPTH: usize = 60;
 
 /// A polygon as a builder moves it about.
 #[derive(Clone, Copy, Debug)]

@@ -1,4 +1,6 @@
-use super::{BruteForce, BruteSimd, OctreeConfig, Osp, OspPaper, SpatialIndex, TimeOrder, octree_rebuild};
+use super::{
+    BruteForce, BruteSimd, OctreeConfig, Osp, OspPaper, SpatialIndex, TimeOrder, bvh, octree_rebuild,
+};
 use crate::math::Aabb;
 use glam::Vec3;
 
@@ -33,12 +35,36 @@ pub enum IndexKind {
     Osp,
     /// [`octree_rebuild`].
     OctreeRebuild,
+    /// [`bvh::bvh_midpoint`].
+    BvhMidpoint,
+    /// [`bvh::bvh_median`].
+    BvhMedian,
+    /// [`bvh::bvh_sah`].
+    BvhSah,
+    /// [`bvh::bvh_sah_sweep`].
+    BvhSahSweep,
+    /// [`bvh::lbvh`].
+    Lbvh,
+    /// [`bvh::hlbvh`].
+    Hlbvh,
 }
 
 impl IndexKind {
     /// All of them, the reference first.
-    pub const ALL: &'static [Self] =
-        &[Self::BruteForce, Self::BruteSimd, Self::TimeOrder, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
+    pub const ALL: &'static [Self] = &[
+        Self::BruteForce,
+        Self::BruteSimd,
+        Self::TimeOrder,
+        Self::OspPaper,
+        Self::Osp,
+        Self::OctreeRebuild,
+        Self::BvhMidpoint,
+        Self::BvhMedian,
+        Self::BvhSah,
+        Self::BvhSahSweep,
+        Self::Lbvh,
+        Self::Hlbvh,
+    ];
 
     /// Those that are compared unless told otherwise: the reference, the paper's two structures, and the fast tree.
     pub const DEFAULT: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
@@ -52,6 +78,12 @@ impl IndexKind {
             Self::OspPaper => "osp-paper",
             Self::Osp => "osp",
             Self::OctreeRebuild => "octree-rebuild",
+            Self::BvhMidpoint => "bvh-midpoint",
+            Self::BvhMedian => "bvh-median",
+            Self::BvhSah => "bvh-sah",
+            Self::BvhSahSweep => "bvh-sah-sweep",
+            Self::Lbvh => "lbvh",
+            Self::Hlbvh => "hlbvh",
         }
     }
 
@@ -69,6 +101,12 @@ impl IndexKind {
             Self::OspPaper => Box::new(OspPaper::from_config(config)),
             Self::Osp => Box::new(Osp::new(config)),
             Self::OctreeRebuild => octree_rebuild(&OctreeConfig::default(), config),
+            Self::BvhMidpoint => bvh::bvh_midpoint(&bvh::MidpointConfig::default(), config),
+            Self::BvhMedian => bvh::bvh_median(&bvh::MedianConfig::default(), config),
+            Self::BvhSah => bvh::bvh_sah(&bvh::SahConfig::default(), config),
+            Self::BvhSahSweep => bvh::bvh_sah_sweep(&bvh::SweepSahConfig::default(), config),
+            Self::Lbvh => bvh::lbvh(&bvh::LbvhConfig::default(), config),
+            Self::Hlbvh => bvh::hlbvh(&bvh::HlbvhConfig::default(), config),
         }
     }
 }

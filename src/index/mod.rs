@@ -6,6 +6,7 @@
 
 mod brute_force;
 mod brute_simd;
+mod bvh;
 mod by_id;
 mod draw_list;
 mod exact;
@@ -25,6 +26,10 @@ mod work;
 
 pub use brute_force::BruteForce;
 pub use brute_simd::BruteSimd;
+pub use bvh::{
+    HlbvhConfig, LbvhConfig, MedianConfig, MidpointConfig, SahConfig, SweepSahConfig, bvh_median,
+    bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, lbvh,
+};
 pub use draw_list::DrawList;
 pub use kind::{IndexConfig, IndexKind};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};

@@ -30,19 +30,20 @@ enum Change {
 }
 
 /// A coordinate: anywhere in the room, often on a plane that halves the root, sometimes far out or huge.
-fn coordinate() -> impl Strategy<Value = f32> {
+fn coordinate() -> BoxedStrategy<f32> {
     prop_oneof![
         4 => -2.0f32..4.0,
         3 => (-16i32..32).prop_map(|k| k as f32 * 0.125 - 0.5),
         1 => prop_oneof![Just(1.0e10f32), Just(-3.0e6), Just(f32::MAX), Just(-f32::MAX), Just(0.0), Just(1.0e-40)],
     ]
+    .boxed() // The unboxed strategies, one in another, do not fit on the stack of a test.
 }
 
-fn point() -> impl Strategy<Value = Vec3> {
-    (coordinate(), coordinate(), coordinate()).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+fn point() -> BoxedStrategy<Vec3> {
+    (coordinate(), coordinate(), coordinate()).prop_map(|(x, y, z)| Vec3::new(x, y, z)).boxed()
 }
 
-fn bounds() -> impl Strategy<Value = Aabb> {
+fn bounds() -> BoxedStrategy<Aabb> {
     prop_oneof![
         6 => (point(), 0.0f32..0.2).prop_map(|(p, size_m)| Aabb::new(p, (p + Vec3::splat(size_m)).min(Vec3::MAX))),
         2 => (point(), point()).prop_map(|(a, b)| Aabb::new(a.min(b), a.max(b))),
@@ -50,6 +51,7 @@ fn bounds() -> impl Strategy<Value = Aabb> {
         // Refused.
         1 => point().prop_map(|p| Aabb::new(p, Vec3::new(p.x, f32::NAN, p.z))),
     ]
+    .boxed()
 }
 
 fn change() -> impl Strategy<Value = Change> {

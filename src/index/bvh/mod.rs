@@ -1,0 +1,57 @@
+//! Bounding volume hierarchies, built from scratch when polygons come or go and refitted when they only move.
+//!
+//! What they share is elsewhere: the flat tree with its queries, refit and checks, and the index around it that says
+//! when to build. Here are only the builders, one file each; each puts the polygons into an order and says where nodes
+//! begin and end. Leaves hold up to sixteen polygons, one wide test, in all of them.
+
+mod binned_sah;
+mod hlbvh;
+mod lbvh;
+mod median;
+mod midpoint;
+mod morton;
+mod sweep_sah;
+mod top_down;
+
+pub(super) use binned_sah::BinnedSahBuilder;
+pub use binned_sah::SahConfig;
+pub use hlbvh::HlbvhConfig;
+pub use lbvh::LbvhConfig;
+pub use median::MedianConfig;
+pub use midpoint::MidpointConfig;
+pub use sweep_sah::SweepSahConfig;
+
+use super::{IndexConfig, SpatialIndex, rebuilt::Rebuilt};
+
+/// Polygons of a leaf unless told otherwise: one wide test. More: smaller trees, more polygons tested one by one.
+pub(super) const LEAF_CAPACITY: usize = 16;
+
+/// A hierarchy halved in the middle of space.
+pub fn bvh_midpoint(config: &MidpointConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(midpoint::MidpointBuilder::new(*config), index.capacity))
+}
+
+/// A hierarchy halved by number of polygons.
+pub fn bvh_median(config: &MedianConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(median::MedianBuilder::new(*config), index.capacity))
+}
+
+/// A hierarchy split where the surface area heuristic over a few buckets says.
+pub fn bvh_sah(config: &SahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(BinnedSahBuilder::new(*config), index.capacity))
+}
+
+/// A hierarchy split where the surface area heuristic over all places says.
+pub fn bvh_sah_sweep(config: &SweepSahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(sweep_sah::SweepSahBuilder::new(*config), index.capacity))
+}
+
+/// A hierarchy along the Morton curve.
+pub fn lbvh(config: &LbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(lbvh::LbvhBuilder::new(*config), index.capacity))
+}
+
+/// A hierarchy along the Morton curve below, by the surface area heuristic on top.
+pub fn hlbvh(config: &HlbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(hlbvh::HlbvhBuilder::new(*config), index.capacity))
+}
