@@ -233,12 +233,7 @@ mod compressed {
                 let mut changed = bytes.clone();
                 changed[at] ^= 1 << bit;
                 std::fs::write(&path, &changed).unwrap();
-                let result = std::panic::catch_unwind(|| match open(&path, &STRICT) {
-                    Ok(session) => session.format.len() + session.take_while(Result::is_ok).count(),
-                    Err(_) => 0,
-                });
-                assert!(result.is_ok(), "byte {at}, bit {bit}");
-                let (Ok(mut session), true) = (open(&path, &STRICT), at >= 4) else { continue };
+                let Ok(mut session) = open(&path, &STRICT) else { continue };
                 let mut events = Vec::new();
                 let error = loop {
                     match session.events.next_event() {
@@ -249,6 +244,9 @@ mod compressed {
                 };
                 let quiet = error.is_none() && session.events.notes().warnings.is_empty();
                 unnoticed += usize::from(quiet && events != sample_events());
+                if bit != at % 8 || at < 4 {
+                    continue; // Once a byte is enough, and without its mark the file is none of ours.
+                }
                 let (_, notes, error) = open_all(&path, LENIENT);
                 assert!(error.is_none(), "a lenient reader ends where the data are damaged");
                 assert!(quiet || !notes.warnings.is_empty(), "and says so");
