@@ -36,7 +36,7 @@ use crate::{
   osp replay recordings/portrait.ron
   osp replay sketch.tilt --index osp,octree-rebuild --chart frames.png
   osp replay painting.apa --pace samples:1 --camera inside --csv frames.csv
-  osp replay recordings/*.ron --check recordings/fingerprints.ron
+  osp replay recordings/*.ron --check recordings/fingerprints.pins
 
 The table, a line for each index (times of this machine, one thread):
   insert   filing the frame's polygons, a rebuild included, nanoseconds a polygon

@@ -1,4 +1,4 @@
-use comfy_table::{Cell, CellAlignment, Table, presets};
+use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 
 use super::ReplayReport;
 
@@ -6,6 +6,8 @@ use super::ReplayReport;
 pub fn replay_table(report: &ReplayReport) -> String {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
+    table.remove_style(TableComponent::HorizontalLines);
+    table.remove_style(TableComponent::MiddleIntersections);
     table.set_header([
         "index",
         "insert\nns/polygon",
