@@ -44,6 +44,8 @@ pub mod index;
 pub mod math;
 pub mod metrics;
 pub mod recording;
+#[cfg(feature = "render")]
+pub mod render;
 #[cfg(feature = "cli")]
 pub mod report;
 pub mod scene;

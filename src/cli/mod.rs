@@ -8,6 +8,8 @@ mod session;
 
 mod import;
 mod info;
+#[cfg(feature = "render")]
+mod render;
 mod replay;
 mod synth;
 
@@ -43,6 +45,8 @@ enum Command {
     Info(info::InfoArgs),
     Import(import::ImportArgs),
     Synth(synth::SynthArgs),
+    #[cfg(feature = "render")]
+    Render(render::RenderArgs),
 }
 
 /// How a command ended, other than by bad input.
@@ -59,6 +63,8 @@ pub fn run() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(&args),
         Command::Synth(args) => synth::run(&args),
+        #[cfg(feature = "render")]
+        Command::Render(args) => render::run(&args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -80,13 +80,13 @@ pub(super) struct ReplayArgs {
     lenient: bool,
 }
 
-fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
+pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
     let names = IndexKind::ALL.iter().map(|kind| kind.name());
     PossibleValuesParser::new(names)
         .try_map(|name| IndexKind::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
 }
 
-fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
+pub(super) fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
     let names = CameraChoice::ALL.iter().map(|choice| choice.name());
     PossibleValuesParser::new(names).try_map(|name| {
         let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
@@ -241,7 +241,7 @@ fn lanes(args: &ReplayArgs, kinds: &[IndexKind], header: &Header, summary: &Summ
 }
 
 /// The recording's own modelling volume, else a cube around everything that it draws.
-fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
+pub(super) fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
     match header.root {
         Some(root) if root.size > 0.0 && root.size.is_finite() && root.center.is_finite() => {
             Aabb::cube(root.center, root.size)

@@ -52,6 +52,15 @@ impl View {
         Self { eye_in_world: eye, world_from_view, projection }
     }
 
+    /// The same view on a screen of another shape (`aspect`: width by height); the height stays as it is.
+    #[must_use]
+    pub fn with_aspect(&self, aspect: f32) -> Self {
+        let Projection { left, right, bottom, top, .. } = self.projection;
+        let factor = aspect * (top - bottom) / (right - left);
+        let projection = Projection { left: left * factor, right: right * factor, ..self.projection };
+        Self { projection, ..*self }
+    }
+
     /// The direction of view, world space, unit length.
     pub fn forward_in_world(&self) -> Vec3 {
         rotate(self.world_from_view, Vec3::NEG_Z)

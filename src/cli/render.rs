@@ -1,0 +1,252 @@
+//! `osp render`: pictures of a session, without a window.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    str::FromStr,
+    sync::Arc,
+};
+
+use anyhow::{Context, bail};
+use clap::Args;
+
+use super::{
+    Outcome,
+    output::{complain, say},
+    replay::{camera_parser, index_parser, root_cube},
+    session::OpenSession,
+};
+use crate::{
+    index::{IndexConfig, IndexKind},
+    metrics::{StageClock, Summary, summarize},
+    recording::{Pace, Pacer},
+    render::{DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig},
+    report::thousands,
+    scene::{PolygonId, Scene},
+    visibility::{CameraChoice, CameraPath, Moment, Pipeline, View},
+};
+
+/// Draw frames of a session to PNG files, without a window.
+///
+/// The session is played to the frame as `osp replay` plays it, the index finds what the camera may see, and that is
+/// drawn on the graphics adapter (a software one will do).
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp render recordings/portrait.ron portrait.png
+  osp render sketch.tilt --frame 120 --camera orbit --size 1920x1080 sketch.png
+  osp render painting.apa --every 30 --to frames/
+  osp render recordings/portrait.ron --every 50 --to frames/ --check")]
+pub(super) struct RenderArgs {
+    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+    file: PathBuf,
+    /// Where the picture goes.
+    #[arg(value_name = "OUT.png", required_unless_present = "to")]
+    out: Option<PathBuf>,
+    /// The frame to draw: its number from 0, or `last`.
+    #[arg(long, default_value = "last", conflicts_with = "every")]
+    frame: FrameChoice,
+    /// Draw every Nth frame and the last one.
+    #[arg(long, value_name = "N", requires = "to", conflicts_with = "out", value_parser = clap::value_parser!(u64).range(1..))]
+    every: Option<u64>,
+    /// The folder for the pictures of --every; made if it is not there.
+    #[arg(long, value_name = "DIR", requires = "every")]
+    to: Option<PathBuf>,
+    /// Width and height in pixels.
+    #[arg(long, default_value = "1280x720")]
+    size: Size,
+    /// The index that finds what is in view.
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    index: IndexKind,
+    /// Draw every polygon of the model, in view or not.
+    #[arg(long, conflicts_with = "check")]
+    no_cull: bool,
+    /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
+    #[arg(long)]
+    check: bool,
+    /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    #[arg(long, default_value = "samples:16")]
+    pace: Pace,
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    camera: CameraChoice,
+    /// Skip damaged pieces and count them, instead of stopping at the first.
+    #[arg(long)]
+    lenient: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum FrameChoice {
+    Last,
+    Number(u64),
+}
+
+impl FromStr for FrameChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "last" => Ok(Self::Last),
+            _ => text
+                .parse()
+                .map(Self::Number)
+                .map_err(|_| format!("expected a frame number or `last`; found `{text}`")),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Size {
+    width: u32,
+    height: u32,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+        match sides {
+            Some((width, height)) if width > 0 && height > 0 => Ok(Self { width, height }),
+            _ => Err(format!("expected WIDTHxHEIGHT in pixels; found `{text}`")),
+        }
+    }
+}
+
+pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
+    let gpu = Arc::new(Gpu::headless()?);
+    let Size { width, height } = args.size;
+    let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &RendererConfig::default())?;
+    // A second drawer, so that what one remembers cannot hide a fault of the other.
+    let mut uncut = match args.check {
+        true => Some(Offscreen::on(gpu, width, height, &RendererConfig::default())?),
+        false => None,
+    };
+    let mut session = OpenSession::open(&args.file, args.lenient)?;
+    let (summary, _, read) = summarize(&mut session, args.pace);
+    for warning in &session.notes().warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    if let Err(error) = read {
+        // What comes before the damage can be drawn all the same.
+        complain(&format!("warning: {error}"));
+    }
+    if summary.frames == 0 {
+        bail!("{}: nothing was drawn in this session", args.file.display());
+    }
+    let wanted = Wanted::new(args, &summary)?;
+    if let Some(folder) = &args.to {
+        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    complain(&format!("drawn by {}", drawer.gpu().name()));
+
+    let session = OpenSession::open(&args.file, args.lenient)?;
+    let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
+    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+    let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
+    let mut pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
+    let mut outcome = Outcome::Done;
+    let mut pacer = Pacer::new(session, args.pace);
+    let (mut scene, mut moment) = (Scene::new(), Moment::default());
+    let (mut events, mut changes) = (Vec::new(), Vec::new());
+    while moment.frame <= wanted.last {
+        // Damage has been told of above; the events before it make the last frame.
+        let read = pacer.next_frame(&mut events);
+        if !matches!(read, Ok(true)) && events.is_empty() {
+            break;
+        }
+        changes.clear();
+        for event in &events {
+            moment.note(event);
+            scene.apply(event, &mut changes);
+        }
+        drawer.follow(&changes);
+        if let Some(uncut) = &mut uncut {
+            uncut.follow(&changes);
+        }
+        if wanted.has(moment.frame) {
+            let view = camera.view(&moment).with_aspect(drawer.aspect());
+            pipeline.frame(&scene, &changes, &view);
+            let every: Vec<PolygonId>;
+            let ids = if args.no_cull {
+                every = scene.visible_ids().collect();
+                &every[..]
+            } else {
+                pipeline.draw_list().ids()
+            };
+            let (image, times) = picture(&mut drawer, &scene, &view, ids)?;
+            let path = wanted.path(args, moment.frame);
+            image.write_png(&path)?;
+            say(&line(moment.frame, &scene, ids, &times, &path))?;
+            if let Some(uncut) = &mut uncut {
+                let every: Vec<PolygonId> = scene.visible_ids().collect();
+                let differing = picture(uncut, &scene, &view, &every)?.0.differing_pixels(&image);
+                if differing > 0 {
+                    complain(&format!("frame {}: culling changes {differing} pixels", moment.frame));
+                    outcome = Outcome::CheckFailed;
+                }
+            }
+        } else {
+            pipeline.skip(&scene, &changes);
+        }
+        moment.frame += 1;
+    }
+    Ok(outcome)
+}
+
+fn picture(
+    drawer: &mut Offscreen,
+    scene: &Scene,
+    view: &View,
+    ids: &[PolygonId],
+) -> anyhow::Result<(Image, DrawTimes)> {
+    let times = drawer.draw(scene, view, &[Layer::plain(ids)])?;
+    Ok((drawer.image()?, times))
+}
+
+fn line(frame: u64, scene: &Scene, ids: &[PolygonId], times: &DrawTimes, path: &Path) -> String {
+    format!(
+        "frame {frame}: {} of {} polygons drawn in {:.2} ms, {}",
+        thousands(ids.len() as u64),
+        thousands(scene.counts().visible),
+        times.draw.ns as f64 * 1.0e-6,
+        path.display()
+    )
+}
+
+/// The frames to draw.
+struct Wanted {
+    every: Option<u64>,
+    last: u64,
+    /// Digits of the largest number, so that the files sort.
+    digits: usize,
+}
+
+impl Wanted {
+    fn new(args: &RenderArgs, summary: &Summary) -> anyhow::Result<Self> {
+        let end = summary.frames - 1;
+        let last = match args.frame {
+            FrameChoice::Last => end,
+            FrameChoice::Number(n) if n <= end => n,
+            FrameChoice::Number(n) => bail!(
+                "{}: there is no frame {n}; the session has {} frames at the pace {}",
+                args.file.display(),
+                summary.frames,
+                args.pace
+            ),
+        };
+        Ok(Self { every: args.every, last, digits: end.to_string().len() })
+    }
+
+    fn has(&self, frame: u64) -> bool {
+        frame == self.last || self.every.is_some_and(|n| frame.is_multiple_of(n))
+    }
+
+    fn path(&self, args: &RenderArgs, frame: u64) -> PathBuf {
+        match (&args.to, &args.out) {
+            (Some(folder), _) => folder.join(format!("{frame:0width$}.png", width = self.digits)),
+            (None, Some(out)) => out.clone(),
+            // clap asks for one of them.
+            (None, None) => PathBuf::from("osp.png"),
+        }
+    }
+}

@@ -1,0 +1,56 @@
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why nothing could be drawn. The scene is never affected.
+#[derive(Debug, Error)]
+pub enum RenderError {
+    /// There is no driver.
+    #[error(
+        "no graphics adapter was found ({0}); on Linux a software one is in the package mesa-vulkan-drivers"
+    )]
+    NoAdapter(String),
+    /// The driver cannot do what is needed.
+    #[error("the graphics adapter {adapter} cannot be used: it lacks {lacks}")]
+    Lacks {
+        /// Name of the adapter.
+        adapter: String,
+        /// What it would have to have.
+        lacks: &'static str,
+    },
+    /// The driver refused to open a device.
+    #[error("the graphics adapter {adapter} did not open: {reason}")]
+    NoDevice {
+        /// Name of the adapter.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// The device was lost (driver restarted, adapter unplugged). A new [`super::Gpu`] can take over.
+    #[error("the graphics device was lost: {0}")]
+    DeviceLost(String),
+    /// The driver reported an error, out of memory for one.
+    #[error("the graphics driver reported: {0}")]
+    Device(String),
+    /// A picture of this size cannot be made.
+    #[error("a picture of {width}x{height} cannot be drawn: expected 1 to {limit} pixels each way")]
+    Size {
+        /// Width asked for, pixels.
+        width: u32,
+        /// Height asked for, pixels.
+        height: u32,
+        /// Most pixels in one direction.
+        limit: u32,
+    },
+    /// There is a window but nothing to draw on in it.
+    #[error("the window has no drawable surface: {0}")]
+    Surface(String),
+    /// The picture could not be written.
+    #[error("{}: {reason}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system or the encoder said.
+        reason: String,
+    },
+}

@@ -1,0 +1,208 @@
+use super::{
+    Gpu,
+    record::{PolygonRecord, is_transparent},
+};
+use crate::scene::{Change, PolygonId, Scene};
+
+/// Chunks that are bound at once; with the draw list they fill the eight storage buffers that every adapter has.
+pub(super) const CHUNKS_A_PAGE: usize = 7;
+
+/// Moved polygons with at most this many unmoved ones between them are sent in one piece: sending 64 bytes more
+/// costs less than another transfer.
+const GAP: usize = 16;
+
+/// Polygons of one transfer (1 MiB), so that loading a large session does not need as much staging memory again.
+const TRANSFER: usize = 1 << 14;
+
+/// Every polygon of a scene on the GPU, in chunks of fixed size: growing adds a chunk and never moves what is there.
+#[derive(Debug)]
+pub(super) struct GpuScene {
+    /// Polygons of a chunk.
+    chunk_len: usize,
+    chunks: Vec<wgpu::Buffer>,
+    pages: Vec<wgpu::BindGroup>,
+    /// Bound in the place of chunks that do not exist yet.
+    placeholder: wgpu::Buffer,
+    layout: wgpu::BindGroupLayout,
+    /// Polygons that are on the GPU.
+    uploaded: usize,
+    /// One bit for each uploaded polygon that has moved since.
+    moved: Vec<u64>,
+    any_moved: bool,
+    /// One bit for each polygon that can be seen through.
+    transparent: Vec<u64>,
+    scratch: Vec<PolygonRecord>,
+}
+
+impl GpuScene {
+    pub(super) fn new(gpu: &Gpu, chunk_len: usize) -> Self {
+        let entries: [_; CHUNKS_A_PAGE] = std::array::from_fn(|i| wgpu::BindGroupLayoutEntry {
+            binding: i as u32,
+            visibility: wgpu::ShaderStages::VERTEX,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: wgpu::BufferSize::new(PolygonRecord::SIZE),
+            },
+            count: None,
+        });
+        let layout = gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("polygon chunks"),
+            entries: &entries,
+        });
+        Self {
+            chunk_len: chunk_len.max(1),
+            chunks: Vec::new(),
+            pages: Vec::new(),
+            placeholder: create_chunk(gpu, 1),
+            layout,
+            uploaded: 0,
+            moved: Vec::new(),
+            any_moved: false,
+            transparent: Vec::new(),
+            scratch: Vec::new(),
+        }
+    }
+
+    pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layout
+    }
+
+    pub(super) fn chunk_len(&self) -> usize {
+        self.chunk_len
+    }
+
+    /// Polygons of a page: those that one draw call reaches.
+    pub(super) fn page_len(&self) -> usize {
+        self.chunk_len * CHUNKS_A_PAGE
+    }
+
+    pub(super) fn page(&self, page: usize) -> Option<&wgpu::BindGroup> {
+        self.pages.get(page)
+    }
+
+    pub(super) fn uploaded(&self) -> usize {
+        self.uploaded
+    }
+
+    /// Bytes reserved on the GPU.
+    pub(super) fn bytes(&self) -> u64 {
+        self.chunks.iter().map(wgpu::Buffer::size).sum()
+    }
+
+    pub(super) fn is_transparent(&self, id: PolygonId) -> bool {
+        bit(&self.transparent, id.index())
+    }
+
+    /// Notes what has moved. New polygons need no note: [`GpuScene::flush`] sends whatever is above the last one sent,
+    /// visible or not.
+    pub(super) fn note(&mut self, changes: &[Change]) {
+        for change in changes {
+            if let Change::Update(id) = *change
+                && id.index() < self.uploaded
+            {
+                self.moved[id.index() / 64] |= 1 << (id.index() % 64);
+                self.any_moved = true;
+            }
+        }
+    }
+
+    /// Sends what is new or has moved; returns the bytes sent.
+    pub(super) fn flush(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
+        let mut bytes = 0;
+        if self.any_moved {
+            bytes += self.send_moved(gpu, scene);
+        }
+        let count = scene.polygon_count();
+        if count > self.uploaded {
+            self.grow(gpu, count);
+            for i in self.uploaded..count {
+                if is_transparent(scene.stroke_of(PolygonId(i as u32)).color()) {
+                    self.transparent[i / 64] |= 1 << (i % 64);
+                }
+            }
+            bytes += self.send(gpu, scene, self.uploaded..count);
+            self.uploaded = count;
+        }
+        bytes
+    }
+
+    fn send_moved(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
+        let mut bytes = 0;
+        let mut run: Option<std::ops::Range<usize>> = None;
+        for word in 0..self.moved.len() {
+            let mut bits = std::mem::take(&mut self.moved[word]);
+            while bits != 0 {
+                let at = word * 64 + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                run = match run {
+                    Some(run) if at - run.end <= GAP => Some(run.start..at + 1),
+                    Some(run) => {
+                        bytes += self.send(gpu, scene, run);
+                        Some(at..at + 1)
+                    }
+                    None => Some(at..at + 1),
+                };
+            }
+        }
+        self.any_moved = false;
+        bytes + run.map_or(0, |run| self.send(gpu, scene, run))
+    }
+
+    /// Sends a range of polygons, cut at the ends of chunks.
+    fn send(&mut self, gpu: &Gpu, scene: &Scene, range: std::ops::Range<usize>) -> u64 {
+        let mut at = range.start;
+        while at < range.end {
+            let (chunk, first) = (at / self.chunk_len, at % self.chunk_len);
+            let count = (range.end - at).min(self.chunk_len - first).min(TRANSFER);
+            self.scratch.clear();
+            self.scratch.extend((at..at + count).map(|i| PolygonRecord::of(scene, PolygonId(i as u32))));
+            let offset = first as u64 * PolygonRecord::SIZE;
+            gpu.queue().write_buffer(&self.chunks[chunk], offset, bytemuck::cast_slice(&self.scratch));
+            at += count;
+        }
+        range.len() as u64 * PolygonRecord::SIZE
+    }
+
+    /// Makes room for `count` polygons.
+    fn grow(&mut self, gpu: &Gpu, count: usize) {
+        let words = count.div_ceil(64);
+        self.moved.resize(words, 0);
+        self.transparent.resize(words, 0);
+        while self.chunks.len() * self.chunk_len < count {
+            self.chunks.push(create_chunk(gpu, self.chunk_len));
+            let page = (self.chunks.len() - 1) / CHUNKS_A_PAGE;
+            self.pages.truncate(page);
+            self.pages.push(self.bind_page(gpu, page));
+        }
+    }
+
+    fn bind_page(&self, gpu: &Gpu, page: usize) -> wgpu::BindGroup {
+        let entries: [_; CHUNKS_A_PAGE] = std::array::from_fn(|i| wgpu::BindGroupEntry {
+            binding: i as u32,
+            resource: self
+                .chunks
+                .get(page * CHUNKS_A_PAGE + i)
+                .unwrap_or(&self.placeholder)
+                .as_entire_binding(),
+        });
+        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("polygon page"),
+            layout: &self.layout,
+            entries: &entries,
+        })
+    }
+}
+
+fn create_chunk(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
+    gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: Some("polygon chunk"),
+        size: polygons as u64 * PolygonRecord::SIZE,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    })
+}
+
+fn bit(words: &[u64], i: usize) -> bool {
+    words.get(i / 64).is_some_and(|word| word >> (i % 64) & 1 == 1)
+}

@@ -1,0 +1,73 @@
+use std::{
+    fs::File,
+    io::{BufWriter, Write as _},
+    path::Path,
+};
+
+use super::RenderError;
+
+/// A finished picture: 8 bits for each of red, green, blue and opacity (always full), sRGB, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    width: u32,
+    height: u32,
+    rgba: Vec<u8>,
+}
+
+impl Image {
+    /// A picture from its bytes, four a pixel.
+    ///
+    /// # Panics
+    /// The number of bytes is not that of the size.
+    pub(super) fn new(width: u32, height: u32, rgba: Vec<u8>) -> Self {
+        assert_eq!(rgba.len(), width as usize * height as usize * 4, "four bytes a pixel");
+        Self { width, height, rgba }
+    }
+
+    /// Width, pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height, pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The bytes, four a pixel, rows from the top.
+    pub fn rgba(&self) -> &[u8] {
+        &self.rgba
+    }
+
+    /// Number of pixels that differ from `other`'s; all of them if the sizes differ.
+    pub fn differing_pixels(&self, other: &Self) -> usize {
+        if (self.width, self.height) != (other.width, other.height) {
+            return self.rgba.len() / 4;
+        }
+        self.rgba.chunks_exact(4).zip(other.rgba.chunks_exact(4)).filter(|(a, b)| a != b).count()
+    }
+
+    /// Number of pixels that are not of the colour of the first one (the upper left corner).
+    pub fn drawn_pixels(&self) -> usize {
+        let mut pixels = self.rgba.chunks_exact(4);
+        let first = pixels.next();
+        pixels.filter(|pixel| Some(*pixel) != first).count()
+    }
+
+    /// Writes the picture as PNG.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_png(&self, path: &Path) -> Result<(), RenderError> {
+        let failed = |reason: String| RenderError::Write { path: path.to_owned(), reason };
+        let mut file = BufWriter::new(File::create(path).map_err(|e| failed(e.to_string()))?);
+        let mut encoder = png::Encoder::new(&mut file, self.width, self.height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let mut writer = encoder.write_header().map_err(|e| failed(e.to_string()))?;
+        writer.write_image_data(&self.rgba).map_err(|e| failed(e.to_string()))?;
+        writer.finish().map_err(|e| failed(e.to_string()))?;
+        file.flush().map_err(|e| failed(e.to_string()))
+    }
+}

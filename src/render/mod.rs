@@ -1,0 +1,42 @@
+//! Drawing on a GPU with wgpu: a scene that only grows, pictures to a file, frames to a surface.
+//!
+//! * [`Gpu`] is an adapter and its device, or one clear line that says why there is none.
+//! * [`Renderer`] keeps every polygon on the GPU. A polygon is uploaded once, when it is made, and again only when it
+//!   has moved; a frame sends nothing but the numbers of the polygons to draw ([`DrawOrder`]), and the vertex shader
+//!   fetches the corners itself.
+//! * [`Target`] is what is drawn into, the same for a picture and for a window; [`Offscreen`] makes [`Image`]s and
+//!   measures.
+//!
+//! Polygons are flat-shaded from both sides. Opaque ones go front to back, transparent ones back to front; both orders
+//! depend on the view and the polygons alone, not on the index that found them, so that two pictures of the same
+//! visible surface are equal to the last bit.
+
+mod error;
+mod gpu;
+mod gpu_scene;
+mod image;
+mod lines;
+mod offscreen;
+mod order;
+mod record;
+mod renderer;
+mod shaders;
+mod show;
+mod surface;
+mod target;
+mod timer;
+mod view_slot;
+
+pub use error::RenderError;
+pub use gpu::Gpu;
+pub use image::Image;
+pub use lines::{Depth, LineBatch, LineColor, LinePass};
+pub use offscreen::{DrawTimes, Offscreen};
+pub use order::{Blend, DrawOrder, Run};
+pub use renderer::{Layer, Renderer, RendererConfig, Style};
+pub use shaders::SHADERS;
+pub use show::{Area, Channels, ShowPass, Shown};
+pub use surface::{Acquired, WindowSurface};
+pub use target::{SAMPLES, Target};
+pub use timer::GpuTimer;
+pub use view_slot::ViewSlot;

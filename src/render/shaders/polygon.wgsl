@@ -1,0 +1,101 @@
+// Polygons by vertex pulling: six vertices a polygon, the polygon's number from the draw list, its corners from the
+// chunk that holds it. World space, metres; clip space with reversed depth.
+
+// Polygons of a chunk.
+override CHUNK_LEN: u32 = 131072u;
+const CHUNKS_A_PAGE: u32 = 7u;
+
+struct Style {
+    // Red, green, blue (linear), and how much of it replaces the polygon's own colour.
+    tint: vec4<f32>,
+    // x: factor of the opacity. y: added brightness.
+    more: vec4<f32>,
+}
+
+struct View {
+    // Relative to the eye, so that far from the origin of the world nothing trembles.
+    clip_from_eye: mat4x4<f32>,
+    eye_in_world: vec4<f32>,
+    styles: array<Style, 8>,
+}
+
+struct Polygon {
+    // Corner positions as float bits; the fourth word of the first is the colour.
+    corners: array<vec4<u32>, 4>,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> draw_list: array<u32>;
+@group(1) @binding(0) var<storage, read> chunk_0: array<Polygon>;
+@group(1) @binding(1) var<storage, read> chunk_1: array<Polygon>;
+@group(1) @binding(2) var<storage, read> chunk_2: array<Polygon>;
+@group(1) @binding(3) var<storage, read> chunk_3: array<Polygon>;
+@group(1) @binding(4) var<storage, read> chunk_4: array<Polygon>;
+@group(1) @binding(5) var<storage, read> chunk_5: array<Polygon>;
+@group(1) @binding(6) var<storage, read> chunk_6: array<Polygon>;
+
+struct Corner {
+    @builtin(position) position: vec4<f32>,
+    // The same for the whole polygon: fragments only pass it on.
+    @location(0) @interpolate(flat, either) color: vec4<f32>,
+}
+
+fn fetch(id: u32) -> Polygon {
+    let slot = id % CHUNK_LEN;
+    switch (id / CHUNK_LEN) % CHUNKS_A_PAGE {
+        case 0u: { return chunk_0[slot]; }
+        case 1u: { return chunk_1[slot]; }
+        case 2u: { return chunk_2[slot]; }
+        case 3u: { return chunk_3[slot]; }
+        case 4u: { return chunk_4[slot]; }
+        case 5u: { return chunk_5[slot]; }
+        default: { return chunk_6[slot]; }
+    }
+}
+
+fn linear_from_srgb(c: vec3<f32>) -> vec3<f32> {
+    return select(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, c <= vec3(0.04045));
+}
+
+// Divided by its largest part, so that products neither overflow nor vanish.
+fn scaled(v: vec3<f32>) -> vec3<f32> {
+    return v / max(max(abs(v.x), max(abs(v.y), abs(v.z))), 1.0e-30);
+}
+
+// Enough of each light that a surface shows its slope from wherever it is seen: sky and ground, one lamp, and one at
+// the eye.
+fn brightness(normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
+    let lamp = vec3(0.36, 0.80, 0.48);
+    return 0.28 + 0.20 * (0.5 + 0.5 * normal.y) + 0.37 * max(dot(normal, lamp), 0.0) + 0.23 * dot(normal, to_eye);
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_index: u32) -> Corner {
+    let polygon = fetch(draw_list[index / 6u]);
+    let eye = view.eye_in_world.xyz;
+    let a = bitcast<vec3<f32>>(polygon.corners[0].xyz) - eye;
+    let b = bitcast<vec3<f32>>(polygon.corners[1].xyz) - eye;
+    let c = bitcast<vec3<f32>>(polygon.corners[2].xyz) - eye;
+    let d = bitcast<vec3<f32>>(polygon.corners[3].xyz) - eye;
+    // Two triangles: corners 0 1 2 and 0 2 3, a hexadecimal digit each from the right.
+    let corner = (0x320210u >> (4u * (index % 6u))) & 3u;
+    let point = select(select(a, b, corner == 1u), select(c, d, corner == 3u), corner >= 2u);
+
+    var normal = normalize(cross(scaled(c - a), scaled(d - b)));
+    let to_eye = -normalize(scaled(a + c));
+    normal = select(-normal, normal, dot(normal, to_eye) >= 0.0);
+
+    let style = view.styles[style_index];
+    let own = unpack4x8unorm(polygon.corners[0].w);
+    let color = mix(linear_from_srgb(own.rgb), style.tint.rgb, style.tint.a);
+
+    var out: Corner;
+    out.position = view.clip_from_eye * vec4(point, 1.0);
+    out.color = vec4(color * (brightness(normal, to_eye) + style.more.y), own.a * style.more.x);
+    return out;
+}
+
+@fragment
+fn fragment(in: Corner) -> @location(0) vec4<f32> {
+    return in.color;
+}

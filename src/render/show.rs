@@ -1,0 +1,132 @@
+use super::{Gpu, Target, shaders};
+
+/// Which channels of a window a picture goes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channels {
+    /// All of them.
+    All,
+    /// Red: the left eye of an anaglyph.
+    Red,
+    /// Green and blue: the right eye of an anaglyph.
+    Cyan,
+}
+
+/// A rectangle of a window, pixels from its upper left corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Area {
+    /// Left side.
+    pub x: f32,
+    /// Upper side.
+    pub y: f32,
+    /// Width.
+    pub width: f32,
+    /// Height.
+    pub height: f32,
+}
+
+/// Puts finished pictures onto a window.
+#[derive(Debug)]
+pub struct ShowPass {
+    layout: wgpu::BindGroupLayout,
+    all: wgpu::RenderPipeline,
+    red: wgpu::RenderPipeline,
+    cyan: wgpu::RenderPipeline,
+}
+
+/// A picture that can be shown.
+#[derive(Clone, Debug)]
+pub struct Shown(wgpu::BindGroup);
+
+impl ShowPass {
+    /// A pass for windows of this format.
+    pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
+        let device = gpu.device();
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("picture"),
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+                count: None,
+            }],
+        });
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("show"),
+            source: wgpu::ShaderSource::Wgsl(shaders::SHOW.into()),
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("show"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = |channels| {
+            let entry = match (format.is_srgb(), channels) {
+                (false, Channels::All) => "encode",
+                (true, Channels::All) => "pass_on",
+                (false, _) => "encode_one_eye",
+                (true, _) => "pass_on_one_eye",
+            };
+            let write_mask = match channels {
+                Channels::All => wgpu::ColorWrites::ALL,
+                Channels::Red => wgpu::ColorWrites::RED | wgpu::ColorWrites::ALPHA,
+                Channels::Cyan => {
+                    wgpu::ColorWrites::GREEN | wgpu::ColorWrites::BLUE | wgpu::ColorWrites::ALPHA
+                }
+            };
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("show"),
+                layout: Some(&pipeline_layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vertex"),
+                    compilation_options: Default::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(entry),
+                    compilation_options: Default::default(),
+                    targets: &[Some(wgpu::ColorTargetState { format, blend: None, write_mask })],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        };
+        let [all, red, cyan] = [Channels::All, Channels::Red, Channels::Cyan].map(pipeline);
+        Self { layout, all, red, cyan }
+    }
+
+    /// Makes a target's picture showable; to be made anew with the target.
+    pub fn bind(&self, gpu: &Gpu, target: &Target) -> Shown {
+        Shown(gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("picture"),
+            layout: &self.layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(target.picture_view()),
+            }],
+        }))
+    }
+
+    /// Shows a picture in an area of the pass's target, which must lie within it.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, shown: &Shown, area: Area, channels: Channels) {
+        if !(area.width >= 1.0 && area.height >= 1.0) {
+            return;
+        }
+        pass.set_viewport(area.x, area.y, area.width, area.height, 0.0, 1.0);
+        pass.set_pipeline(match channels {
+            Channels::All => &self.all,
+            Channels::Red => &self.red,
+            Channels::Cyan => &self.cyan,
+        });
+        pass.set_bind_group(0, &shown.0, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}

@@ -1,0 +1,117 @@
+use super::{Gpu, RenderError};
+
+/// The drawable part of a window, kept in step with the window's size and with what the system does to it.
+#[derive(Debug)]
+pub struct WindowSurface {
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    /// Width and height, pixels; zero while the window is minimised.
+    size: (u32, u32),
+    is_stale: bool,
+}
+
+/// What to do about a frame.
+#[derive(Debug)]
+pub enum Acquired {
+    /// Draw into this and present it.
+    Frame(wgpu::SurfaceTexture),
+    /// Nothing can be shown now (minimised, covered, busy): leave the frame out.
+    Nothing,
+    /// The surface is gone: make a new one for the window. What was drawn is not affected.
+    Lost,
+}
+
+impl WindowSurface {
+    /// Makes a window's surface ready for drawing.
+    ///
+    /// # Errors
+    /// The adapter cannot draw on it.
+    pub fn new(
+        gpu: &Gpu,
+        surface: wgpu::Surface<'static>,
+        width: u32,
+        height: u32,
+    ) -> Result<Self, RenderError> {
+        let capabilities = surface.get_capabilities(gpu.adapter());
+        // The user interface is blended as it is stored: formats that convert would make it paler.
+        let format = capabilities
+            .formats
+            .iter()
+            .copied()
+            .find(|format| {
+                matches!(format, wgpu::TextureFormat::Rgba8Unorm | wgpu::TextureFormat::Bgra8Unorm)
+            })
+            .or_else(|| capabilities.formats.first().copied());
+        let config = surface.get_default_config(gpu.adapter(), width.max(1), height.max(1));
+        let (Some(format), Some(mut config)) = (format, config) else {
+            return Err(RenderError::Surface(format!("{} cannot show anything on it", gpu.name())));
+        };
+        config.format = format;
+        config.present_mode = wgpu::PresentMode::AutoVsync;
+        // One frame on its way at most: what is drawn should be seen at once.
+        config.desired_maximum_frame_latency = 1;
+        Ok(Self { surface, config, size: (width, height), is_stale: true })
+    }
+
+    /// The format of its pixels.
+    pub fn format(&self) -> wgpu::TextureFormat {
+        self.config.format
+    }
+
+    /// Width and height, pixels; zero while the window is minimised.
+    pub fn size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    /// Follows the window's size.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        if self.size != (width, height) {
+            self.size = (width, height);
+            self.is_stale = true;
+        }
+    }
+
+    /// Whether frames wait for the screen; off for measuring.
+    pub fn set_vsync(&mut self, is_on: bool) {
+        let mode = if is_on { wgpu::PresentMode::AutoVsync } else { wgpu::PresentMode::AutoNoVsync };
+        if self.config.present_mode != mode {
+            self.config.present_mode = mode;
+            self.is_stale = true;
+        }
+    }
+
+    /// Gets the next frame to draw into.
+    ///
+    /// # Errors
+    /// The device is lost or refused the surface.
+    pub fn acquire(&mut self, gpu: &Gpu) -> Result<Acquired, RenderError> {
+        let limit = gpu.device().limits().max_texture_dimension_2d;
+        let (width, height) = self.size;
+        if width == 0 || height == 0 {
+            return Ok(Acquired::Nothing);
+        }
+        if self.is_stale {
+            (self.config.width, self.config.height) = (width.min(limit), height.min(limit));
+            self.surface.configure(gpu.device(), &self.config);
+            self.is_stale = false;
+            gpu.check()?;
+        }
+        Ok(match self.surface.get_current_texture() {
+            wgpu::CurrentSurfaceTexture::Success(frame) => Acquired::Frame(frame),
+            wgpu::CurrentSurfaceTexture::Suboptimal(frame) => {
+                self.is_stale = true;
+                Acquired::Frame(frame)
+            }
+            wgpu::CurrentSurfaceTexture::Timeout | wgpu::CurrentSurfaceTexture::Occluded => Acquired::Nothing,
+            wgpu::CurrentSurfaceTexture::Outdated => {
+                self.is_stale = true;
+                Acquired::Nothing
+            }
+            wgpu::CurrentSurfaceTexture::Lost => Acquired::Lost,
+            wgpu::CurrentSurfaceTexture::Validation => {
+                gpu.check()?;
+                return Err(RenderError::Surface("it does not fit the device".to_owned()));
+            }
+        })
+    }
+}

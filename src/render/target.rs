@@ -1,0 +1,111 @@
+use super::{Gpu, RenderError};
+
+/// Samples a pixel.
+pub const SAMPLES: u32 = 4;
+/// What is drawn into: linear light in the shader, sRGB in memory.
+pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// Floating point, for reversed depth.
+pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// What is drawn into: a multisampled picture with its depth, and the resolved picture that is saved or shown.
+#[derive(Debug)]
+pub struct Target {
+    width: u32,
+    height: u32,
+    samples: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    resolved: wgpu::Texture,
+    resolved_view: wgpu::TextureView,
+}
+
+impl Target {
+    /// A target of this size in pixels.
+    ///
+    /// # Errors
+    /// A side is zero or longer than the adapter allows.
+    pub fn new(gpu: &Gpu, width: u32, height: u32) -> Result<Self, RenderError> {
+        let limit = gpu.device().limits().max_texture_dimension_2d;
+        if width == 0 || height == 0 || width > limit || height > limit {
+            return Err(RenderError::Size { width, height, limit });
+        }
+        let texture = |label, format, sample_count, usage| {
+            gpu.device().create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        };
+        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let samples = texture("samples", COLOR_FORMAT, SAMPLES, attachment);
+        let depth = texture("depth", DEPTH_FORMAT, SAMPLES, attachment);
+        let usage = attachment | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
+        let resolved = texture("picture", COLOR_FORMAT, 1, usage);
+        gpu.check()?;
+        Ok(Self {
+            width,
+            height,
+            samples: samples.create_view(&Default::default()),
+            depth: depth.create_view(&Default::default()),
+            resolved_view: resolved.create_view(&Default::default()),
+            resolved,
+        })
+    }
+
+    /// Width and height, pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// Width divided by height.
+    pub fn aspect(&self) -> f32 {
+        self.width as f32 / self.height as f32
+    }
+
+    /// The finished picture.
+    pub fn picture(&self) -> &wgpu::Texture {
+        &self.resolved
+    }
+
+    /// The finished picture, for a shader that shows it.
+    pub fn picture_view(&self) -> &wgpu::TextureView {
+        &self.resolved_view
+    }
+
+    /// A pass that clears the target and draws into it.
+    pub(super) fn begin<'e>(
+        &self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        background: wgpu::Color,
+        timestamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    ) -> wgpu::RenderPass<'e> {
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("scene"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.samples,
+                depth_slice: None,
+                resolve_target: Some(&self.resolved_view),
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(background),
+                    store: wgpu::StoreOp::Discard,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                // Reversed: 0 is the farthest.
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: timestamps,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        })
+    }
+}

@@ -1,0 +1,111 @@
+use bytemuck::{Pod, Zeroable};
+
+use super::{DrawOrder, Gpu, Style, renderer::MAX_STYLES};
+use crate::visibility::View;
+
+/// What a frame sends for one view: the view itself and the numbers of its polygons. One for each screen and eye.
+#[derive(Debug)]
+pub struct ViewSlot {
+    uniforms: wgpu::Buffer,
+    ids: wgpu::Buffer,
+    bind_group: wgpu::BindGroup,
+    pub(super) order: DrawOrder,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Uniforms {
+    clip_from_eye: [[f32; 4]; 4],
+    eye_in_world: [f32; 4],
+    styles: [[[f32; 4]; 2]; MAX_STYLES],
+}
+
+impl ViewSlot {
+    pub(super) fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> Self {
+        let uniforms = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+            label: Some("view"),
+            size: size_of::<Uniforms>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let ids = create_ids(gpu, 1 << 14);
+        let bind_group = bind(gpu, layout, &uniforms, &ids);
+        Self { uniforms, ids, bind_group, order: DrawOrder::new() }
+    }
+
+    pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+        let entry = |binding, ty, size: u64| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX,
+            ty: wgpu::BindingType::Buffer {
+                ty,
+                has_dynamic_offset: false,
+                min_binding_size: wgpu::BufferSize::new(size),
+            },
+            count: None,
+        };
+        gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("view"),
+            entries: &[
+                entry(0, wgpu::BufferBindingType::Uniform, size_of::<Uniforms>() as u64),
+                entry(1, wgpu::BufferBindingType::Storage { read_only: true }, 4),
+            ],
+        })
+    }
+
+    pub(super) fn bind_group(&self) -> &wgpu::BindGroup {
+        &self.bind_group
+    }
+
+    /// Sends the view and the order of drawing; returns the bytes sent.
+    pub(super) fn send(
+        &mut self,
+        gpu: &Gpu,
+        layout: &wgpu::BindGroupLayout,
+        view: &View,
+        styles: &[Style; MAX_STYLES],
+    ) -> u64 {
+        let from_eye = View { eye_in_world: glam::Vec3::ZERO, ..*view };
+        let uniforms = Uniforms {
+            clip_from_eye: from_eye.clip_from_world().to_cols_array_2d(),
+            eye_in_world: view.eye_in_world.extend(1.0).to_array(),
+            styles: styles.map(|style| style.words()),
+        };
+        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
+        let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
+        if ids.len() as u64 > self.ids.size() {
+            // The list is written anew every frame: the old one need not be copied.
+            self.ids = create_ids(gpu, self.order.ids().len().next_power_of_two());
+            self.bind_group = bind(gpu, layout, &self.uniforms, &self.ids);
+        }
+        if !ids.is_empty() {
+            gpu.queue().write_buffer(&self.ids, 0, ids);
+        }
+        ids.len() as u64 + size_of::<Uniforms>() as u64
+    }
+}
+
+fn create_ids(gpu: &Gpu, count: usize) -> wgpu::Buffer {
+    gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: Some("draw list"),
+        size: count as u64 * 4,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+fn bind(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    uniforms: &wgpu::Buffer,
+    ids: &wgpu::Buffer,
+) -> wgpu::BindGroup {
+    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("view"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: ids.as_entire_binding() },
+        ],
+    })
+}

@@ -1,0 +1,10 @@
+//! Pictures: what the renderer draws, on whatever adapter there is. Without one each test says so and passes, but
+//! fails where the environment variable `CI` is `true`.
+#![cfg(feature = "render")]
+
+#[path = "render/pictures.rs"]
+mod pictures;
+#[path = "render/scenes.rs"]
+mod scenes;
+#[path = "render/shaders.rs"]
+mod shaders;

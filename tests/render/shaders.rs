@@ -1,0 +1,32 @@
+use osp::render::SHADERS;
+
+#[test]
+fn every_shader_is_valid() {
+    use wgpu::naga::{
+        self,
+        valid::{Capabilities, ValidationFlags, Validator},
+    };
+    for (name, source) in SHADERS {
+        let module = match naga::front::wgsl::parse_str(source) {
+            Ok(module) => module,
+            Err(error) => panic!("{name}.wgsl: {}", error.emit_to_string(source)),
+        };
+        // No capability beyond the standard: the shaders run everywhere.
+        if let Err(error) = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module) {
+            panic!("{name}.wgsl: {}", error.emit_to_string(source));
+        }
+    }
+}
+
+#[test]
+fn every_shader_file_is_listed() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/render/shaders");
+    let mut files: Vec<String> = std::fs::read_dir(folder)
+        .expect("the folder of shaders")
+        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+        .collect();
+    files.sort();
+    let mut listed: Vec<String> = SHADERS.iter().map(|(name, _)| format!("{name}.wgsl")).collect();
+    listed.sort();
+    assert_eq!(files, listed);
+}
