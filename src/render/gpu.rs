@@ -64,9 +64,7 @@ impl Gpu {
             }))
         };
         // A software adapter is found by the first request too, where nothing is better.
-        let adapter = request(false)
-            .or_else(|_| request(true))
-            .map_err(|error| RenderError::NoAdapter(error.to_string().replace('\n', " ")))?;
+        let adapter = request(false).or_else(|_| request(true)).map_err(|_| RenderError::NoAdapter)?;
         let name = describe(&adapter.get_info());
         if let Some(lacks) = missing(&adapter) {
             return Err(RenderError::Lacks { adapter: name, lacks });
