@@ -7,9 +7,9 @@ use thiserror::Error;
 pub enum RenderError {
     /// There is no driver.
     #[error(
-        "no graphics adapter was found ({0}); on Linux a software one is in the package mesa-vulkan-drivers"
+        "no graphics adapter was found: is a driver installed? (on Linux, mesa-vulkan-drivers has one in software)"
     )]
-    NoAdapter(String),
+    NoAdapter,
     /// The driver cannot do what is needed.
     #[error("the graphics adapter {adapter} cannot be used: it lacks {lacks}")]
     Lacks {
