@@ -5,7 +5,7 @@ use crate::math::{Aabb, COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2};
 
 /// A quad whose fourth corner leaves the plane of the others by less than this fraction of its longest edge is
 /// flat. Larger: fewer polygons, but occluders are pushed further back to stay conservative.
-pub const FLATNESS: f32 = 1.0e-3;
+pub const FLATNESS: f32 = 1.0e-2;
 
 /// A convex, planar polygon with 3 or 4 corners, two-sided.
 #[derive(Clone, Copy, Debug, PartialEq)]

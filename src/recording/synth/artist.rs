@@ -294,7 +294,7 @@ struct RibbonCount {
 
 impl RibbonCount {
     /// A quad is flat if its bend is below this part of its longest edge.
-    const FLATNESS: f64 = 1e-3;
+    const FLATNESS: f64 = 1e-2;
 
     fn new(width_m: f64) -> Self {
         Self { width_m, last: None, border: None }
