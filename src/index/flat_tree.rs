@@ -146,6 +146,12 @@ impl FlatTree {
         self.lanes.set(at, bounds);
     }
 
+    /// Takes out the polygon at a place of [`FlatTree::ids`]; the boxes above keep their size.
+    pub(super) fn vacate(&mut self, at: usize) {
+        self.lanes.vacate(at);
+        self.holes += 1;
+    }
+
     /// Makes all node boxes tight again, from the leaves up: O(nodes).
     pub(super) fn refit(&mut self) {
         let mut end = self.lanes.len();
@@ -331,7 +337,6 @@ impl FlatTree {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tightness {
     Tight,
-    #[expect(dead_code, reason = "for trees that lose polygons without a refit")]
     Loose,
 }
 

@@ -1,5 +1,7 @@
 use super::{
-    BruteForce, BruteSimd, OctreeConfig, Osp, OspPaper, SpatialIndex, TimeOrder, bvh, octree_rebuild,
+    BruteForce, BruteSimd, BvhTwoLevel, DynamicBvh, KdTreeConfig, LooseOctree, LooseOctreeConfig,
+    OctreeConfig, Osp, OspPaper, QuadtreeConfig, SpatialIndex, TimeOrder, TwoLevelConfig, bvh, kd_tree,
+    octree_rebuild, quadtree,
 };
 use crate::math::Aabb;
 use glam::Vec3;
@@ -47,6 +49,16 @@ pub enum IndexKind {
     Lbvh,
     /// [`bvh::hlbvh`].
     Hlbvh,
+    /// [`BvhTwoLevel`].
+    BvhTwoLevel,
+    /// [`DynamicBvh`].
+    DynamicBvh,
+    /// [`LooseOctree`].
+    LooseOctree,
+    /// [`kd_tree`].
+    KdTree,
+    /// [`quadtree`].
+    Quadtree,
 }
 
 impl IndexKind {
@@ -64,6 +76,11 @@ impl IndexKind {
         Self::BvhSahSweep,
         Self::Lbvh,
         Self::Hlbvh,
+        Self::BvhTwoLevel,
+        Self::DynamicBvh,
+        Self::LooseOctree,
+        Self::KdTree,
+        Self::Quadtree,
     ];
 
     /// Those that are compared unless told otherwise: the reference, the paper's two structures, and the fast tree.
@@ -84,6 +101,11 @@ impl IndexKind {
             Self::BvhSahSweep => "bvh-sah-sweep",
             Self::Lbvh => "lbvh",
             Self::Hlbvh => "hlbvh",
+            Self::BvhTwoLevel => "bvh-two-level",
+            Self::DynamicBvh => "dynamic-bvh",
+            Self::LooseOctree => "loose-octree",
+            Self::KdTree => "kd-tree",
+            Self::Quadtree => "quadtree",
         }
     }
 
@@ -107,6 +129,11 @@ impl IndexKind {
             Self::BvhSahSweep => bvh::bvh_sah_sweep(&bvh::SweepSahConfig::default(), config),
             Self::Lbvh => bvh::lbvh(&bvh::LbvhConfig::default(), config),
             Self::Hlbvh => bvh::hlbvh(&bvh::HlbvhConfig::default(), config),
+            Self::BvhTwoLevel => Box::new(BvhTwoLevel::new(TwoLevelConfig::default(), config)),
+            Self::DynamicBvh => Box::new(DynamicBvh::new(config)),
+            Self::LooseOctree => Box::new(LooseOctree::new(LooseOctreeConfig::default(), config)),
+            Self::KdTree => kd_tree(&KdTreeConfig::default(), config),
+            Self::Quadtree => quadtree(&QuadtreeConfig::default(), config),
         }
     }
 }

@@ -15,33 +15,33 @@ pub(super) fn positive_sides(normal: glam::Vec3) -> [usize; 3] {
     [0, 1, 2].map(|axis| if normal[axis] >= 0.0 { axis + 3 } else { axis })
 }
 
-/// The exact test of up to [`LANES`] boxes given side by side (`min` x, y, z, `max` x, y, z): appends those that are
+/// The exact test of up to `N` boxes given side by side (`min` x, y, z, `max` x, y, z): appends those that are
 /// behind no plane of `mask`. Lanes from `ids.len()` on, and those of [`NO_POLYGON`], are not looked at.
 #[inline]
-pub(super) fn cull_lanes(
+pub(super) fn cull_lanes<const N: usize>(
     ids: &[PolygonId],
-    sides: [&[f32; LANES]; 6],
+    sides: [&[f32; N]; 6],
     frustum: &Frustum,
     mask: PlaneMask,
     sink: &mut impl Sink,
     work: &mut WorkCounts,
 ) {
-    let mut behind = [0u32; LANES];
+    let mut behind = [0u32; N];
     for (i, plane) in frustum.planes().iter().enumerate() {
         if !mask.contains(i) {
             continue;
         }
         let [x, y, z] = positive_sides(plane.normal).map(|side| sides[side]);
         let (n, d) = (plane.normal, plane.d);
-        for lane in 0..LANES {
+        for lane in 0..N {
             // The one expression of the crate (see `crate::math`), on the positive vertex.
             let distance = ((n.x * x[lane] + n.y * y[lane]) + n.z * z[lane]) + d;
             behind[lane] |= u32::from(distance < 0.0);
         }
     }
-    let mut seen = [NO_POLYGON; LANES];
+    let mut seen = [NO_POLYGON; N];
     let mut count = 0;
-    for (lane, &id) in ids.iter().enumerate().take(LANES) {
+    for (lane, &id) in ids.iter().enumerate().take(N) {
         seen[count] = id;
         count += usize::from(behind[lane] == 0 && id != NO_POLYGON);
     }
@@ -90,6 +90,11 @@ impl BoxLanes {
         }
     }
 
+    /// Makes a hole: the box stays, but is nobody's.
+    pub(super) fn vacate(&mut self, at: usize) {
+        self.ids[at] = NO_POLYGON;
+    }
+
     pub(super) fn get(&self, at: usize) -> Aabb {
         let corner = |first: usize| std::array::from_fn(|axis| self.sides[first + axis][at]).into();
         Aabb::new(corner(0), corner(3))
@@ -122,9 +127,9 @@ impl BoxLanes {
         for at in range.clone().step_by(LANES) {
             let ids = &self.ids[at..range.end.min(at + LANES)];
             let sides = self.sides.each_ref().map(|side| {
-                side[at..].first_chunk::<LANES>().expect("the arrays are longer than the ids by a whole test")
+                side[at..].first_chunk().expect("the arrays are longer than the ids by a whole test")
             });
-            cull_lanes(ids, sides, frustum, mask, sink, work);
+            cull_lanes::<LANES>(ids, sides, frustum, mask, sink, work);
         }
     }
 

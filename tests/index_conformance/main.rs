@@ -6,6 +6,7 @@ mod check;
 mod osp_paper;
 mod random_changes;
 mod scenes;
+mod subjects;
 
 use check::{BruteForceTwin, check};
 use glam::Vec3;
@@ -15,6 +16,7 @@ use osp::{
     scene::PolygonId,
 };
 use scenes::{TestScene, frusta, scenes};
+use subjects::{Subject, subjects};
 
 /// An index and its twin, changed together.
 struct Pair<'a> {
@@ -25,8 +27,8 @@ struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    fn new(kind: IndexKind, config: &IndexConfig, frusta: &'a [Frustum], place: String) -> Self {
-        Self { index: kind.create(config), twin: BruteForceTwin::default(), frusta, place }
+    fn new(subject: &Subject, config: &IndexConfig, frusta: &'a [Frustum], place: String) -> Self {
+        Self { index: (subject.make)(config), twin: BruteForceTwin::default(), frusta, place }
     }
 
     fn insert(&mut self, id: usize, bounds: &Aabb) {
@@ -61,9 +63,9 @@ fn every_kind_and_scene(mut test: impl FnMut(&mut Pair<'_>, &TestScene)) {
     let config = IndexConfig { capacity: 100, ..IndexConfig::default() };
     for scene in scenes() {
         let frusta = frusta(&scene.boxes);
-        for &kind in IndexKind::ALL {
-            let place = format!("{}, scene '{}'", kind.name(), scene.name);
-            test(&mut Pair::new(kind, &config, &frusta, place), &scene);
+        for subject in &subjects() {
+            let place = format!("{}, scene '{}'", subject.name, scene.name);
+            test(&mut Pair::new(subject, &config, &frusta, place), &scene);
         }
     }
 }
@@ -173,8 +175,9 @@ fn refused_changes_leave_everything_as_it_was() {
         Aabb::new(Vec3::INFINITY, Vec3::INFINITY),
     ];
     let frusta = frusta(boxes);
-    for &kind in IndexKind::ALL {
-        let mut pair = Pair::new(kind, &IndexConfig::default(), &frusta, kind.name().to_owned());
+    for subject in &subjects() {
+        let name = subject.name;
+        let mut pair = Pair::new(subject, &IndexConfig::default(), &frusta, name.to_owned());
         assert_eq!(pair.index.remove(PolygonId(3)), Err(IndexError::Unknown(PolygonId(3))));
         assert_eq!(pair.index.update(PolygonId(3), &good), Err(IndexError::Unknown(PolygonId(3))));
         for (id, bounds) in boxes.iter().enumerate() {
@@ -183,31 +186,19 @@ fn refused_changes_leave_everything_as_it_was() {
         for committed in [false, true] {
             for bounds in &bad {
                 let (known, new) = (PolygonId(1), PolygonId(1000));
-                assert_eq!(pair.index.insert(new, bounds), Err(IndexError::InvalidBounds(new)), "{kind:?}");
-                assert_eq!(
-                    pair.index.insert(known, bounds),
-                    Err(IndexError::InvalidBounds(known)),
-                    "{kind:?}"
-                );
-                assert_eq!(
-                    pair.index.update(known, bounds),
-                    Err(IndexError::InvalidBounds(known)),
-                    "{kind:?}"
-                );
-                assert_eq!(pair.index.update(new, bounds), Err(IndexError::Unknown(new)), "{kind:?}");
+                assert_eq!(pair.index.insert(new, bounds), Err(IndexError::InvalidBounds(new)), "{name}");
+                assert_eq!(pair.index.insert(known, bounds), Err(IndexError::InvalidBounds(known)), "{name}");
+                assert_eq!(pair.index.update(known, bounds), Err(IndexError::InvalidBounds(known)), "{name}");
+                assert_eq!(pair.index.update(new, bounds), Err(IndexError::Unknown(new)), "{name}");
             }
             let (known, new) = (PolygonId(7), PolygonId(41));
-            assert_eq!(pair.index.insert(known, &good), Err(IndexError::Duplicate(known)), "{kind:?}");
-            assert_eq!(pair.index.remove(new), Err(IndexError::Unknown(new)), "{kind:?}");
+            assert_eq!(pair.index.insert(known, &good), Err(IndexError::Duplicate(known)), "{name}");
+            assert_eq!(pair.index.remove(new), Err(IndexError::Unknown(new)), "{name}");
             pair.check(if committed { "refused after commit" } else { "refused before commit" });
         }
         pair.remove(7);
-        assert_eq!(pair.index.remove(PolygonId(7)), Err(IndexError::Unknown(PolygonId(7))), "{kind:?}");
-        assert_eq!(
-            pair.index.update(PolygonId(7), &good),
-            Err(IndexError::Unknown(PolygonId(7))),
-            "{kind:?}"
-        );
+        assert_eq!(pair.index.remove(PolygonId(7)), Err(IndexError::Unknown(PolygonId(7))), "{name}");
+        assert_eq!(pair.index.update(PolygonId(7), &good), Err(IndexError::Unknown(PolygonId(7))), "{name}");
         pair.check("removed twice");
     }
 }
@@ -230,9 +221,9 @@ fn any_root_will_do() {
         let scene = all.iter().find(|scene| scene.name == name).expect("it is among the scenes");
         let frusta = frusta(&scene.boxes);
         for root in roots {
-            for &kind in IndexKind::ALL {
+            for subject in &subjects() {
                 let config = IndexConfig { root, capacity: 0 };
-                let mut pair = Pair::new(kind, &config, &frusta, format!("{} in {root:?}", kind.name()));
+                let mut pair = Pair::new(subject, &config, &frusta, format!("{} in {root:?}", subject.name));
                 scene.boxes.iter().enumerate().for_each(|(id, b)| pair.insert(id, b));
                 pair.check(name);
                 (0..scene.boxes.len()).step_by(2).for_each(|id| pair.remove(id));

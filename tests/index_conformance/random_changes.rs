@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use osp::{
-    index::{IndexConfig, IndexKind, SpatialIndex},
+    index::{IndexConfig, SpatialIndex},
     math::Aabb,
     scene::PolygonId,
 };
@@ -12,6 +12,7 @@ use super::{
     boxes::Rng,
     check::{BruteForceTwin, check},
     scenes::random_frustum,
+    subjects::{Subject, subjects},
 };
 
 /// Ids are drawn from few, so that duplicates and unknown ones happen.
@@ -73,20 +74,21 @@ proptest! {
     #[test]
     fn same_as_brute_force(changes in vec(change(), 1..40), seed in any::<u64>()) {
         let config = IndexConfig { capacity: 16, ..IndexConfig::default() };
-        for &kind in IndexKind::ALL {
-            run(kind, &config, &changes, seed);
+        for subject in &subjects() {
+            run(subject, &config, &changes, seed);
         }
     }
 }
 
-fn run(kind: IndexKind, config: &IndexConfig, changes: &[Change], seed: u64) {
-    let mut index = kind.create(config);
+fn run(subject: &Subject, config: &IndexConfig, changes: &[Change], seed: u64) {
+    let name = subject.name;
+    let mut index = (subject.make)(config);
     let mut twin = BruteForceTwin::default();
     let mut random = Rng(seed);
     let insert = |index: &mut dyn SpatialIndex, twin: &mut BruteForceTwin, id, b: &Aabb| {
         let id = PolygonId(id);
         let answer = index.insert(id, b);
-        assert_eq!(answer, twin.index.insert(id, b), "{kind:?}");
+        assert_eq!(answer, twin.index.insert(id, b), "{name}");
         if answer.is_ok() {
             twin.set(id, b);
         }
@@ -102,17 +104,17 @@ fn run(kind: IndexKind, config: &IndexConfig, changes: &[Change], seed: u64) {
             }
             Change::Remove(id) => {
                 let id = PolygonId(*id);
-                assert_eq!(index.remove(id), twin.index.remove(id), "{kind:?}");
+                assert_eq!(index.remove(id), twin.index.remove(id), "{name}");
             }
             Change::RemoveRow(first, count) => {
                 for id in (*first..first + count).map(PolygonId) {
-                    assert_eq!(index.remove(id), twin.index.remove(id), "{kind:?}");
+                    assert_eq!(index.remove(id), twin.index.remove(id), "{name}");
                 }
             }
             Change::Update(id, b) => {
                 let id = PolygonId(*id);
                 let answer = index.update(id, b);
-                assert_eq!(answer, twin.index.update(id, b), "{kind:?}");
+                assert_eq!(answer, twin.index.update(id, b), "{name}");
                 if answer.is_ok() {
                     twin.set(id, b);
                 }
@@ -124,7 +126,7 @@ fn run(kind: IndexKind, config: &IndexConfig, changes: &[Change], seed: u64) {
             Change::Commit => {
                 index.commit();
                 let frusta = [(); 2].map(|()| random_frustum(&mut random, &config.root));
-                check(&*index, &twin, &frusta, "random changes");
+                check(&*index, &twin, &frusta, name);
             }
         }
     }

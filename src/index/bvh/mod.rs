@@ -12,6 +12,7 @@ mod midpoint;
 mod morton;
 mod sweep_sah;
 mod top_down;
+mod two_level;
 
 pub(super) use binned_sah::BinnedSahBuilder;
 pub use binned_sah::SahConfig;
@@ -20,6 +21,7 @@ pub use lbvh::LbvhConfig;
 pub use median::MedianConfig;
 pub use midpoint::MidpointConfig;
 pub use sweep_sah::SweepSahConfig;
+pub use two_level::{BvhTwoLevel, TwoLevelConfig};
 
 use super::{IndexConfig, SpatialIndex, rebuilt::Rebuilt};
 

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use crate::{
     index::{
-        flat_tree::{FlatTree, Item},
+        flat_tree::{FlatTree, Item, MAX_DEPTH},
         rebuilt::{OnUpdate, TreeBuilder},
     },
     math::Aabb,
@@ -13,7 +13,7 @@ use crate::{
 pub struct OctreeConfig {
     /// A node with more polygons is split. Larger: quicker builds, more polygons tested one by one. 16 is one wide test.
     pub leaf_capacity: usize,
-    /// Deepest level; nodes there are leaves whatever they hold. Cells halve at every level, so only polygons piled up
+    /// Deepest level, at most 96; nodes there are leaves whatever they hold. Cells halve at every level, so only polygons piled up
     /// on a geometric series of places get there.
     pub max_depth: usize,
 }
@@ -56,7 +56,7 @@ pub(super) struct OctreeBuilder {
 impl OctreeBuilder {
     pub(super) fn new(config: OctreeConfig) -> Self {
         Self {
-            config,
+            config: OctreeConfig { max_depth: config.max_depth.min(MAX_DEPTH), ..config },
             seeds: Vec::new(),
             sorted: Vec::new(),
             octants: Vec::new(),

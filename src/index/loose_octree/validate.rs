@@ -1,0 +1,44 @@
+use super::{LooseOctree, cell::Cell};
+
+impl LooseOctree {
+    pub(super) fn check(&self) -> Result<(), String> {
+        let mut filed = 0;
+        for (number, &chain) in self.chains.iter().enumerate() {
+            self.buckets.validate_chain(chain, number as u32)?;
+            let mut own = 0;
+            for (spot, item) in self.buckets.items(chain) {
+                own += 1;
+                if self.spot.get(item.id) != spot || self.filed.get(item.id) != item.bounds {
+                    return Err(format!("polygon {} has another spot or box", item.id.0));
+                }
+                if self.cell_for(&item.bounds) != number {
+                    return Err(format!("polygon {} belongs to another cell", item.id.0));
+                }
+                let is_outside = number == self.outside();
+                if !is_outside && !self.grid.loose_box(&self.grid.cell_at(number)).contains(&item.bounds) {
+                    return Err(format!("polygon {} sticks out of its loose cell", item.id.0));
+                }
+            }
+            filed += own;
+            let below: u32 =
+                if number == self.outside() { 0 } else { self.count_below(&self.grid.cell_at(number)) };
+            if self.counts[number] != own + below {
+                return Err(format!(
+                    "cell {number} counts {}, has {own} and {below} below",
+                    self.counts[number]
+                ));
+            }
+        }
+        if filed as usize != self.filed.len() {
+            return Err(format!("{filed} polygons in cells, {} filed", self.filed.len()));
+        }
+        Ok(())
+    }
+
+    fn count_below(&self, cell: &Cell) -> u32 {
+        if cell.level == self.grid.max_depth {
+            return 0;
+        }
+        (0..8).map(|i| self.counts[self.grid.number(&cell.child(i))]).sum()
+    }
+}
