@@ -1,0 +1,86 @@
+//! Filing polygons and culling by a frustum, for every index, on the same synthetic session of ribbons.
+//!
+//! `cargo bench --bench index`. Each iteration does the same work: a batch of inserts goes into a fresh copy of nothing
+//! (the whole session, in order of drawing), a cull asks an index that does not change. How an index fares while it
+//! grows is measured by `osp replay`.
+
+use std::hint::black_box;
+
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use osp::{
+    index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
+    math::Aabb,
+    recording::{SynthKind, synthesize},
+    scene::{Change, PolygonId, Scene},
+    visibility::{CameraChoice, CameraPath, Moment},
+};
+
+/// Polygons of the session.
+const POLYGONS: u32 = 50_000;
+
+/// The boxes of a session's polygons in order of drawing.
+fn boxes() -> Vec<(PolygonId, Aabb)> {
+    let mut scene = Scene::new();
+    let mut changes = Vec::new();
+    for event in synthesize(SynthKind::Scribble, POLYGONS, 1) {
+        scene.apply(&event.expect("a synthetic session is whole"), &mut changes);
+    }
+    let inserted = changes.iter().filter_map(|c| if let Change::Insert(id) = *c { Some(id) } else { None });
+    let mut seen = std::collections::BTreeSet::new();
+    inserted.filter(|&id| seen.insert(id)).map(|id| (id, *scene.bounds(id))).collect()
+}
+
+fn filled(kind: IndexKind, config: &IndexConfig, boxes: &[(PolygonId, Aabb)]) -> Box<dyn SpatialIndex> {
+    let mut index = kind.create(config);
+    fill(&mut *index, boxes);
+    index
+}
+
+fn fill(index: &mut dyn SpatialIndex, boxes: &[(PolygonId, Aabb)]) {
+    for (id, bounds) in boxes {
+        index.insert(*id, bounds).expect("finite boxes, each id once");
+    }
+    index.commit();
+}
+
+fn insert(c: &mut Criterion) {
+    let boxes = boxes();
+    let config = IndexConfig { capacity: boxes.len(), ..IndexConfig::default() };
+    let mut group = c.benchmark_group("insert");
+    group.sample_size(10).throughput(Throughput::Elements(boxes.len() as u64));
+    for &kind in IndexKind::ALL {
+        group.bench_function(BenchmarkId::from_parameter(kind.name()), |b| {
+            b.iter_batched_ref(
+                || kind.create(&config),
+                |index| fill(&mut **index, &boxes),
+                BatchSize::LargeInput,
+            );
+        });
+    }
+    group.finish();
+}
+
+fn frustum_cull(c: &mut Criterion) {
+    let boxes = boxes();
+    let bounds = boxes.iter().fold(Aabb::EMPTY, |all, (_, b)| all.union(b));
+    let config = IndexConfig { capacity: boxes.len(), ..IndexConfig::default() };
+    for camera in [CameraChoice::Orbit, CameraChoice::Inside] {
+        let mut group = c.benchmark_group(format!("frustum_cull/{}", camera.name()));
+        group.sample_size(20);
+        let frustum = CameraPath::new(camera, None, &bounds).view(&Moment::default()).frustum();
+        let mut draw_list = DrawList::new();
+        for &kind in IndexKind::ALL {
+            let index = filled(kind, &config, &boxes);
+            group.bench_function(BenchmarkId::from_parameter(kind.name()), |b| {
+                b.iter(|| {
+                    draw_list.clear();
+                    black_box(index.frustum_cull(&frustum, &mut draw_list));
+                });
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, insert, frustum_cull);
+criterion_main!(benches);
