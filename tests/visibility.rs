@@ -88,7 +88,7 @@ proptest! {
 
     /// Pacing loses nothing, repeats nothing and keeps the order, whatever the time stamps do.
     #[test]
-    fn pacing_keeps_every_event_in_order(times in proptest::collection::vec(prop_oneof![Just(0.0f64), 0.0..3.0f64, Just(9.5e6), -5.0..0.0f64], 0..200), n in 1u32..9, recorded: bool) {
+    fn pacing_keeps_every_event_in_order(times in proptest::collection::vec(prop_oneof![Just(0.0f64), 0.0..3.0f64, Just(9.5e6), -5.0..0.0f64, Just(1.0e16), Just(1.0e300), 1.0e13..1.0e18f64, (0..20u32).prop_map(|i| 1.0e15 + f64::from(i) * 0.5)], 0..200), n in 1u32..9, recorded: bool) {
         let events: Vec<Event> = times.iter().map(|&t| sample(t)).collect();
         let pace = if recorded { Pace::Recorded } else { Pace::Samples(n) };
         let frames = frames(events.clone(), pace);

@@ -73,7 +73,8 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
         frame.clear();
         let mut samples = 0;
         if let Some(end) = &mut self.frame_end_secs {
-            *end += 1.0 / Pace::FRAMES_A_SECOND;
+            // Stamps may be so large that a frame is below their precision: the clock still has to go on.
+            *end = (*end + 1.0 / Pace::FRAMES_A_SECOND).max(end.next_up());
         }
         while !self.ended {
             let event = match self.next.take().map(Ok).or_else(|| self.events.next()) {
