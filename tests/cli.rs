@@ -103,7 +103,8 @@ fn csv_has_a_line_for_each_index_and_frame_and_charts_are_pictures() {
     let text = fs::read_to_string(&csv).expect("the CSV");
     let columns = text.lines().next().expect("names").split(',').count();
     assert!(text.lines().all(|line| line.split(',').count() == columns));
-    assert_eq!(text.lines().count(), 1 + 2 * 24);
+    // 240 points in tens, and a last frame for the move.
+    assert_eq!(text.lines().count(), 1 + 2 * 25);
     assert!(fs::read(&png).expect("the chart").starts_with(b"\x89PNG"));
     assert!(osp(&[&args[..], &["--chart", &path(&svg)]].concat()).status.success());
     assert!(fs::read_to_string(&svg).expect("the chart").contains("<svg"));
@@ -243,4 +244,40 @@ fn synth_writes_what_replay_reads_and_guards_what_is_there() {
     assert_eq!(unknown.status.code(), Some(2));
     assert!(stderr(&unknown).contains("portrait"), "{}", stderr(&unknown));
     assert!(!Path::new(&path("b.ron")).exists());
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_does_not_hide_a_failed_check() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let pins = folder.path().join("pins.ron");
+    fs::write(&pins, "(pins: [])").expect("written");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_osp"))
+        .args(["replay".as_ref(), session.as_os_str(), "--check".as_ref(), pins.as_os_str()])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    drop(child.stdout.take());
+    assert_eq!(child.wait().expect("ends").code(), Some(1));
+}
+
+#[test]
+fn an_empty_session_among_others_stops_nothing() {
+    let folder = temp();
+    let empty = folder.path().join("empty.ron");
+    fs::write(&empty, "Header(format: 1)\n").expect("written");
+    let session = small_session(folder.path());
+    let chart = folder.path().join("c.svg");
+    let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
+    let output = osp(&["replay", &path(&empty), &path(&session), "--chart", &path(&chart)]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).contains("240 points") && folder.path().join("c-2.svg").exists());
+}
+
+#[test]
+fn a_pipe_as_input_is_refused_in_words() {
+    let output = osp(&["info", "/dev/null"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("a pipe or a device"), "{}", stderr(&output));
 }

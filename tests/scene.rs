@@ -275,6 +275,28 @@ fn groups_carry_their_strokes_and_each_other() {
 }
 
 #[test]
+fn chains_of_groups_have_a_longest_length() {
+    let mut scene = Scene::new();
+    // Each new group is hung above the last one: the chain grows at its top.
+    for top in 0..200u32 {
+        let group = |group, parent| Event::Group { t: 0.0, group: GroupId(group), strokes: vec![], parent };
+        play(&mut scene, &[group(top + 1, None), group(top, Some(GroupId(top + 1)))]);
+    }
+    // A link that would make a chain of more than 64 is refused, and a new chain begins there.
+    assert_eq!(scene.counts().ignored_events, 200 / 64);
+}
+
+#[test]
+fn corners_beyond_the_most_of_a_wall_are_counted() {
+    let mut scene = Scene::new();
+    play(&mut scene, &[begin(1, Tool::Wall, NormalRule::LocalX)]);
+    for i in 0..Event::MAX_VERTICES + 5 {
+        play(&mut scene, &[point(1, Vec3::new(i as f32, (i * i) as f32 * 1.0e-3, 0.0), Quat::IDENTITY)]);
+    }
+    assert_eq!(scene.counts().drops.excess_corners, 5);
+}
+
+#[test]
 fn strokes_may_overlap_in_time() {
     let mut scene = Scene::new();
     let (a, b) = (straight(1, 4, NormalRule::LocalX), straight(2, 4, NormalRule::SideX));

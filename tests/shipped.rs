@@ -76,3 +76,16 @@ fn the_commands_of_the_readme_work() {
         assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
     }
 }
+
+#[test]
+fn the_readme_of_the_recordings_names_their_fingerprints() {
+    let readme = fs::read_to_string("recordings/README.md").expect("recordings/README.md");
+    let pins = osp::report::Pins::read(Path::new("recordings/fingerprints.pins")).expect("pins");
+    assert_eq!(pins.pins.len(), shipped().len());
+    for pin in pins.pins {
+        let row = readme
+            .lines()
+            .find(|line| line.starts_with(&format!("| {} | ", pin.recording)) && line.contains("MB"));
+        assert!(row.expect("a row").contains(&pin.fingerprint), "{}", pin.recording);
+    }
+}

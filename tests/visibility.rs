@@ -2,11 +2,12 @@
 
 use glam::{Quat, Vec3};
 use osp::{
+    index::{IndexConfig, IndexKind},
     math::{Aabb, Containment, Frustum, PlaneMask},
-    metrics::{SessionFingerprint, fingerprint_of_frame},
-    recording::{Event, Pace, Pacer, RecordingError, StrokeId},
-    scene::PolygonId,
-    visibility::{CameraChoice, CameraPath, Moment, Projection, View},
+    metrics::{SessionFingerprint, StageClock, fingerprint_of_frame},
+    recording::{Camera, Event, GroupId, Pace, Pacer, RecordingError, StrokeId, Transform},
+    scene::{PolygonId, Scene},
+    visibility::{CameraChoice, CameraPath, Moment, Pipeline, Projection, View},
 };
 use proptest::prelude::*;
 
@@ -181,10 +182,15 @@ fn cameras_see_what_their_names_say() {
             .view(&Moment { hand: Some(hand), ..moment(frame) });
         assert!(follow.frustum().may_see(&Aabb::new(hand, hand)), "frame {frame}");
     }
-    // A recorded head comes before everything else.
+    // The session's own camera stands in for a head that was not recorded.
     let q = View::look_at(Vec3::ZERO, Vec3::X, Projection::symmetric(60.0, 1.0, 0.1, 10.0)).world_from_view;
+    let own = Camera { p: Vec3::new(-9.0, 1.0, 0.0), q, fov_degrees: 80.0 };
+    let auto = CameraPath::new(CameraChoice::Auto, Some(own), &bounds).view(&moment(3));
+    assert_eq!(auto.eye_in_world, own.p);
+    assert!((auto.projection.top - 40.0f32.to_radians().tan()).abs() < 1.0e-5);
+    // A recorded head comes before everything else.
     let head = Moment { head: Some((Vec3::new(7.0, 1.0, 0.0), q)), ..moment(0) };
-    let auto = CameraPath::new(CameraChoice::Auto, None, &bounds).view(&head);
+    let auto = CameraPath::new(CameraChoice::Auto, Some(own), &bounds).view(&head);
     assert_eq!(auto.eye_in_world, Vec3::new(7.0, 1.0, 0.0));
     assert!(auto.forward_in_world().distance(Vec3::X) < 1.0e-5);
 }
@@ -199,5 +205,58 @@ fn a_session_without_extent_still_has_a_view() {
                 "{choice:?}"
             );
         }
+    }
+}
+
+/// A polygon that is moved beyond all range cannot be drawn; back in range it is seen again, where it is.
+#[test]
+fn what_was_beyond_all_range_is_seen_again_when_it_comes_back() {
+    let square = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
+    let place = |s: f32, x: f32| Event::Place {
+        t: 0.0,
+        group: GroupId(1),
+        to: Transform { p: Vec3::X * x, q: Quat::IDENTITY, s },
+    };
+    let polygon = |stroke| Event::Polygon {
+        t: 0.0,
+        stroke: Some(StrokeId(stroke)),
+        vertices: square.to_vec(),
+        color: (1.0, 1.0, 1.0, 1.0),
+    };
+    let group = |group, strokes, parent| Event::Group { t: 0.0, group: GroupId(group), strokes, parent };
+    let far_group = Event::Place {
+        t: 0.0,
+        group: GroupId(2),
+        to: Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e15 },
+    };
+    let chain: Vec<Event> = (3..=4)
+        .flat_map(|g| {
+            let to = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e15 };
+            [group(g, vec![], None), Event::Place { t: 0.0, group: GroupId(g), to }]
+        })
+        .collect();
+    for &kind in IndexKind::ALL {
+        let mut scene = Scene::new();
+        let mut pipeline = Pipeline::new(kind.create(&IndexConfig::default()), 16, StageClock::default());
+        let view = View::look_at(
+            Vec3::new(0.5, 0.5, 5.0),
+            Vec3::new(0.5, 0.5, 0.0),
+            Projection::symmetric(60.0, 1.0, 0.1, 100.0),
+        );
+        let mut frame = |events: &[Event]| {
+            let mut changes = Vec::new();
+            events.iter().for_each(|e| scene.apply(e, &mut changes));
+            pipeline.frame(&scene, &changes, &view).visible
+        };
+        let setup =
+            [polygon(1), group(1, vec![StrokeId(1)], None), group(2, vec![], None), far_group.clone()];
+        assert_eq!(frame(&setup), 1, "{}", kind.name());
+        frame(&chain);
+        // Nested scales of 1e15 leave what f32 can hold.
+        frame(&[group(3, vec![], Some(GroupId(4))), group(2, vec![], Some(GroupId(3))), place(1.0, 0.5)]);
+        assert_eq!(frame(&[group(1, vec![], Some(GroupId(2)))]), 0, "{}", kind.name());
+        // New ones come while it is out there.
+        frame(&[polygon(1)]);
+        assert_eq!(frame(&[group(1, vec![], None), place(1.0, 0.0)]), 2, "{}", kind.name());
     }
 }

@@ -61,6 +61,7 @@ struct JsonDropped {
     zero_length: u64,
     degenerate: u64,
     out_of_range: u64,
+    excess_corners: u64,
     ignored_events: u64,
 }
 
@@ -107,6 +108,7 @@ fn json(args: &InfoArgs, session: &OpenSession, s: &Summary) -> anyhow::Result<S
             zero_length: counts.drops.zero_length,
             degenerate: counts.drops.degenerate,
             out_of_range: counts.drops.out_of_range,
+            excess_corners: counts.drops.excess_corners,
             ignored_events: counts.ignored_events,
         },
         skipped: session.notes().skipped,
@@ -166,10 +168,12 @@ fn text(args: &InfoArgs, session: &OpenSession, s: &Summary) -> String {
     line(
         "dropped",
         format!(
-            "{} segments of length zero, {} polygons without area, {} beyond all range; {} events made no sense",
+            "{} segments of length zero, {} polygons without area, {} beyond all range, {} corners too many; {} events \
+             made no sense",
             thousands(drops.zero_length),
             thousands(drops.degenerate),
             thousands(drops.out_of_range),
+            thousands(drops.excess_corners),
             thousands(counts.ignored_events)
         ),
     );

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, builder::PossibleValuesParser, builder::TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -21,7 +21,8 @@ use crate::{
     metrics::{StageClock, Summary, summarize},
     recording::{Header, Pace, Pacer},
     report::{
-        ChartFormat, CsvWriter, Pin, Pins, ReplayReport, RunReport, draw_frame_times, replay_table, thousands,
+        ChartError, ChartFormat, CsvWriter, Pin, Pins, ReplayReport, RunReport, draw_frame_times,
+        replay_table, thousands,
     },
     visibility::{Budget, CameraChoice, CameraPath, Lane, Pipeline, Replay},
 };
@@ -39,7 +40,7 @@ use crate::{
   osp replay recordings/*.ron --check recordings/fingerprints.pins
 
 The table, a line for each index (times of this machine, one thread):
-  insert   filing the frame's polygons, a rebuild included, nanoseconds a polygon
+  insert   filing the frame's polygons, a rebuild included, nanoseconds a polygon, median
   cull     one frustum query, median
   frame    both together: median, 95 and 99 per cent, slowest
   visible  polygons the view may see, mean of the frames; culled: the others
@@ -48,7 +49,7 @@ pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// The indexes to run, separated by commas [default: brute-force and all of the paper's and our own].
+    /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
     #[arg(long, value_delimiter = ',', value_parser = index_parser())]
     index: Vec<IndexKind>,
     /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
@@ -104,6 +105,12 @@ fn seconds(text: &str) -> Result<f64, String> {
 pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     // Whatever is wrong with the arguments is said before the work, not after it.
     args.chart.as_deref().map(ChartFormat::of).transpose()?;
+    for path in args.chart.iter().chain(&args.pin) {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if folder.is_some_and(|folder| !folder.is_dir()) {
+            bail!("{}: there is no such folder", path.display());
+        }
+    }
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
     let mut new_pins = match &args.pin {
         Some(path) if path.exists() => Pins::read(path)?,
@@ -126,7 +133,10 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         }
         if let Some(path) = &args.chart {
             let path = if args.files.len() == 1 { path.clone() } else { numbered(path, number + 1) };
-            draw_frame_times(&report, &path)?;
+            match draw_frame_times(&report, &path) {
+                Err(nothing @ ChartError::Empty(_)) => complain(&format!("warning: {nothing}")),
+                outcome => outcome?,
+            }
         }
         if let Some((first, second, frame)) = report.first_disagreement() {
             complain(&format!(
@@ -135,34 +145,35 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
             ));
             outcome = Outcome::CheckFailed;
         }
-        let pin = report
-            .runs
-            .iter()
-            .find_map(|run| Pin::of(&report.recording, &args.pace.to_string(), args.camera.name(), run));
-        if let Some(pins) = &pins
-            && let Some(complaint) = compare(pins, pin.as_ref())
-        {
+        let pin =
+            report.runs.iter().find_map(|run| Pin::of(&report.recording, &report.pace, &report.camera, run));
+        let mut complaint = pins.as_ref().and_then(|pins| compare(pins, pin.as_ref()));
+        match pin {
+            Some(pin) => new_pins.set(pin),
+            None if args.pin.is_some() => complaint = Some(INCOMPLETE.to_owned()),
+            None => {}
+        }
+        if let Some(complaint) = complaint {
             complain(&format!("{}: {complaint}", file.display()));
             outcome = Outcome::CheckFailed;
-        }
-        if let Some(pin) = pin {
-            new_pins.set(pin);
         }
     }
     if let Some(csv) = csv {
         csv.finish()?;
     }
-    if let Some(path) = &args.pin {
+    // Nothing is pinned that has failed a check.
+    if let Some(path) = args.pin.as_ref().filter(|_| outcome == Outcome::Done) {
         new_pins.write(path)?;
     }
     Ok(outcome)
 }
 
+/// Why a session has no fingerprint to compare or to pin.
+const INCOMPLETE: &str = "no index looked at every frame, so the session has no fingerprint: raise --budget";
+
 fn compare(pins: &Pins, found: Option<&Pin>) -> Option<String> {
     let Some(found) = found else {
-        return Some(
-            "no index looked at every frame, so there is nothing to compare: raise --budget".to_owned(),
-        );
+        return Some(INCOMPLETE.to_owned());
     };
     match pins.find(found) {
         Some(pin) => pin.difference(found),
@@ -195,6 +206,12 @@ fn replay_file(
         complain(&format!("warning: {}: {} damaged pieces skipped", file.display(), session.notes().skipped));
     }
     read?;
+    if summary.frames <= 1 && summary.counts.points > 1 && args.pace == Pace::Recorded {
+        complain(&format!(
+            "warning: {}: its time stamps do not pace it, all is in one frame; try --pace samples:16",
+            file.display()
+        ));
+    }
 
     let kinds = if args.index.is_empty() { IndexKind::DEFAULT } else { &args.index };
     let session = OpenSession::open(file, args.lenient)?;
@@ -211,7 +228,7 @@ fn replay_file(
             let Some(frame) = frame else { continue };
             run.add(frame);
             if let Some(csv) = &mut csv {
-                csv.write(&name, &run.index, &frame.record).context("the CSV file")?;
+                csv.write(&name, &run.index, frame).context("the CSV file")?;
             }
         }
         progress.inc(1);
@@ -228,6 +245,8 @@ fn replay_file(
         points: counts.points,
         polygons: counts.polygons,
         frames: summary.frames,
+        pace: args.pace.to_string(),
+        camera: args.camera.name().to_owned(),
         runs,
     })
 }
@@ -287,7 +306,10 @@ fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
         ));
     }
     for run in report.runs.iter().filter(|run| run.refused > 0) {
-        lines.push(format!("{} refused {} changes: their boxes are not finite.", run.index, run.refused));
+        lines.push(format!(
+            "{} refused {} changes: polygons moved beyond all range, which cannot be drawn.",
+            run.index, run.refused
+        ));
     }
     if report.first_disagreement().is_none() {
         lines.push("All indexes saw the same polygons in every frame that they were measured on.".to_owned());

@@ -1,7 +1,7 @@
 //! Opening sessions for the commands: any format, read ahead of whoever plays it.
 
 use std::{
-    path::Path,
+    path::{Path, PathBuf},
     sync::mpsc::{Receiver, SyncSender, sync_channel},
     thread,
 };
@@ -29,6 +29,8 @@ pub(super) struct OpenSession {
     messages: Receiver<Message>,
     batch: std::vec::IntoIter<Event>,
     notes: Notes,
+    path: PathBuf,
+    ended: bool,
 }
 
 impl OpenSession {
@@ -41,7 +43,15 @@ impl OpenSession {
             .name("reader".to_owned())
             .spawn(move || read(session, &sender))
             .context("a thread to read the session")?;
-        Ok(Self { header, format, messages, batch: Vec::new().into_iter(), notes: Notes::default() })
+        Ok(Self {
+            header,
+            format,
+            messages,
+            batch: Vec::new().into_iter(),
+            notes: Notes::default(),
+            path: path.to_owned(),
+            ended: false,
+        })
     }
 
     /// What the reader noticed; complete after the last event.
@@ -83,9 +93,21 @@ impl Iterator for OpenSession {
             }
             match self.messages.recv() {
                 Ok(Message::Events(batch)) => self.batch = batch.into_iter(),
-                Ok(Message::Damage(error)) => return Some(Err(error)),
-                Ok(Message::Notes(notes)) => self.notes = notes,
-                Err(_) => return None,
+                Ok(Message::Damage(error)) => {
+                    self.ended = true;
+                    return Some(Err(error));
+                }
+                Ok(Message::Notes(notes)) => {
+                    self.ended = true;
+                    self.notes = notes;
+                }
+                Err(_) if self.ended => return None,
+                // It went without a word: what it would have read must not look like the end of the session.
+                Err(_) => {
+                    self.ended = true;
+                    let cause = std::io::Error::other("the thread that reads it has stopped");
+                    return Some(Err(RecordingError::io(&self.path, cause)));
+                }
             }
         }
     }

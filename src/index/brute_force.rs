@@ -19,6 +19,11 @@ impl BruteForce {
         Self::default()
     }
 
+    /// An empty index with room for ids below `capacity`.
+    pub fn with_capacity(capacity: usize) -> Self {
+        Self { boxes: Vec::with_capacity(capacity), len: 0 }
+    }
+
     fn filed(&self) -> impl Iterator<Item = (PolygonId, &Aabb)> {
         self.boxes.iter().enumerate().filter(|(_, b)| !b.is_empty()).map(|(i, b)| (PolygonId(i as u32), b))
     }

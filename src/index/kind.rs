@@ -117,7 +117,7 @@ impl IndexKind {
     /// An empty index of this kind.
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
         match self {
-            Self::BruteForce => Box::new(BruteForce::new()),
+            Self::BruteForce => Box::new(BruteForce::with_capacity(config.capacity)),
             Self::BruteSimd => Box::new(BruteSimd::new(config)),
             Self::TimeOrder => Box::new(TimeOrder::new(config)),
             Self::OspPaper => Box::new(OspPaper::from_config(config)),

@@ -18,6 +18,6 @@ pub use aabb::Aabb;
 pub use frustum::{Containment, Frustum, PlaneMask};
 pub use plane::Plane;
 pub use ray::Ray;
-pub use rotation::rotate;
+pub use rotation::{rotate, unit};
 pub use sphere::Sphere;
 pub use tolerance::{COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2, TOLERANCE_M};

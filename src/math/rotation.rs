@@ -1,5 +1,15 @@
 use glam::{Quat, Vec3};
 
+/// The quaternion at unit length. What is read from files is a unit quaternion within a few per mille.
+pub fn unit(q: Quat) -> Quat {
+    let length = (((q.x * q.x + q.y * q.y) + q.z * q.z) + q.w * q.w).sqrt();
+    if length > 0.0 && length.is_finite() {
+        Quat::from_xyzw(q.x / length, q.y / length, q.z / length, q.w / length)
+    } else {
+        Quat::IDENTITY
+    }
+}
+
 /// Rotates `v` by the unit quaternion `q`.
 ///
 /// Written out in plain `f32` steps because `glam`'s own product takes another order of operations on each SIMD

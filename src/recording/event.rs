@@ -211,7 +211,7 @@ pub enum Event {
         group: GroupId,
         /// The strokes; each leaves the group it was in.
         strokes: Vec<StrokeId>,
-        /// The group that this one hangs under.
+        /// The group that this one hangs under; if absent, it hangs under none (also if it did before).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         parent: Option<GroupId>,
     },
@@ -285,10 +285,10 @@ impl Event {
         }
     }
 
-    /// Whether the event carries a sample of the hand: what a replay counts for `samples:N` (a finished polygon
-    /// counts as one).
+    /// Whether the event carries a sample of the hand: what a replay counts for `samples:N`. A finished polygon counts
+    /// as one, and so does every step of a move, of strokes or of a group.
     pub fn is_sample(&self) -> bool {
-        matches!(self, Self::Point { .. } | Self::Polygon { .. })
+        matches!(self, Self::Point { .. } | Self::Polygon { .. } | Self::Move { .. } | Self::Place { .. })
     }
 
     /// Checks every number against what the event means; the error says what was expected.

@@ -82,6 +82,15 @@ fn open_compressed(path: &Path, _options: &OpenOptions) -> Result<Session, Recor
 
 fn sniff(path: &Path) -> Result<Vec<u8>, RecordingError> {
     let mut start = Vec::new();
+    let metadata = std::fs::metadata(path).map_err(|e| RecordingError::io(path, e))?;
+    if !metadata.is_file() {
+        // What is sniffed from a pipe is gone for the reader, and a replay reads a session twice.
+        return Err(RecordingError::Unknown {
+            path: path.to_owned(),
+            expected: "a regular file, or the folder of a .tilt".to_owned(),
+            found: if metadata.is_dir() { "another folder" } else { "a pipe or a device" }.to_owned(),
+        });
+    }
     File::open(path)
         .and_then(|file| file.take(SNIFF_BYTES).read_to_end(&mut start))
         .map_err(|e| RecordingError::io(path, e))?;

@@ -16,6 +16,8 @@ pub enum Pace {
 impl Pace {
     /// Frames a second of [`Pace::Recorded`]: the rate of common headsets.
     pub const FRAMES_A_SECOND: f64 = 90.0;
+    /// Most events of a frame, so that a frame's memory does not grow with a file that has no samples.
+    pub const MOST_EVENTS: usize = 4096;
     /// Real sketches pause for hours; longer ones than this, in seconds, are cut to it.
     pub const LONGEST_PAUSE_SECS: f64 = 1.0;
 }
@@ -88,7 +90,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
                 }
                 Some(Ok(event)) => event,
             };
-            if self.is_due(&event, samples) {
+            if self.is_due(&event, samples, frame.len()) {
                 samples += u32::from(event.is_sample());
                 self.last_secs = event.time_secs();
                 frame.push(event);
@@ -100,9 +102,9 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
         Ok(!frame.is_empty())
     }
 
-    fn is_due(&mut self, event: &Event, samples: u32) -> bool {
+    fn is_due(&mut self, event: &Event, samples: u32, events: usize) -> bool {
         match self.pace {
-            Pace::Samples(n) => !(event.is_sample() && samples >= n),
+            Pace::Samples(n) => !(event.is_sample() && samples >= n) && events < Pace::MOST_EVENTS,
             Pace::Recorded => {
                 let t = event.time_secs();
                 let end = self.frame_end_secs.get_or_insert(t);

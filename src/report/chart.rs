@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use super::{
     ReplayReport,
-    run::{CurvePoint, RunReport},
+    run::{Measured, RunReport},
     table::thousands,
 };
 
@@ -19,7 +19,7 @@ const SIZE: (u32, u32) = (1280, 720);
 const GROUPS: u64 = 400;
 /// Line colours, told apart also by people who confuse red and green (after Okabe and Ito, "Color Universal Design",
 /// 2008).
-const COLORS: [RGBColor; 7] = [
+const COLORS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(230, 159, 0),
     RGBColor(0, 158, 115),
@@ -27,6 +27,11 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(204, 121, 167),
     RGBColor(86, 180, 233),
     RGBColor(0, 0, 0),
+    RGBColor(148, 103, 189),
+    RGBColor(140, 86, 75),
+    RGBColor(188, 189, 34),
+    RGBColor(127, 127, 127),
+    RGBColor(23, 60, 120),
 ];
 
 /// A chart that was not drawn.
@@ -63,7 +68,12 @@ impl ChartFormat {
     /// # Errors
     /// [`ChartError::Ending`].
     pub fn of(path: &Path) -> Result<Self, ChartError> {
-        match path.extension().and_then(|ending| ending.to_str()) {
+        match path
+            .extension()
+            .map(|ending| ending.to_ascii_lowercase())
+            .as_deref()
+            .and_then(|ending| ending.to_str())
+        {
             Some("png") => Ok(Self::Png),
             Some("svg") => Ok(Self::Svg),
             _ => Err(ChartError::Ending(path.to_owned())),
@@ -113,13 +123,13 @@ fn groups(run: &RunReport, frames: u64) -> Vec<Group> {
     let width = frames.div_ceil(GROUPS).max(1);
     run.curve()
         .chunk_by(|a, b| a.frame / width == b.frame / width)
-        .map(|chunk: &[CurvePoint]| {
+        .map(|chunk: &[Measured]| {
             let mut times: Vec<u64> = chunk.iter().map(|p| p.total_ns.max(1)).collect();
             times.sort_unstable();
             let us = |ns: u64| ns as f64 / 1000.0;
             Group {
                 frame: chunk[chunk.len() / 2].frame as f64,
-                median_us: us(times[times.len() / 2]),
+                median_us: us(times[(times.len() - 1) / 2]),
                 max_us: us(times[times.len() - 1]),
             }
         })

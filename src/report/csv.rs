@@ -1,6 +1,6 @@
 use std::io::{self, Write};
 
-use crate::metrics::FrameRecord;
+use crate::visibility::LaneFrame;
 
 /// Writes one line for each index and frame.
 #[derive(Debug)]
@@ -16,22 +16,24 @@ impl<W: Write> CsvWriter<W> {
     pub fn new(mut out: W) -> io::Result<Self> {
         writeln!(
             out,
-            "recording,index,frame,polygons,inserted,removed,updated,insert_ns,cull_ns,total_ns,visible,culled,nodes,\
+            "recording,index,frame,measured,polygons,inserted,removed,updated,insert_ns,cull_ns,total_ns,visible,culled,nodes,\
              boxes,planes,taken_whole,allocations,fingerprint"
         )?;
         Ok(Self { out })
     }
 
-    /// Writes a frame.
+    /// Writes a frame. `measured` is 0 where the index had skipped frames before: the times are then not the frame's own.
     ///
     /// # Errors
     /// The output could not be written.
-    pub fn write(&mut self, recording: &str, index: &str, r: &FrameRecord) -> io::Result<()> {
+    pub fn write(&mut self, recording: &str, index: &str, frame: &LaneFrame) -> io::Result<()> {
+        let r = &frame.record;
         let quoted = recording.replace('"', "\"\"");
         writeln!(
             self.out,
-            "\"{quoted}\",{index},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:016x}",
+            "\"{quoted}\",{index},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:016x}",
             r.frame,
+            u8::from(!frame.catches_up),
             r.polygons,
             r.inserted,
             r.removed,

@@ -1,44 +1,46 @@
+use std::collections::BTreeMap;
+
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
 use crate::{
     metrics::{FrameRecord, SessionFingerprint},
-    visibility::LaneFrame,
+    visibility::{LaneFrame, STRETCHES, stretch_of_frame},
 };
 
 /// Frames before which allocations count as warm-up, as a fraction of the session.
 const WARM_UP: (u64, u64) = (1, 2);
 
 /// One index's way through a session, gathered frame by frame.
+///
+/// An index out of its budget is measured on fewer frames of the late, expensive stretches than of the early ones; so
+/// every measured frame counts for its share of its stretch, and all rows of a table describe the same session.
 #[derive(Clone, Debug)]
 pub struct RunReport {
     /// Name of the index.
     pub index: String,
     /// Frames of the session.
     session_frames: u64,
-    insert_ns: u64,
-    inserted: u64,
-    cull_ns: Histogram<u64>,
-    frame_ns: Histogram<u64>,
-    visible: u64,
-    culled: u64,
-    measured: u64,
+    measured: Vec<Measured>,
     allocations_steady: u64,
     fingerprint: SessionFingerprint,
     frames: Vec<(u64, u64)>,
-    curve: Vec<CurvePoint>,
     /// Memory of the index at the end, bytes.
     pub bytes: usize,
     /// Changes that the index refused.
     pub refused: u64,
 }
 
-/// A measured frame, for the chart.
+/// A frame whose times were taken.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CurvePoint {
+pub(super) struct Measured {
     pub(super) frame: u64,
     pub(super) polygons: u64,
     pub(super) total_ns: u64,
+    cull_ns: u64,
+    visible: u64,
+    /// Nanoseconds for each polygon of a frame that only inserted.
+    insert_ns: Option<f64>,
 }
 
 impl RunReport {
@@ -47,17 +49,10 @@ impl RunReport {
         Self {
             index: index.into(),
             session_frames,
-            insert_ns: 0,
-            inserted: 0,
-            cull_ns: histogram(),
-            frame_ns: histogram(),
-            visible: 0,
-            culled: 0,
-            measured: 0,
+            measured: Vec::new(),
             allocations_steady: 0,
             fingerprint: SessionFingerprint::new(),
             frames: Vec::new(),
-            curve: Vec::new(),
             bytes: 0,
             refused: 0,
         }
@@ -74,51 +69,81 @@ impl RunReport {
     }
 
     fn measure(&mut self, record: &FrameRecord) {
-        self.measured += 1;
-        if record.inserted > 0 {
-            self.insert_ns += record.insert.ns;
-            self.inserted += record.inserted;
-        }
-        self.cull_ns.saturating_record(record.cull.ns);
-        self.frame_ns.saturating_record(record.total_ns());
-        self.visible += record.visible;
-        self.culled += record.polygons - record.visible.min(record.polygons);
         if record.frame * WARM_UP.1 >= self.session_frames * WARM_UP.0 {
             self.allocations_steady += record.allocations();
         }
-        let point =
-            CurvePoint { frame: record.frame, polygons: record.polygons, total_ns: record.total_ns() };
-        self.curve.push(point);
+        let only_inserts = record.inserted > 0 && record.removed + record.updated == 0;
+        self.measured.push(Measured {
+            frame: record.frame,
+            polygons: record.polygons,
+            total_ns: record.total_ns(),
+            cull_ns: record.cull.ns,
+            visible: record.visible,
+            insert_ns: only_inserts.then(|| record.insert.ns as f64 / record.inserted as f64),
+        });
     }
 
     /// Frames whose times were taken.
     pub fn measured_frames(&self) -> u64 {
-        self.measured
+        self.measured.len() as u64
     }
 
-    /// Filing a polygon, mean, nanoseconds.
+    /// For how many frames of the session each measured frame stands.
+    fn weights(&self) -> Vec<f64> {
+        let stretch = |frame| stretch_of_frame(frame, self.session_frames) as usize;
+        let mut of_session = vec![0u32; STRETCHES as usize];
+        (0..self.session_frames).for_each(|frame| of_session[stretch(frame)] += 1);
+        let mut measured = vec![0u32; STRETCHES as usize];
+        self.measured.iter().for_each(|m| measured[stretch(m.frame)] += 1);
+        self.measured
+            .iter()
+            .map(|m| f64::from(of_session[stretch(m.frame)]) / f64::from(measured[stretch(m.frame)]))
+            .collect()
+    }
+
+    /// A quantile from 0 to 1 over the session's frames; 0 where nothing was measured.
+    fn quantile(&self, quantile: f64, value: impl Fn(&Measured) -> Option<f64>) -> f64 {
+        // Tenths of a nanosecond, three digits; resizes by itself.
+        let Ok(mut histogram) = Histogram::<u64>::new(3) else { return 0.0 };
+        for (m, weight) in self.measured.iter().zip(self.weights()) {
+            if let Some(ns) = value(m) {
+                // Weights to a hundredth of a frame. Recording fails only beyond the largest number there is.
+                let _ =
+                    histogram.record_n((ns * 10.0).round() as u64, (weight * 100.0).round().max(1.0) as u64);
+            }
+        }
+        histogram.value_at_quantile(quantile) as f64 / 10.0
+    }
+
+    fn mean(&self, value: impl Fn(&Measured) -> u64) -> f64 {
+        let weights = self.weights();
+        let sum: f64 = self.measured.iter().zip(&weights).map(|(m, w)| value(m) as f64 * w).sum();
+        sum / weights.iter().sum::<f64>().max(1.0)
+    }
+
+    /// Filing a polygon, a rebuild included: median over the frames that only inserted, nanoseconds.
     pub fn insert_ns_per_polygon(&self) -> f64 {
-        self.insert_ns as f64 / self.inserted.max(1) as f64
+        self.quantile(0.5, |m| m.insert_ns)
     }
 
     /// Culling a frame, median, microseconds.
     pub fn cull_us(&self) -> f64 {
-        self.cull_ns.value_at_quantile(0.5) as f64 / 1000.0
+        self.quantile(0.5, |m| Some(m.cull_ns as f64)) / 1000.0
     }
 
     /// A whole frame at a quantile from 0 to 1, microseconds.
     pub fn frame_us(&self, quantile: f64) -> f64 {
-        self.frame_ns.value_at_quantile(quantile) as f64 / 1000.0
+        self.quantile(quantile, |m| Some(m.total_ns as f64)) / 1000.0
     }
 
-    /// Polygons to draw, mean over the measured frames.
+    /// Polygons to draw, mean over the session.
     pub fn visible_mean(&self) -> f64 {
-        self.visible as f64 / self.measured.max(1) as f64
+        self.mean(|m| m.visible)
     }
 
-    /// Polygons culled, mean over the measured frames.
+    /// Polygons culled, mean over the session.
     pub fn culled_mean(&self) -> f64 {
-        self.culled as f64 / self.measured.max(1) as f64
+        self.mean(|m| m.polygons - m.visible.min(m.polygons))
     }
 
     /// Allocations in insertion and culling over the second half of the session.
@@ -141,33 +166,9 @@ impl RunReport {
         &self.frames
     }
 
-    /// The first frame that both looked at and in which they saw different sets.
-    pub fn first_difference(&self, other: &Self) -> Option<u64> {
-        let mut theirs = other.frames.iter().peekable();
-        for &(frame, fingerprint) in &self.frames {
-            while theirs.next_if(|(f, _)| *f < frame).is_some() {}
-            if theirs.peek().is_some_and(|(f, p)| *f == frame && *p != fingerprint) {
-                return Some(frame);
-            }
-        }
-        None
+    pub(super) fn curve(&self) -> &[Measured] {
+        &self.measured
     }
-
-    pub(super) fn curve(&self) -> &[CurvePoint] {
-        &self.curve
-    }
-}
-
-fn histogram() -> Histogram<u64> {
-    // Three significant digits; grows by itself.
-    let mut histogram = Histogram::new_with_max(60_000_000_000, 3).unwrap_or_else(|_| {
-        // The bounds are constants within the type's range; an auto-sizing one serves as well.
-        Histogram::new_from(
-            &Histogram::<u64>::new(3).unwrap_or_else(|_| unreachable!("3 digits are in range")),
-        )
-    });
-    histogram.auto(true);
-    histogram
 }
 
 /// A session's replay through several indexes.
@@ -183,6 +184,10 @@ pub struct ReplayReport {
     pub polygons: u64,
     /// Frames played.
     pub frames: u64,
+    /// The pace, as on the command line.
+    pub pace: String,
+    /// The camera, as on the command line.
+    pub camera: String,
     /// One for each index.
     pub runs: Vec<RunReport>,
 }
@@ -194,6 +199,9 @@ struct JsonReport<'a> {
     points: u64,
     polygons: u64,
     frames: u64,
+    pace: &'a str,
+    camera: &'a str,
+    indexes_agree: bool,
     runs: Vec<JsonRun<'a>>,
 }
 
@@ -209,6 +217,8 @@ struct JsonRun<'a> {
     bytes: usize,
     allocations_steady: u64,
     frames_measured: u64,
+    frames_fingerprinted: usize,
+    refused: u64,
 }
 
 #[derive(Serialize)]
@@ -241,6 +251,8 @@ impl ReplayReport {
                 bytes: run.bytes,
                 allocations_steady: run.allocations_steady(),
                 frames_measured: run.measured_frames(),
+                frames_fingerprinted: run.frames().len(),
+                refused: run.refused,
             })
             .collect();
         let report = JsonReport {
@@ -249,16 +261,25 @@ impl ReplayReport {
             points: self.points,
             polygons: self.polygons,
             frames: self.frames,
+            pace: &self.pace,
+            camera: &self.camera,
+            indexes_agree: self.first_disagreement().is_none(),
             runs,
         };
         serde_json::to_string(&report).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
     }
 
-    /// The first two indexes that saw different sets in a frame that both looked at.
+    /// Two indexes that saw different sets in a frame that both looked at, and the frame.
     pub fn first_disagreement(&self) -> Option<(&str, &str, u64)> {
-        let (first, rest) = self.runs.split_first()?;
-        rest.iter().find_map(|run| {
-            first.first_difference(run).map(|frame| (first.index.as_str(), run.index.as_str(), frame))
-        })
+        let mut seen: BTreeMap<u64, (&str, u64)> = BTreeMap::new();
+        for run in &self.runs {
+            for &(frame, fingerprint) in run.frames() {
+                let &mut (first, expected) = seen.entry(frame).or_insert((&run.index, fingerprint));
+                if fingerprint != expected {
+                    return Some((first, &run.index, frame));
+                }
+            }
+        }
+        None
     }
 }

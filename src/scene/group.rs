@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use glam::{Quat, Vec3};
 
 use crate::{
@@ -9,11 +11,13 @@ use crate::{
 pub(super) const MAX_GROUP_DEPTH: usize = 64;
 
 /// A group: a transform from its own space to its parent's, or the world's.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Group {
     pub(super) id: GroupId,
     pub(super) parent: Option<usize>,
     pub(super) to: Transform,
+    /// Its own members, by their place in the scene's list.
+    pub(super) strokes: BTreeSet<u32>,
 }
 
 /// The transform that moves nothing.
@@ -42,6 +46,13 @@ pub(super) fn is_under(groups: &[Group], mut group: Option<usize>, ancestor: usi
         group = groups[g].parent;
     }
     false
+}
+
+/// Length of the longest chain of groups from below up to `group`, itself counted.
+pub(super) fn height(groups: &[Group], group: usize) -> usize {
+    let above = depth(groups, Some(group));
+    let below = (0..groups.len()).filter(|&g| is_under(groups, Some(g), group));
+    below.map(|g| depth(groups, Some(g)) + 1 - above).max().unwrap_or(1)
 }
 
 /// Number of groups from `group` upwards.

@@ -1,4 +1,7 @@
-use std::{collections::HashMap, ops::Range};
+use std::{
+    collections::{BTreeSet, HashMap},
+    ops::Range,
+};
 
 use glam::Vec3;
 
@@ -8,7 +11,7 @@ use super::{
     group::{self, Group},
 };
 use crate::{
-    math::Aabb,
+    math::{Aabb, unit},
     recording::{Event, GroupId, StrokeId, Transform},
     stroke::{Brush, ConvexPolygon, Drops, Sample, StrokeBuilder, split_into_convex},
 };
@@ -200,7 +203,7 @@ impl Scene {
                 self.begin(*stroke, brush, *color)
             }
             Event::Point { stroke, p, q, pressure, .. } => {
-                let sample = Sample { position: *p, orientation: *q, pressure: *pressure };
+                let sample = Sample { position: *p, orientation: unit(*q), pressure: *pressure };
                 self.point(*stroke, sample, changes)
             }
             Event::End { stroke, .. } => self.end(*stroke, changes),
@@ -209,7 +212,7 @@ impl Scene {
             Event::Redo { .. } => self.redo(changes),
             Event::Move { strokes, by, .. } => self.move_strokes(strokes, *by, changes),
             Event::Group { group, strokes, parent, .. } => self.group(*group, strokes, *parent, changes),
-            Event::Place { group, to, .. } => self.place(*group, *to, changes),
+            Event::Place { group, to, .. } => self.place(*group, Transform { q: unit(to.q), ..*to }, changes),
             Event::Polygon { stroke, vertices, color, .. } => {
                 self.add_polygon(*stroke, vertices, *color, changes)
             }
@@ -402,14 +405,15 @@ impl Scene {
             Some(parent) => Some(*self.group_by_id.get(&parent)?),
             None => None,
         };
-        if group::depth(&self.groups, parent) >= group::MAX_GROUP_DEPTH {
+        let height = self.group_by_id.get(&id).map_or(1, |&at| group::height(&self.groups, at));
+        if group::depth(&self.groups, parent) + height > group::MAX_GROUP_DEPTH {
             return None;
         }
         let at = match self.group_by_id.get(&id) {
             Some(&at) => at,
             None => {
                 let at = self.groups.len();
-                self.groups.push(Group { id, parent: None, to: group::IDENTITY });
+                self.groups.push(Group { id, parent: None, to: group::IDENTITY, strokes: BTreeSet::new() });
                 self.group_by_id.insert(id, at);
                 at
             }
@@ -446,11 +450,25 @@ impl Scene {
 
     /// Recomputes the boxes of every stroke under a group.
     fn refresh_group(&mut self, group: usize, changes: &mut Vec<Change>) {
-        for at in 0..self.strokes.len() {
-            if group::is_under(&self.groups, self.strokes[at].group, group) {
-                self.refresh_bounds(at as u32, changes);
-            }
+        let under = (0..self.groups.len()).filter(|&g| group::is_under(&self.groups, Some(g), group));
+        let strokes: Vec<u32> = under.flat_map(|g| self.groups[g].strokes.iter().copied()).collect();
+        for at in strokes {
+            self.refresh_bounds(at, changes);
         }
+    }
+
+    fn set_group(&mut self, at: u32, to: Option<usize>, changes: &mut Vec<Change>) {
+        let from = std::mem::replace(&mut self.strokes[at as usize].group, to);
+        if from == to {
+            return;
+        }
+        if let Some(from) = from {
+            self.groups[from].strokes.remove(&at);
+        }
+        if let Some(to) = to {
+            self.groups[to].strokes.insert(at);
+        }
+        self.refresh_bounds(at, changes);
     }
 
     fn replay_group(&mut self, edit: &Edit, direction: Direction, changes: &mut Vec<Change>) {
@@ -462,10 +480,7 @@ impl Scene {
         }
         for (stroke, group_before) in before {
             let to = if direction == Direction::Forward { Some(*group) } else { *group_before };
-            if self.strokes[*stroke as usize].group != to {
-                self.strokes[*stroke as usize].group = to;
-                self.refresh_bounds(*stroke, changes);
-            }
+            self.set_group(*stroke, to, changes);
         }
     }
 

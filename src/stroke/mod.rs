@@ -61,6 +61,8 @@ pub struct Drops {
     pub degenerate: u64,
     /// Polygons whose corners are not finite or beyond [`crate::math::COORDINATE_LIMIT_M`].
     pub out_of_range: u64,
+    /// Corners of a wall beyond [`crate::recording::Event::MAX_VERTICES`]: each replaces the one before it.
+    pub excess_corners: u64,
 }
 
 /// A stroke in the making, whatever its tool.
@@ -88,7 +90,7 @@ impl StrokeBuilder {
     pub fn push(&mut self, sample: Sample, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
         match self {
             Self::Ribbon(b) => b.push(sample, out, drops),
-            Self::Wall(b) => b.push(sample),
+            Self::Wall(b) => b.push(sample, drops),
             Self::Tube(b) => b.push(sample, out, drops),
         }
     }

@@ -15,9 +15,10 @@ impl WallBuilder {
     }
 
     /// Takes a corner; those beyond [`Event::MAX_VERTICES`] replace the last one.
-    pub fn push(&mut self, sample: Sample) {
+    pub fn push(&mut self, sample: Sample, drops: &mut Drops) {
         if self.corners.len() == Event::MAX_VERTICES {
             self.corners.pop();
+            drops.excess_corners += 1;
         }
         self.corners.push(sample.position);
     }

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use super::{Projection, View};
 use crate::{
-    math::{Aabb, rotate},
+    math::{Aabb, rotate, unit},
     recording::{Camera, Event},
 };
 
@@ -58,7 +58,7 @@ impl Moment {
     /// Takes the poses of an event.
     pub fn note(&mut self, event: &Event) {
         match event {
-            Event::Head { p, q, .. } => self.head = Some((*p, *q)),
+            Event::Head { p, q, .. } => self.head = Some((*p, unit(*q))),
             Event::Point { p, .. } => self.hand = Some(*p),
             Event::Polygon { vertices, .. } => self.hand = vertices.first().copied(),
             _ => {}
@@ -94,7 +94,7 @@ impl CameraPath {
             CameraChoice::Auto => match (moment.head, self.fixed) {
                 (Some((p, q)), _) => self.posed(p, q, FOV_DEGREES, 0.02),
                 (None, Some(camera)) => {
-                    self.posed(camera.p, camera.q, camera.fov_degrees, 1.0e-3 * self.radius_m)
+                    self.posed(camera.p, unit(camera.q), camera.fov_degrees, 1.0e-3 * self.radius_m)
                 }
                 (None, None) => self.orbit(moment.frame),
             },

@@ -1,7 +1,8 @@
 use crate::{
-    index::{DrawList, SpatialIndex},
+    index::{DrawList, IndexError, SpatialIndex},
+    math::Aabb,
     metrics::{FrameRecord, StageClock, fingerprint_of_frame},
-    scene::{Change, Scene},
+    scene::{Change, PolygonId, Scene},
     visibility::View,
 };
 
@@ -59,7 +60,8 @@ impl Pipeline {
         self.frame += 1;
     }
 
-    /// Hands the changes to the index. A box that an index refuses (not finite: it cannot be drawn) is counted.
+    /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
+    /// filed once its box is finite again.
     fn file(&mut self, scene: &Scene, changes: &[Change], record: &mut FrameRecord) {
         for &change in changes {
             let outcome = match change {
@@ -69,14 +71,30 @@ impl Pipeline {
                 }
                 Change::Remove(id) => {
                     record.removed += 1;
-                    self.index.remove(id)
+                    match self.index.remove(id) {
+                        // It was refused when it came.
+                        Err(IndexError::Unknown(_)) => Ok(()),
+                        outcome => outcome,
+                    }
                 }
                 Change::Update(id) => {
                     record.updated += 1;
-                    self.index.update(id, scene.bounds(id))
+                    self.follow(id, scene.bounds(id))
                 }
             };
             self.refused += u64::from(outcome.is_err());
+        }
+    }
+
+    fn follow(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        match self.index.update(id, bounds) {
+            Err(IndexError::Unknown(_)) => self.index.insert(id, bounds),
+            Err(refusal) => {
+                // At its old place it would be drawn where it no longer is.
+                self.index.remove(id)?;
+                Err(refusal)
+            }
+            Ok(()) => Ok(()),
         }
     }
 

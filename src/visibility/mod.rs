@@ -9,5 +9,5 @@ mod view;
 
 pub use camera::{CameraChoice, CameraPath, Moment};
 pub use frame::Pipeline;
-pub use replay::{Budget, Lane, LaneFrame, Replay};
+pub use replay::{Budget, Lane, LaneFrame, Replay, STRETCHES, stretch_of_frame};
 pub use view::{Projection, View};

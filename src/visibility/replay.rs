@@ -6,12 +6,18 @@ use crate::{
 };
 
 /// Parts of a session in each of which a lane may spend the same share of its budget.
-const STRETCHES: u64 = 40;
+pub const STRETCHES: u64 = 40;
+
+/// The stretch, from 0, in which a frame of a session of `frames` frames lies.
+pub fn stretch_of_frame(frame: u64, frames: u64) -> u64 {
+    (frame.saturating_mul(STRETCHES) / frames.max(1)).min(STRETCHES - 1)
+}
 
 /// How much of a session a lane is measured on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
-    /// Time to spend on measured frames, nanoseconds; once a stretch's share is spent, the lane only follows the
+    /// Time to spend on measured frames, nanoseconds (following the changes and the first frame after that come on
+    /// top); once a stretch's share is spent, the lane only follows the
     /// changes until the next stretch.
     pub ns: u64,
     /// Frames of the session, to space the stretches evenly.
@@ -41,7 +47,7 @@ impl Lane {
     }
 
     fn step(&mut self, frame: u64, scene: &Scene, changes: &[Change], view: &View) -> Option<LaneFrame> {
-        let stretch = frame.saturating_mul(STRETCHES) / self.budget.frames.max(1);
+        let stretch = stretch_of_frame(frame, self.budget.frames);
         if stretch != self.stretch {
             (self.stretch, self.spent_ns) = (stretch, 0);
         }
