@@ -91,12 +91,12 @@ impl Partition for QuadPartition {
         // The old root becomes the child on the side away from the polygon.
         let mut grown = Square { center: root.center, half: 2.0 * root.half };
         let mut child = 0;
-        for i in 0..2 {
-            if p[i] < root.center[i] {
-                grown.center[i] -= root.half;
+        for (i, center) in grown.center.iter_mut().enumerate() {
+            if p[i] < *center {
+                *center -= root.half;
                 child |= 1 << i;
             } else {
-                grown.center[i] += root.half;
+                *center += root.half;
             }
         }
         Some((grown, child))
