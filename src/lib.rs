@@ -43,6 +43,7 @@ pub mod cli;
 pub mod index;
 pub mod math;
 pub mod metrics;
+pub mod occlusion;
 pub mod recording;
 #[cfg(feature = "render")]
 pub mod render;

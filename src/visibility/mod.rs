@@ -5,9 +5,10 @@
 mod camera;
 mod frame;
 mod replay;
+pub mod verify;
 mod view;
 
 pub use camera::{CameraChoice, CameraPath, Moment};
 pub use frame::Pipeline;
 pub use replay::{Budget, Lane, LaneFrame, Replay, STRETCHES, stretch_of_frame};
-pub use view::{Projection, View};
+pub use view::{Projection, View, WINDOW_MARGIN};

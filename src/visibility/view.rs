@@ -1,6 +1,13 @@
-use glam::{Mat4, Quat, Vec3, Vec4};
+use glam::{DVec3, Mat4, Quat, Vec3, Vec4};
 
-use crate::math::{Frustum, Plane, rotate};
+use crate::{
+    math::{Frustum, Plane, rotate},
+    occlusion::ViewWindow,
+};
+
+/// The window that occlusion is culled for is wider than the screen by this part of it: about a tenth of a pixel.
+/// Larger: less is hidden at the border of the screen and close to the eye.
+pub const WINDOW_MARGIN: f64 = 1.0e-4;
 
 /// What of the space in front of an eye a screen shows: the tangents of the angles to its four borders (negative to
 /// the left and below), so that off-axis screens need nothing special.
@@ -90,6 +97,18 @@ impl View {
             Plane::from_point_normal(self.eye_in_world + forward * near_m, forward),
             Plane::from_point_normal(self.eye_in_world + forward * far_m, -forward),
         ])
+    }
+
+    /// The view as the window that occlusion is culled for; `None` if the projection is no pointed cone.
+    ///
+    /// Widened by [`WINDOW_MARGIN`], and its near plane moved away by it, so that no rounding on a renderer's side can
+    /// show what lies outside of it, or cut off what hides something.
+    pub fn window(&self) -> Option<ViewWindow> {
+        let corners = self.corner_directions().map(|corner| corner.as_dvec3());
+        let middle = corners.iter().sum::<DVec3>() * 0.25;
+        let corners = corners.map(|corner| middle + (corner - middle) * (1.0 + WINDOW_MARGIN));
+        let near_m = f64::from(self.projection.near_m) * (1.0 + WINDOW_MARGIN);
+        ViewWindow::new(self.eye_in_world.as_dvec3(), self.forward_in_world().as_dvec3(), corners, near_m)
     }
 
     /// World space to clip space with reversed depth (near 1, far 0), x and y from -1 to 1, as the renderer uses it.

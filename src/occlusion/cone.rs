@@ -1,0 +1,103 @@
+//! Convex cones with their tip in the eye, given by the directions of their edges: clipping and measuring.
+
+use glam::DVec3;
+
+/// A range of an array of directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Span {
+    pub(super) start: u32,
+    pub(super) len: u32,
+}
+
+impl Span {
+    pub(super) fn range(self) -> std::ops::Range<usize> {
+        let start = self.start as usize;
+        start..start + self.len as usize
+    }
+}
+
+/// Smallest and largest distance of some directions from a plane through the eye.
+#[inline]
+pub(super) fn reach(normal: DVec3, directions: &[DVec3]) -> (f64, f64) {
+    directions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+        let d = normal.dot(*p);
+        (low.min(d), high.max(d))
+    })
+}
+
+/// Appends the part of a cone before a plane through the eye (`normal . x >= 0`) to the end of `points`.
+/// New edges get unit length. Fewer than three directions mean that nothing is left.
+pub(super) fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
+    let start = points.len() as u32;
+    let range = cone.range();
+    let mut from = points[range.end - 1];
+    let mut from_side = normal.dot(from);
+    for i in range {
+        let to = points[i];
+        let to_side = normal.dot(to);
+        if (from_side < 0.0) != (to_side < 0.0) {
+            let t = from_side / (from_side - to_side);
+            points.push((from + (to - from) * t).normalize_or_zero());
+        }
+        if to_side >= 0.0 {
+            points.push(to);
+        }
+        (from, from_side) = (to, to_side);
+    }
+    Span { start, len: points.len() as u32 - start }
+}
+
+/// Both parts of a cone, cut by a plane through the eye: before it, and behind it. As two calls of [`clip`], in one.
+pub(super) fn split(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> (Span, Span) {
+    // Most cones have four to eight edges; a rare large one takes the slower way.
+    const ROOM: usize = 16;
+    if cone.len as usize + 2 > ROOM {
+        return (clip(points, cone, normal), clip(points, cone, -normal));
+    }
+    let (mut behind, mut count) = ([DVec3::ZERO; ROOM], 0);
+    let start = points.len() as u32;
+    let range = cone.range();
+    let mut from = points[range.end - 1];
+    let mut from_side = normal.dot(from);
+    for i in range {
+        let to = points[i];
+        let to_side = normal.dot(to);
+        if (from_side < 0.0) != (to_side < 0.0) {
+            let t = from_side / (from_side - to_side);
+            let crossing = (from + (to - from) * t).normalize_or_zero();
+            points.push(crossing);
+            if count < ROOM {
+                behind[count] = crossing;
+                count += 1;
+            }
+        }
+        if to_side >= 0.0 {
+            points.push(to);
+        } else if count < ROOM {
+            behind[count] = to;
+            count += 1;
+        }
+        (from, from_side) = (to, to_side);
+    }
+    let front = Span { start, len: points.len() as u32 - start };
+    points.extend_from_slice(&behind[..count]);
+    (front, Span { start: start + front.len, len: count as u32 })
+}
+
+/// Whether a narrow cone of unit directions has about this solid angle, steradians, or more.
+pub(super) fn has_area(directions: &[DVec3], least_sr: f64) -> bool {
+    let [first, rest @ ..] = directions else { return false };
+    let twice =
+        rest.windows(2).map(|w| (w[0] - *first).cross(w[1] - *first)).fold(DVec3::ZERO, |sum, v| sum + v);
+    twice.length_squared() >= 4.0 * least_sr * least_sr
+}
+
+/// The solid angle of the triangle between three directions of any length, steradians, positive whichever way round.
+///
+/// A. Van Oosterom, J. Strackee, "The Solid Angle of a Plane Triangle", 1983.
+pub(super) fn triangle_solid_angle_sr(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let numerator = a.dot(b.cross(c));
+    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    (2.0 * libm::atan2(numerator, denominator)).abs()
+}

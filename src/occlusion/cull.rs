@@ -1,0 +1,221 @@
+use super::{OcclusionCuller, Tested, Verdict};
+use crate::{
+    index::{DrawList, Node, Visit, Visitor},
+    math::Sphere,
+    scene::{PolygonId, Scene},
+};
+
+/// What of a node is tested.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NodeTest {
+    /// The ball around the node's box (the paper).
+    Sphere,
+    /// The box itself: inside its ball, so it hides at least as much at the same price.
+    Box,
+    /// The box's outline, cut along the tree's planes: hides a little more, several times dearer.
+    Outline,
+}
+
+/// What happens to the polygons of a node that is neither hidden nor lit and has nothing below.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PolygonTest {
+    /// They are drawn.
+    Never,
+    /// Each one's box is tested.
+    InMixedLeaves,
+}
+
+/// Settings of culling an index by occlusion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CullConfig {
+    /// What of a node is tested.
+    pub node_test: NodeTest,
+    /// Whether polygons are tested one by one.
+    pub polygon_test: PolygonTest,
+    /// A node with fewer polygons (itself and below) is drawn without a test: testing would cost more than drawing.
+    pub least_polygons: usize,
+    /// Frames in which a node that was not hidden is not tested again. Hidden ones always are.
+    pub reuse_frames: u32,
+}
+
+impl Default for CullConfig {
+    /// Boxes, down to single polygons, no answer used twice.
+    fn default() -> Self {
+        Self {
+            node_test: NodeTest::Box,
+            polygon_test: PolygonTest::InMixedLeaves,
+            least_polygons: 1,
+            reuse_frames: 0,
+        }
+    }
+}
+
+/// What culling by occlusion did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CullCounts {
+    /// Nodes tested.
+    pub node_tests: u64,
+    /// Of these, hidden.
+    pub hidden: u64,
+    /// Of these, lit.
+    pub lit: u64,
+    /// Nodes that an earlier frame's answer was used for.
+    pub reused: u64,
+    /// Polygons tested one by one.
+    pub polygon_tests: u64,
+    /// Of these, hidden.
+    pub hidden_polygons: u64,
+    /// Polygons in hidden nodes, in the view or not.
+    pub skipped: u64,
+    /// Steps of all tests; see [`Tested::steps`].
+    pub steps: u64,
+}
+
+/// Answers of earlier frames for nodes that were not hidden, by place. A node is known by its box: two nodes that share
+/// an entry at worst are drawn untested for some frames.
+#[derive(Clone, Debug)]
+pub struct ReuseTable {
+    frame: u32,
+    entries: Vec<(u64, u32, Visit)>,
+}
+
+impl ReuseTable {
+    const ENTRIES: usize = 4096;
+
+    /// A table that knows nothing.
+    pub fn new() -> Self {
+        Self { frame: 0, entries: vec![(0, 0, Visit::Descend); Self::ENTRIES] }
+    }
+
+    /// Moves to the next frame.
+    pub fn next_frame(&mut self) {
+        self.frame = self.frame.wrapping_add(1);
+        if self.frame == 0 {
+            self.entries.fill((0, 0, Visit::Descend));
+        }
+    }
+
+    fn key(node: &Node<'_>) -> u64 {
+        let (min, max) = (node.bounds.min, node.bounds.max);
+        let mix = |key: u64, v: f32| {
+            (key ^ u64::from(v.to_bits())).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
+        };
+        let key = [min.x, min.y, min.z, max.x, max.y, max.z].into_iter().fold(u64::from(node.depth), mix);
+        key | 1
+    }
+
+    fn get(&self, key: u64) -> Option<Visit> {
+        let (known, until, visit) = self.entries[(key >> 40) as usize % Self::ENTRIES];
+        (known == key && self.frame < until).then_some(visit)
+    }
+
+    fn put(&mut self, key: u64, frames: u32, visit: Visit) {
+        // Not all in the same frame again.
+        let frames = 1 + (key >> 20) as u32 % frames;
+        self.entries[(key >> 40) as usize % Self::ENTRIES] =
+            (key, self.frame.saturating_add(1 + frames), visit);
+    }
+}
+
+impl Default for ReuseTable {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Walks an index and leaves out what a culler hides.
+pub struct OcclusionVisitor<'a> {
+    culler: &'a dyn OcclusionCuller,
+    scene: &'a Scene,
+    config: CullConfig,
+    reuse: &'a mut ReuseTable,
+    draw_list: &'a mut DrawList,
+    counts: CullCounts,
+}
+
+impl std::fmt::Debug for OcclusionVisitor<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OcclusionVisitor")
+            .field("culler", &self.culler.name())
+            .field("counts", &self.counts)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> OcclusionVisitor<'a> {
+    /// A visitor that appends what is not hidden to `draw_list`. The culler has been built for the view that the index
+    /// is walked with.
+    pub fn new(
+        culler: &'a dyn OcclusionCuller,
+        scene: &'a Scene,
+        config: CullConfig,
+        reuse: &'a mut ReuseTable,
+        draw_list: &'a mut DrawList,
+    ) -> Self {
+        Self { culler, scene, config, reuse, draw_list, counts: CullCounts::default() }
+    }
+
+    /// What was done so far.
+    pub fn counts(&self) -> CullCounts {
+        self.counts
+    }
+
+    fn test(&mut self, node: &Node<'_>) -> Verdict {
+        let Tested { verdict, steps } = match self.config.node_test {
+            NodeTest::Sphere => self.culler.test_sphere(&Sphere::around(node.bounds)),
+            NodeTest::Box => self.culler.test_box(node.bounds),
+            NodeTest::Outline => self.culler.test_outline(node.bounds),
+        };
+        self.counts.node_tests += 1;
+        self.counts.steps += u64::from(steps);
+        verdict
+    }
+}
+
+impl Visitor for OcclusionVisitor<'_> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        if node.polygons < self.config.least_polygons {
+            return Visit::Take;
+        }
+        let key = if self.config.reuse_frames > 0 { ReuseTable::key(node) } else { 0 };
+        if key != 0
+            && let Some(visit) = self.reuse.get(key)
+        {
+            self.counts.reused += 1;
+            return visit;
+        }
+        let visit = match self.test(node) {
+            Verdict::Hidden => {
+                self.counts.hidden += 1;
+                self.counts.skipped += node.polygons as u64;
+                return Visit::Skip;
+            }
+            Verdict::Lit => {
+                self.counts.lit += 1;
+                Visit::Take
+            }
+            Verdict::Mixed => Visit::Descend,
+        };
+        if key != 0 {
+            self.reuse.put(key, self.config.reuse_frames, visit);
+        }
+        visit
+    }
+
+    fn polygons(&mut self, ids: &[PolygonId], asked: Visit) {
+        if asked == Visit::Take || self.config.polygon_test == PolygonTest::Never {
+            self.draw_list.extend_from_slice(ids);
+            return;
+        }
+        for &id in ids {
+            let Tested { verdict, steps } = self.culler.test_box(self.scene.bounds(id));
+            self.counts.polygon_tests += 1;
+            self.counts.steps += u64::from(steps);
+            if verdict == Verdict::Hidden {
+                self.counts.hidden_polygons += 1;
+            } else {
+                self.draw_list.push(id);
+            }
+        }
+    }
+}

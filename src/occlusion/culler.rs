@@ -1,0 +1,77 @@
+use super::{ShadowVolume, ViewWindow};
+use crate::math::{Aabb, Sphere};
+
+/// How a volume lies to the shadows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing of it can be seen through the window.
+    Hidden,
+    /// No part of it is hidden by these occluders: testing what is inside it is no use.
+    Lit,
+    /// Neither is known.
+    Mixed,
+}
+
+/// A verdict and what it took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tested {
+    /// The answer.
+    pub verdict: Verdict,
+    /// Planes tested against the volume, for a depth buffer tiles looked at.
+    pub steps: u32,
+}
+
+/// What building a culler made and what it left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildCounts {
+    /// Occluders given.
+    pub occluders: u32,
+    /// Splitting planes, or tiles that are covered at least partly.
+    pub nodes: u32,
+    /// Longest way from the top to a leaf.
+    pub depth: u32,
+    /// Pieces of occluders that were cut off or looked at again on the way.
+    pub pieces: u32,
+    /// Pieces left out because a budget was used up. The shadow is smaller for it, never wrong.
+    pub left_out: u32,
+}
+
+/// Whether `Hidden` can be relied upon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Soundness {
+    /// Nothing visible is ever called hidden.
+    Sound,
+    /// Visible things may be called hidden, for this reason. Kept for comparison, never a default.
+    Unsound(&'static str),
+}
+
+/// A method of occlusion culling: built for one eye and window, then asked.
+///
+/// Contract of a sound one, for every volume V and every point x of V that is inside the window and not nearer than
+/// the near plane: `Hidden` means that a polygon of the occluders lies between the eye and x. A volume that is not
+/// finite is never hidden.
+pub trait OcclusionCuller: Send {
+    /// Its name on the command line and in tables.
+    fn name(&self) -> &'static str;
+
+    /// Whether its answers can be relied upon.
+    fn soundness(&self) -> Soundness {
+        Soundness::Sound
+    }
+
+    /// Replaces what was built before. The occluders come best first and belong to `window`. Does not allocate once it
+    /// has seen as many occluders as this before, and its work is bounded by a budget of its own.
+    fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts;
+
+    /// Tests a box, world space.
+    fn test_box(&self, bounds: &Aabb) -> Tested;
+
+    /// Tests a box by its exact outline, where the method can; otherwise like [`OcclusionCuller::test_box`]. Hides at
+    /// least what that hides.
+    fn test_outline(&self, bounds: &Aabb) -> Tested {
+        self.test_box(bounds)
+    }
+
+    /// Tests a ball, world space.
+    fn test_sphere(&self, sphere: &Sphere) -> Tested;
+}

@@ -1,0 +1,273 @@
+//! The modified shadow-volume BSP tree in a form that never hides what is visible ("MSVBSP-C").
+//!
+//! After section 3.2.4 of "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", which
+//! modifies N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
+//!
+//! # The algorithm
+//! The window is a cell: a convex cone of directions. The best occluder's shadow planes cut it, one after the other;
+//! what lies behind a plane is a cell of its own for the occluders that reach it, and what is left before all planes
+//! is in the shadow of that occluder. Every leaf in the shadow knows the caps of the occluders that cover its cell: a
+//! volume is hidden there if it lies beyond one of them.
+//!
+//! # Differences from the paper
+//! The paper's rules 1 and 3 (best occluder first, its planes together) are kept. The others hide visible things
+//! ([`super::MsvbspPaper`] shows it) and are replaced:
+//! * Rule 2 sorts planes into cells by their occluder's uncut edges, so that an occluder loses a plane in a cell that
+//!   it never reaches. Here every occluder is clipped to the cell, but only to see *whether* it reaches it; its planes
+//!   always count all together, and as the occluder's own, never as the clipped piece's.
+//! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is left out exactly
+//!   where the cell already lies before it, which includes shared planes on both sides.
+//! * Rule 4 forgets what else reaches a shadowed cell. With [`Refine::NearerOccluders`] those that come nearer than the
+//!   cap divide the cell further.
+//! * The paper has no caps: whatever lies between the eye and an occluder counts as hidden.
+//!
+//! # Why it is sound
+//! 1. The cell of a leaf lies in the cone of every occluder in its list: each side plane was either cut along on the
+//!    way down, the cell being the part before it, or left out because the cell was before it then, and cells only
+//!    shrink. Clipped pieces do not appear in this argument: errors in them cost effect, never truth.
+//! 2. A point x of a volume, inside the window, lies in one leaf's cell, and the query reaches that leaf: it skips a
+//!    child only if the whole volume lies on the other side.
+//! 3. If the answer is "hidden", that leaf has an occluder whose cap the volume is beyond. The ray from the eye to x
+//!    meets this occluder, by 1; it does so before x, since the occluder lies nowhere beyond its cap. What it meets is
+//!    drawn: occluders are clipped to the near plane first.
+//!
+//! Ends of budgets return what is proven so far: the list of the cell, never the occluder that was being worked in.
+
+use glam::DVec3;
+
+use super::{
+    BuildCounts, OcclusionCuller, ShadowVolume, Tested, ViewWindow,
+    cone::{self, Span},
+    tolerance::{IMPLIED_SINE, RELEVANT_AREA_SR, RELEVANT_SINE},
+    tree::{CapRule, Caps, Child, Link, MAX_DEPTH, ShadowTree, Side},
+};
+use crate::math::{Aabb, Sphere};
+
+/// What happens in a cell that an occluder covers when other occluders reach it too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refine {
+    /// They are forgotten there (the paper's rule 4).
+    Never,
+    /// Those that come nearer than the cap divide the cell further.
+    NearerOccluders,
+}
+
+/// Settings of [`Msvbsp`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MsvbspConfig {
+    /// What else may divide a shadowed cell.
+    pub refine: Refine,
+    /// Most splitting planes; also bounds the time of a build. 32 bytes each.
+    pub node_budget: usize,
+    /// Most corners of all cells and clipped pieces of one build together. 24 bytes each.
+    pub point_budget: usize,
+}
+
+impl Default for MsvbspConfig {
+    /// Refined, 4,096 planes, 65,536 corners.
+    fn default() -> Self {
+        Self { refine: Refine::NearerOccluders, node_budget: 4096, point_budget: 65_536 }
+    }
+}
+
+/// An occluder in a cell, and its outline cut to the cell (or uncut while nothing has cut it).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    pub(super) occluder: u32,
+    pub(super) outline: Span,
+}
+
+/// A cell that is still to be built.
+#[derive(Clone, Copy, Debug)]
+struct Task {
+    link: Link,
+    depth: u32,
+    cell: Span,
+    pieces: Span,
+    caps: Caps,
+}
+
+/// MSVBSP-C; see [`self`](crate::occlusion::msvbsp).
+#[derive(Clone, Debug)]
+pub struct Msvbsp {
+    config: MsvbspConfig,
+    tree: ShadowTree,
+    /// Scratch of a build: corners only ever appended, so that uncut outlines and cells are shared.
+    points: Vec<DVec3>,
+    pieces: Vec<Piece>,
+    tasks: Vec<Task>,
+    current: Vec<Piece>,
+    ahead: Vec<Piece>,
+    counts: BuildCounts,
+}
+
+impl Msvbsp {
+    /// A culler without occluders; takes all its memory now.
+    pub fn new(config: MsvbspConfig) -> Self {
+        Self {
+            config,
+            tree: ShadowTree::new(config.node_budget, config.node_budget, CapRule::Any),
+            points: Vec::with_capacity(config.point_budget),
+            pieces: Vec::new(),
+            tasks: Vec::new(),
+            current: Vec::new(),
+            ahead: Vec::new(),
+            counts: BuildCounts::default(),
+        }
+    }
+
+    fn leaf(&mut self, task: &Task) {
+        self.tree.set(task.link, Child::leaf(task.caps));
+    }
+
+    /// Builds one cell down to its last front leaf; the cells behind its planes become tasks.
+    fn build_cell(&mut self, mut task: Task, occluders: &[ShadowVolume]) {
+        self.current.clear();
+        let range = task.pieces.range();
+        self.current.extend_from_slice(&self.pieces[range.clone()]);
+        self.pieces.truncate(range.start);
+        let mut next = 0;
+        while let Some(&piece) = self.current.get(next) {
+            next += 1;
+            let occluder = &occluders[piece.occluder as usize];
+            if !self.cut(&mut task, &mut next, occluder) {
+                continue;
+            }
+            if self.tree.is_full_of_caps() {
+                break;
+            }
+            task.caps = self.tree.add_cap(task.caps, occluder);
+            match self.config.refine {
+                Refine::Never => break,
+                Refine::NearerOccluders => {
+                    // Only what is nearer than this cap somewhere can hide more here.
+                    let (normal, distance) = (occluder.cap_normal(), occluder.cap_distance_m());
+                    self.ahead.clear();
+                    self.ahead.extend(self.current[next..].iter().copied().filter(|p| {
+                        let corners = occluders[p.occluder as usize].corners();
+                        corners.iter().any(|v| normal.dot(*v) < distance)
+                    }));
+                    std::mem::swap(&mut self.current, &mut self.ahead);
+                    next = 0;
+                }
+            }
+        }
+        self.leaf(&task);
+    }
+
+    /// Cuts the cell along an occluder's planes. Whether it then lies in the occluder's cone.
+    fn cut(&mut self, task: &mut Task, next: &mut usize, occluder: &ShadowVolume) -> bool {
+        for &normal in occluder.sides() {
+            let (low, high) = cone::reach(normal, &self.points[task.cell.range()]);
+            if low >= -IMPLIED_SINE {
+                continue;
+            }
+            if high <= IMPLIED_SINE {
+                return false;
+            }
+            if self.tree.len() >= self.config.node_budget
+                || task.depth >= MAX_DEPTH
+                || self.points.len() + 2 * (task.cell.len as usize + 2) > self.config.point_budget
+            {
+                self.counts.left_out += 1;
+                return false;
+            }
+            let (front, back) = cone::split(&mut self.points, task.cell, normal);
+            if front.len < 3 {
+                return false;
+            }
+            let node = self.tree.push(task.link, normal, task.depth);
+            task.depth += 1;
+            let behind = self.pieces.len() as u32;
+            self.divide(normal, *next);
+            *next = 0;
+            std::mem::swap(&mut self.current, &mut self.ahead);
+            let behind = Span { start: behind, len: self.pieces.len() as u32 - behind };
+            let link = Link::Below(node, Side::Back);
+            let back = Task { link, depth: task.depth, cell: back, pieces: behind, caps: task.caps };
+            if behind.len == 0 || back.cell.len < 3 {
+                self.pieces.truncate(behind.start as usize);
+                self.leaf(&back);
+            } else {
+                self.tasks.push(back);
+            }
+            task.cell = front;
+            task.link = Link::Below(node, Side::Front);
+        }
+        true
+    }
+
+    /// Sorts the pieces of the current cell from number `next` on to the two sides of a plane: those before it to
+    /// `ahead`, those behind to the end of `pieces`.
+    fn divide(&mut self, normal: DVec3, next: usize) {
+        self.ahead.clear();
+        for i in next..self.current.len() {
+            let piece = self.current[i];
+            self.counts.pieces += 1;
+            let (low, high) = cone::reach(normal, &self.points[piece.outline.range()]);
+            let (reaches_front, reaches_back) = (high > RELEVANT_SINE, low < -RELEVANT_SINE);
+            if !reaches_back {
+                self.ahead.push(piece);
+            } else if !reaches_front {
+                self.pieces.push(piece);
+            } else if self.points.len() + 2 * (piece.outline.len as usize + 2) > self.config.point_budget {
+                self.counts.left_out += 1;
+            } else {
+                let (front, back) = cone::split(&mut self.points, piece.outline, normal);
+                if cone::has_area(&self.points[front.range()], RELEVANT_AREA_SR) {
+                    self.ahead.push(Piece { outline: front, ..piece });
+                }
+                if cone::has_area(&self.points[back.range()], RELEVANT_AREA_SR) {
+                    self.pieces.push(Piece { outline: back, ..piece });
+                }
+            }
+        }
+    }
+}
+
+impl OcclusionCuller for Msvbsp {
+    fn name(&self) -> &'static str {
+        "msvbsp"
+    }
+
+    fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts {
+        self.tree.clear(window.eye_in_world());
+        self.points.clear();
+        self.pieces.clear();
+        self.tasks.clear();
+        self.counts = BuildCounts { occluders: occluders.len() as u32, ..BuildCounts::default() };
+        self.points.extend_from_slice(window.corners());
+        let cell = Span { start: 0, len: 4 };
+        for (i, occluder) in occluders.iter().enumerate() {
+            let start = self.points.len() as u32;
+            let corners = occluder.corners();
+            if self.points.len() + corners.len() > self.config.point_budget {
+                self.counts.left_out += (occluders.len() - i) as u32;
+                break;
+            }
+            self.points.extend(corners.iter().map(|v| v.normalize_or_zero()));
+            let outline = Span { start, len: corners.len() as u32 };
+            self.pieces.push(Piece { occluder: i as u32, outline });
+        }
+        let pieces = Span { start: 0, len: self.pieces.len() as u32 };
+        self.tasks.push(Task { link: Link::Top, depth: 1, cell, pieces, caps: Caps::NONE });
+        while let Some(task) = self.tasks.pop() {
+            self.build_cell(task, occluders);
+        }
+        self.counts.nodes = self.tree.len() as u32;
+        self.counts.depth = self.tree.depth();
+        self.counts
+    }
+
+    fn test_box(&self, bounds: &Aabb) -> Tested {
+        self.tree.test_box(bounds)
+    }
+
+    fn test_outline(&self, bounds: &Aabb) -> Tested {
+        self.tree.test_outline(bounds)
+    }
+
+    fn test_sphere(&self, sphere: &Sphere) -> Tested {
+        self.tree.test_sphere(sphere)
+    }
+}

@@ -1,0 +1,24 @@
+use super::{BuildCounts, OcclusionCuller, ShadowVolume, Tested, Verdict, ViewWindow};
+use crate::math::{Aabb, Sphere};
+
+/// Hides nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoOcclusion;
+
+impl OcclusionCuller for NoOcclusion {
+    fn name(&self) -> &'static str {
+        "none"
+    }
+
+    fn build(&mut self, _: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts {
+        BuildCounts { occluders: occluders.len() as u32, ..BuildCounts::default() }
+    }
+
+    fn test_box(&self, _: &Aabb) -> Tested {
+        Tested { verdict: Verdict::Lit, steps: 0 }
+    }
+
+    fn test_sphere(&self, _: &Sphere) -> Tested {
+        Tested { verdict: Verdict::Lit, steps: 0 }
+    }
+}

@@ -1,0 +1,370 @@
+use glam::{DVec2, DVec3, Vec3};
+
+use super::{MAX_SIDES, ShadowVolume, ViewWindow, hull::Hull};
+use crate::{
+    scene::{PolygonId, Scene},
+    stroke::ConvexPolygon,
+};
+
+/// Most polygons of a patch. Larger: fewer, larger occluders from smooth strokes and fine meshes; more work for each.
+pub(super) const MAX_PATCH: usize = 24;
+
+/// Most corners of a border.
+const MAX_BORDER: usize = 2 * MAX_PATCH + 4;
+
+/// Most corners that have left the border.
+const MAX_INNER: usize = MAX_PATCH;
+
+/// A polygon joins a patch if it adds at least this part of its area to what the patch hides, as seen from before it.
+/// Larger: smaller and flatter patches.
+const WORTH_JOINING: f32 = 0.7;
+
+/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays, while the patch hides at
+/// least this part of its area: a row of a grid adds nothing until it is full.
+const WORTH_WAITING: f32 = 0.5;
+
+/// Two patches become one if that hides at least this part of what they hide alone.
+const WORTH_MERGING: f32 = 0.9;
+
+/// See [`WORTH_WAITING`].
+const FLAT_COSINE: f32 = 0.9999;
+
+/// A list of points with room for `N`.
+#[derive(Clone, Copy, Debug)]
+struct Points<const N: usize> {
+    len: u8,
+    points: [Vec3; N],
+}
+
+impl<const N: usize> Points<N> {
+    const EMPTY: Self = Self { len: 0, points: [Vec3::ZERO; N] };
+
+    /// Whether there was room.
+    #[must_use]
+    fn push(&mut self, p: Vec3) -> bool {
+        let has_room = usize::from(self.len) < N;
+        if has_room {
+            self.points[usize::from(self.len)] = p;
+            self.len += 1;
+        }
+        has_room
+    }
+
+    fn points(&self) -> &[Vec3] {
+        &self.points[..usize::from(self.len)]
+    }
+
+    fn len(&self) -> usize {
+        usize::from(self.len)
+    }
+
+    /// Point `i`, counted round and round.
+    fn around(&self, i: usize) -> Vec3 {
+        self.points[i % self.len()]
+    }
+}
+
+/// Polygons that share edges bit for bit: one virtual occluder.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Patch {
+    ids: [PolygonId; MAX_PATCH],
+    len: u8,
+    /// Round the patch, the way the first polygon turns; the sum of all outlines.
+    border: Points<MAX_BORDER>,
+    /// Corners that are not on the border any more.
+    inner: Points<MAX_INNER>,
+    /// Area times normal, summed the same way round, m^2.
+    area_vector: Vec3,
+    /// Area of what it hides as seen along that vector, m^2.
+    area_m2: f32,
+}
+
+impl Patch {
+    /// A patch of one polygon.
+    pub(super) fn new(id: PolygonId, polygon: &ConvexPolygon) -> Self {
+        let mut border = Points::EMPTY;
+        border.points[..polygon.vertices().len()].copy_from_slice(polygon.vertices());
+        border.len = polygon.vertices().len() as u8;
+        let area_vector = polygon.area_vector() * 0.5;
+        let mut ids = [PolygonId(0); MAX_PATCH];
+        ids[0] = id;
+        Self { ids, len: 1, border, inner: Points::EMPTY, area_vector, area_m2: area_vector.length() }
+    }
+
+    /// Its polygons, in the order in which they came.
+    pub(super) fn ids(&self) -> &[PolygonId] {
+        &self.ids[..usize::from(self.len)]
+    }
+
+    /// Area of what it hides as seen from before it, m^2.
+    pub(super) fn area_m2(&self) -> f32 {
+        self.area_m2
+    }
+
+    /// Its normal with that area as length, m^2; either side.
+    pub(super) fn area_vector(&self) -> Vec3 {
+        self.area_vector.normalize_or_zero() * self.area_m2
+    }
+
+    /// All its corners, some perhaps twice.
+    pub(super) fn points(&self) -> impl Iterator<Item = Vec3> + '_ {
+        self.border.points().iter().chain(self.inner.points()).copied()
+    }
+
+    /// The patch with one more polygon, if that shares an edge with the border and joining is worth it.
+    pub(super) fn joined(&self, id: PolygonId, polygon: &ConvexPolygon) -> Option<Self> {
+        if usize::from(self.len) == MAX_PATCH {
+            return None;
+        }
+        let mut corners = [Vec3::ZERO; 4];
+        let len = polygon.vertices().len();
+        corners[..len].copy_from_slice(polygon.vertices());
+        let corners = &mut corners[..len];
+        let (at, entry, turned) = self.shared_edge(corners)?;
+        if turned {
+            corners.reverse();
+        }
+        let mut patch = self.spliced(at, corners, entry)?;
+        patch.ids[usize::from(self.len)] = id;
+        patch.len += 1;
+        let area_vector = polygon.area_vector() * if turned { -0.5 } else { 0.5 };
+        patch.area_vector += area_vector;
+        patch.area_m2 = patch.hull_from_before().area() as f32;
+        let (gain, own) = (patch.area_m2 - self.area_m2, area_vector.length());
+        let is_flat = area_vector.dot(self.area_vector) >= FLAT_COSINE * own * self.area_vector.length();
+        let pays = gain >= WORTH_JOINING * own;
+        let may_pay = is_flat
+            && gain >= -1.0e-3 * self.area_m2
+            && patch.area_m2 >= WORTH_WAITING * patch.area_vector.length();
+        (pays || may_pay).then_some(patch)
+    }
+
+    /// This patch and another one as one, if `polygon`, which belongs to this one, shares an edge with the other, and
+    /// together they hide about as much as both alone.
+    pub(super) fn merged(&self, other: &Self, polygon: &ConvexPolygon) -> Option<Self> {
+        if usize::from(self.len + other.len) > MAX_PATCH {
+            return None;
+        }
+        let mut corners = [Vec3::ZERO; 4];
+        let len = polygon.vertices().len();
+        corners[..len].copy_from_slice(polygon.vertices());
+        let (at, ..) = other.shared_edge(&corners[..len])?;
+        let edge = [other.border.around(at), other.border.around(at + 1)];
+        let (at, entry, turned) = self.shared_edge_with(edge, at)?;
+        let mut border = other.border;
+        if turned {
+            border.points[..other.border.len()].reverse();
+        }
+        let entry = if turned { (2 * border.len() - 2 - entry) % border.len() } else { entry };
+        let mut patch = self.spliced(at, border.points(), entry)?;
+        for &p in other.inner.points() {
+            if !patch.inner.push(p) {
+                return None;
+            }
+        }
+        let len = usize::from(self.len);
+        patch.ids[len..len + usize::from(other.len)].copy_from_slice(other.ids());
+        patch.len += other.len;
+        patch.area_vector += if turned { -other.area_vector } else { other.area_vector };
+        patch.area_m2 = patch.hull_from_before().area() as f32;
+        (patch.area_m2 >= WORTH_MERGING * (self.area_m2 + other.area_m2)).then_some(patch)
+    }
+
+    /// Where an edge, number `entry` of another border, is on this one, and whether both borders pass it the same way.
+    fn shared_edge_with(&self, [p, q]: [Vec3; 2], entry: usize) -> Option<(usize, usize, bool)> {
+        (0..self.border.len()).find_map(|i| {
+            let (a, b) = (self.border.points[i], self.border.around(i + 1));
+            ((a == q && b == p) || (a == p && b == q)).then_some((i, entry, a == p))
+        })
+    }
+
+    /// An edge of the border (by its first corner) that is also an edge of a polygon (by its first corner), and whether
+    /// the polygon has to be turned round: taken the same way, neighbours pass their edge in opposite directions.
+    fn shared_edge(&self, corners: &[Vec3]) -> Option<(usize, usize, bool)> {
+        let n = corners.len();
+        let border = self.border.points();
+        // The newest edges first: strokes go on where they ended.
+        for i in (0..border.len()).rev() {
+            let (p, q) = (border[i], self.border.around(i + 1));
+            for k in 0..n {
+                let (a, b) = (corners[k], corners[(k + 1) % n]);
+                if a == q && b == p {
+                    return Some((i, k, false));
+                }
+                if a == p && b == q {
+                    // Reversed, the edge begins at corner b, number n - 1 - (k + 1).
+                    return Some((i, (2 * n - 2 - k) % n, true));
+                }
+            }
+        }
+        None
+    }
+
+    /// The patch whose border also goes round a polygon, which lies beyond border edge `at` and passes it the other
+    /// way with its own edge `entry`. `None`: there is no room.
+    fn spliced(&self, at: usize, corners: &[Vec3], entry: usize) -> Option<Self> {
+        let n = corners.len();
+        let mut patch = *self;
+        let mut border = Points::EMPTY;
+        let mut has_room = true;
+        // From the edge's end all the way to its beginning, then the polygon's other corners.
+        for i in 0..self.border.len() {
+            has_room &= border.push(self.border.around(at + 1 + i));
+        }
+        for i in 2..n {
+            has_room &= border.push(corners[(entry + i) % n]);
+        }
+        // More shared edges: the border goes somewhere and straight back.
+        while border.len() > 2 {
+            let len = border.len();
+            let spur = (0..len).find(|&i| border.around(i + len - 1) == border.around(i + 1));
+            let Some(tip) = spur else { break };
+            has_room &= patch.inner.push(border.points[tip]);
+            // Out with the tip and one of the two equal neighbours.
+            let mut kept = Points::EMPTY;
+            for i in 0..len {
+                if i != tip && i != (tip + 1) % len {
+                    has_room &= kept.push(border.points[i]);
+                }
+            }
+            border = kept;
+        }
+        patch.border = border;
+        (has_room && border.len() >= 3).then_some(patch)
+    }
+
+    /// The convex polygon inside the picture that `project` makes of the patch, in a plane whose x and y axes turn
+    /// counter-clockwise as seen.
+    fn hull(&self, project: impl Fn(Vec3) -> DVec2) -> Hull {
+        let mut border = [DVec2::ZERO; MAX_BORDER];
+        for (to, p) in border.iter_mut().zip(self.border.points()) {
+            *to = project(*p);
+        }
+        Hull::inside(&border[..self.border.len()])
+    }
+
+    /// The hull as seen from far away along the patch's normal.
+    fn hull_from_before(&self) -> Hull {
+        let normal = self.area_vector.as_dvec3().normalize_or(DVec3::Z);
+        let x = normal.any_orthonormal_vector();
+        let y = normal.cross(x);
+        self.hull(|p| DVec2::new(x.dot(p.as_dvec3()), y.dot(p.as_dvec3())))
+    }
+
+    /// Appends what it hides from an eye: a convex outline inside its picture, capped behind its farthest corner. Where
+    /// there is none (it reaches back to the near plane, or folds), its polygons alone.
+    pub(super) fn push_shadows(&self, scene: &Scene, window: &ViewWindow, out: &mut Vec<ShadowVolume>) {
+        match if self.len == 1 { None } else { self.shadow(window) } {
+            Some(shadow) => out.push(shadow),
+            None => {
+                for &id in self.ids() {
+                    ShadowVolume::push_polygon(scene.polygon(id).vertices(), window, out);
+                }
+            }
+        }
+    }
+
+    fn shadow(&self, window: &ViewWindow) -> Option<ShadowVolume> {
+        let (mut count, mut middle) = (0.0, DVec3::ZERO);
+        for p in self.points() {
+            let v = window.from_eye(p);
+            // What the near plane would cut is left out as a whole.
+            if window.forward().dot(v) <= window.near_m() {
+                return None;
+            }
+            count += 1.0;
+            middle += v;
+        }
+        let ahead = (middle / count).try_normalize()?;
+        let mut cap_normal = self.area_vector.as_dvec3().try_normalize()?;
+        let away = cap_normal.dot(ahead);
+        if away < 0.0 {
+            cap_normal = -cap_normal;
+        }
+        let mut cap_distance_m = 0.0f64;
+        for p in self.points() {
+            let v = window.from_eye(p);
+            // The picture is taken around `ahead`; a corner beside or behind the eye has no place in it.
+            if ahead.dot(v) <= 0.1 * v.length() {
+                return None;
+            }
+            cap_distance_m = cap_distance_m.max(cap_normal.dot(v));
+        }
+        let x = ahead.any_orthonormal_vector();
+        let y = ahead.cross(x);
+        // Seen from behind (the normal pointing at the eye) the border turns the other way: mirror the picture.
+        let x = if away > 0.0 { x } else { -x };
+        let hull = self.hull(|p| {
+            let v = window.from_eye(p);
+            DVec2::new(x.dot(v), y.dot(v)) / ahead.dot(v)
+        });
+        let mut outline = [DVec3::ZERO; MAX_SIDES];
+        let len = hull.corners().len();
+        for (to, corner) in outline.iter_mut().zip(hull.corners()) {
+            let direction = ahead + x * corner.x + y * corner.y;
+            let along = cap_normal.dot(direction);
+            // The cap has to lie before the eye in every direction.
+            if along <= 1.0e-3 * direction.length() {
+                return None;
+            }
+            *to = direction * (cap_distance_m / along);
+        }
+        ShadowVolume::of_outline(outline.get(..len)?, cap_normal).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(columns: usize, rows: usize) -> Vec<ConvexPolygon> {
+        let at = |x: usize, y: usize| Vec3::new(x as f32 * 0.3, y as f32 * 0.7, 2.0);
+        let mut polygons = Vec::new();
+        for y in 0..rows {
+            for x in 0..columns {
+                polygons.push(ConvexPolygon::quad([at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)]));
+            }
+        }
+        polygons
+    }
+
+    fn patch_of(polygons: &[ConvexPolygon]) -> Option<Patch> {
+        let mut patch = Patch::new(PolygonId(0), &polygons[0]);
+        for (i, polygon) in polygons.iter().enumerate().skip(1) {
+            patch = patch.joined(PolygonId(i as u32), polygon)?;
+        }
+        Some(patch)
+    }
+
+    #[test]
+    fn a_grid_grows_row_by_row_and_forgets_no_corner() {
+        let patch = patch_of(&grid(4, 3)).expect("all of it joins");
+        assert_eq!(patch.ids().len(), 12);
+        assert_eq!(patch.border.len(), 14, "each corner on the rim once");
+        assert_eq!(patch.inner.len(), 6, "each corner inside once");
+        assert!((patch.area_m2() - 4.0 * 0.3 * 3.0 * 0.7).abs() < 1.0e-5, "{}", patch.area_m2());
+    }
+
+    #[test]
+    fn polygons_wound_the_other_way_are_turned() {
+        let mut polygons = grid(5, 2);
+        for polygon in polygons.iter_mut().skip(1).step_by(2) {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| polygon.vertices()[i]);
+            *polygon = ConvexPolygon::quad([c, b, a, d]);
+        }
+        let patch = patch_of(&polygons).expect("all of it joins");
+        assert!((patch.area_m2() - 5.0 * 0.3 * 2.0 * 0.7).abs() < 1.0e-5, "{}", patch.area_m2());
+    }
+
+    #[test]
+    fn what_shares_no_edge_or_stands_across_does_not_join() {
+        let polygons = grid(3, 1);
+        let patch = Patch::new(PolygonId(0), &polygons[0]);
+        assert!(patch.joined(PolygonId(2), &polygons[2]).is_none());
+        let [_, b, c, _] = [0, 1, 2, 3].map(|i| polygons[0].vertices()[i]);
+        let across = ConvexPolygon::quad([b, c, c + Vec3::Z, b + Vec3::Z]);
+        assert!(patch.joined(PolygonId(1), &across).is_none());
+        // The same polygon again: its border would vanish.
+        assert!(patch.joined(PolygonId(1), &polygons[0]).is_none());
+    }
+}

@@ -1,0 +1,305 @@
+use glam::Vec3;
+
+use super::patch::Patch;
+use crate::{
+    scene::{Change, Paged, PolygonId, Scene},
+    stroke::ConvexPolygon,
+};
+
+/// Patches that may still grow: strokes drawn at the same time (mirrored, pasted) take turns.
+const OPEN_PATCHES: usize = 6;
+
+/// Polygons looked at again in a frame when many candidates have died.
+const RESCAN_A_FRAME: usize = 1024;
+
+/// No candidate.
+const NONE: u32 = u32::MAX;
+
+/// Settings of [`OccluderPool`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PoolConfig {
+    /// Candidates kept when the pool is trimmed; it holds up to twice as many, about 1 kB each.
+    pub capacity: usize,
+    /// What becomes one candidate.
+    pub grouping: Grouping,
+}
+
+impl Default for PoolConfig {
+    /// 2,048 to 4,096 candidates, neighbours joined.
+    fn default() -> Self {
+        Self { capacity: 2048, grouping: Grouping::Patches }
+    }
+}
+
+/// What becomes one occluder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grouping {
+    /// Each polygon alone.
+    Single,
+    /// Neighbouring polygons that share an edge, as long as they hide more together.
+    Patches,
+}
+
+/// What selection looks at first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sketch {
+    pub(super) center: Vec3,
+    pub(super) radius_m: f32,
+    /// Normal (either side) with the area as its length, m^2; zero for a free slot.
+    pub(super) area_vector: Vec3,
+}
+
+const FREE: Sketch = Sketch { center: Vec3::ZERO, radius_m: 0.0, area_vector: Vec3::ZERO };
+
+/// The candidates for occluders, largest first to stay: filled as polygons come, emptied as they go.
+///
+/// After section 3.2.1 of "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree".
+///
+/// # Differences from the paper
+/// A candidate may be a patch of neighbouring polygons that hide more together than the largest of them alone: the
+/// paper's own open problem is that drawn ribbons are too small to hide anything.
+///
+/// Only opaque polygons are candidates. A candidate dies with the first of its polygons; the others are offered anew.
+#[derive(Clone, Debug)]
+pub struct OccluderPool {
+    config: PoolConfig,
+    patches: Vec<Patch>,
+    /// By slot, like `patches`.
+    sketches: Vec<Sketch>,
+    free: Vec<u32>,
+    /// By polygon: the slot of its patch.
+    slot_of: Paged<u32>,
+    /// Slots of the patches that may still grow, newest first.
+    open: [u32; OPEN_PATCHES],
+    /// Smallest area that the last trim kept, m^2.
+    threshold_m2: f32,
+    /// Where looking for replacements has got to; at the end, there is nothing to look for.
+    rescan: usize,
+    orphans: Vec<PolygonId>,
+    areas: Vec<f32>,
+}
+
+impl OccluderPool {
+    /// An empty pool; takes its memory now.
+    pub fn new(config: PoolConfig) -> Self {
+        let room = 2 * config.capacity.max(1);
+        Self {
+            config,
+            patches: Vec::with_capacity(room),
+            sketches: Vec::with_capacity(room),
+            free: Vec::with_capacity(room),
+            slot_of: Paged::new(),
+            open: [NONE; OPEN_PATCHES],
+            threshold_m2: 0.0,
+            rescan: usize::MAX,
+            orphans: Vec::new(),
+            areas: Vec::with_capacity(room),
+        }
+    }
+
+    /// Number of candidates.
+    pub fn len(&self) -> usize {
+        self.patches.len() - self.free.len()
+    }
+
+    /// Whether there is no candidate.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The polygons of every candidate.
+    pub fn candidates(&self) -> impl Iterator<Item = &[PolygonId]> {
+        let is_live = |slot: &usize| self.sketches[*slot].area_vector != Vec3::ZERO;
+        (0..self.patches.len()).filter(is_live).map(|slot| self.patches[slot].ids())
+    }
+
+    /// Follows the scene by one frame's changes. Costs a bounded amount for each change, and a bounded amount for the
+    /// frame while candidates that have died are being replaced.
+    pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
+        while self.slot_of.len() < scene.polygon_count() {
+            self.slot_of.push(NONE);
+        }
+        for &change in changes {
+            match change {
+                Change::Insert(id) => self.offer(scene, id),
+                Change::Remove(id) => self.take_out(scene, id),
+                Change::Update(id) => {
+                    self.take_out(scene, id);
+                    self.offer(scene, id);
+                }
+            }
+        }
+        // What was left over from patches that died; those that went or came back meanwhile are no orphans.
+        while let Some(id) = self.orphans.pop() {
+            if scene.is_visible(id) && self.slot(id) == NONE {
+                self.offer(scene, id);
+            }
+        }
+        self.replace_the_dead(scene);
+    }
+
+    pub(super) fn sketches(&self) -> &[Sketch] {
+        &self.sketches
+    }
+
+    pub(super) fn patch(&self, slot: u32) -> &Patch {
+        &self.patches[slot as usize]
+    }
+
+    fn slot(&self, id: PolygonId) -> u32 {
+        self.slot_of.get(id.index()).copied().unwrap_or(NONE)
+    }
+
+    fn set_slot(&mut self, id: PolygonId, slot: u32) {
+        if let Some(entry) = self.slot_of.get_mut(id.index()) {
+            *entry = slot;
+        }
+    }
+
+    fn offer(&mut self, scene: &Scene, id: PolygonId) {
+        let (.., opacity) = scene.stroke_of(id).color();
+        if opacity < 1.0 || opacity.is_nan() || self.slot(id) != NONE {
+            return;
+        }
+        let polygon = scene.polygon(id);
+        if self.config.grouping == Grouping::Patches {
+            for k in 0..OPEN_PATCHES {
+                let slot = self.open[k];
+                let Some(patch) = self.patches.get(slot as usize) else { continue };
+                if let Some(joined) = patch.joined(id, &polygon) {
+                    self.open[..=k].rotate_right(1);
+                    self.put(slot, joined);
+                    self.set_slot(id, slot);
+                    self.merge_newest(&polygon);
+                    return;
+                }
+            }
+        }
+        let patch = Patch::new(id, &polygon);
+        let area = patch.area_m2();
+        if !(area > 0.0 && area.is_finite()) {
+            return;
+        }
+        if self.len() >= 2 * self.config.capacity.max(1) {
+            self.trim();
+        }
+        let slot = self.free.pop().unwrap_or(self.patches.len() as u32);
+        if slot as usize == self.patches.len() {
+            self.patches.push(patch);
+            self.sketches.push(FREE);
+        }
+        self.put(slot, patch);
+        self.set_slot(id, slot);
+        // The patch that nothing has joined for longest gives way; if it is a loner that is too small, it goes at once,
+        // so that a stream of small polygons does not wash through the pool.
+        self.open.rotate_right(1);
+        let given_way = std::mem::replace(&mut self.open[0], slot);
+        let is_small = self.patches.get(given_way as usize).is_some_and(|r| r.area_m2() < self.threshold_m2);
+        if is_small && !self.open.contains(&given_way) {
+            self.release(given_way);
+        }
+    }
+
+    /// The newest open patch has grown by a polygon: perhaps that closes the gap to another one.
+    fn merge_newest(&mut self, polygon: &ConvexPolygon) {
+        let slot = self.open[0];
+        for k in 1..OPEN_PATCHES {
+            let other = self.open[k];
+            let Some(patch) = self.patches.get(other as usize) else { continue };
+            if let Some(merged) = self.patches[slot as usize].merged(patch, polygon) {
+                self.release(other);
+                for &id in merged.ids() {
+                    self.set_slot(id, slot);
+                }
+                self.put(slot, merged);
+                return;
+            }
+        }
+    }
+
+    fn put(&mut self, slot: u32, patch: Patch) {
+        let slot = slot as usize;
+        let (low, high) = patch
+            .points()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let center = low * 0.5 + high * 0.5;
+        self.sketches[slot] =
+            Sketch { center, radius_m: (high - center).length(), area_vector: patch.area_vector() };
+        self.patches[slot] = patch;
+    }
+
+    /// Ends a candidate whose polygon has gone; its other polygons may come back on their own.
+    fn take_out(&mut self, scene: &Scene, id: PolygonId) {
+        let slot = self.slot(id);
+        if slot == NONE {
+            return;
+        }
+        let patch = self.patches[slot as usize];
+        self.release(slot);
+        self.orphans.extend(patch.ids().iter().copied().filter(|other| *other != id));
+        // Others that were too small before may be large enough now.
+        if self.len() < self.config.capacity / 2
+            && self.rescan >= scene.polygon_count()
+            && self.threshold_m2 > 0.0
+        {
+            self.rescan = 0;
+            self.threshold_m2 = 0.0;
+        }
+    }
+
+    fn release(&mut self, slot: u32) {
+        if self.sketches[slot as usize].area_vector == Vec3::ZERO {
+            return;
+        }
+        self.sketches[slot as usize] = FREE;
+        let patch = self.patches[slot as usize];
+        for &id in patch.ids() {
+            self.set_slot(id, NONE);
+        }
+        for open in &mut self.open {
+            if *open == slot {
+                *open = NONE;
+            }
+        }
+        self.free.push(slot);
+    }
+
+    /// Keeps the largest candidates up to the capacity.
+    fn trim(&mut self) {
+        self.areas.clear();
+        self.areas.extend(self.sketches.iter().map(|s| s.area_vector.length()));
+        let excess = self.areas.len().saturating_sub(self.config.capacity.max(1));
+        if excess == 0 {
+            return;
+        }
+        let (_, &mut threshold, _) = self.areas.select_nth_unstable_by(excess - 1, f32::total_cmp);
+        self.threshold_m2 = threshold;
+        for slot in 0..self.sketches.len() as u32 {
+            let is_open = self.open.contains(&slot);
+            if self.sketches[slot as usize].area_vector.length() <= threshold && !is_open {
+                self.release(slot);
+            }
+        }
+        // Candidates of equal size: some have to go all the same.
+        let mut slot = 0;
+        while self.len() >= 2 * self.config.capacity.max(1) && (slot as usize) < self.sketches.len() {
+            self.release(slot);
+            slot += 1;
+        }
+    }
+
+    fn replace_the_dead(&mut self, scene: &Scene) {
+        if self.rescan >= scene.polygon_count() {
+            self.rescan = usize::MAX;
+            return;
+        }
+        let end = (self.rescan + RESCAN_A_FRAME).min(scene.polygon_count());
+        for i in self.rescan..end {
+            let id = PolygonId(i as u32);
+            if scene.is_visible(id) {
+                self.offer(scene, id);
+            }
+        }
+        self.rescan = end;
+    }
+}

@@ -1,0 +1,44 @@
+use glam::{DVec2, DVec3};
+
+use super::ViewWindow;
+
+/// From the eye's space to pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Raster {
+    pub(super) eye_in_world: DVec3,
+    pub(super) forward: DVec3,
+    right: DVec3,
+    up: DVec3,
+    corner: DVec2,
+    pixels_a_unit: DVec2,
+}
+
+impl Raster {
+    pub(super) fn new(window: &ViewWindow, width: f64, height: f64) -> Self {
+        let forward = window.forward();
+        let flat = window.corners().map(|c| c / c.dot(forward) - forward);
+        let right = (flat[1] - flat[0]).normalize_or(forward.any_orthonormal_vector());
+        let right = (right - forward * forward.dot(right)).normalize_or_zero();
+        let up = right.cross(forward);
+        let at = flat.map(|p| DVec2::new(right.dot(p), up.dot(p)));
+        let low = at.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
+        let high = at.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
+        let pixels_a_unit = DVec2::new(width, height) / (high - low);
+        Self { eye_in_world: window.eye_in_world(), forward, right, up, corner: low, pixels_a_unit }
+    }
+
+    /// Where a point before the eye lies, pixels.
+    pub(super) fn project(&self, p: DVec3) -> DVec2 {
+        let flat = DVec2::new(self.right.dot(p), self.up.dot(p)) / self.forward.dot(p);
+        (flat - self.corner) * self.pixels_a_unit
+    }
+
+    /// A plane through the eye as a function of pixels: `f[0] x + f[1] y + f[2]` has the sign of, and for a cap the
+    /// ratio to, `normal . x` for the direction x of that pixel (at distance 1 before the eye).
+    pub(super) fn in_pixels(&self, normal: DVec3) -> [f64; 3] {
+        let by_x = normal.dot(self.right) / self.pixels_a_unit.x;
+        let by_y = normal.dot(self.up) / self.pixels_a_unit.y;
+        let corner = self.forward + self.right * self.corner.x + self.up * self.corner.y;
+        [by_x, by_y, normal.dot(corner)]
+    }
+}

@@ -1,0 +1,255 @@
+use glam::{DVec3, Vec3};
+use thiserror::Error;
+
+use super::{
+    EDGE_ON_SINE, END_ON_SINE, ViewWindow,
+    cone::{self, triangle_solid_angle_sr},
+};
+
+/// Most sides that a shadow volume has. A polygon may have one corner less: the near plane can add one.
+pub const MAX_SIDES: usize = 8;
+
+/// Why a polygon casts no usable shadow from this eye. Always safe: it only is not an occluder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum NotAnOccluder {
+    /// Fewer than 3 corners, or [`MAX_SIDES`] and more.
+    #[error("expected 3 to 7 corners")]
+    CornerCount,
+    /// A corner is not finite.
+    #[error("expected finite corners")]
+    NotFinite,
+    /// Nothing of it is beyond the near plane.
+    #[error("expected a part beyond the near plane")]
+    TooNear,
+    /// It has no area, or the eye lies (almost) in its plane.
+    #[error("seen edge-on, or without area")]
+    EdgeOn,
+    /// An edge points at the eye, or a corner is a needle: a shadow plane would be random.
+    #[error("an edge seen end-on, or a needle")]
+    IllConditioned,
+    /// Its outline from the eye is not convex (a bent quad): its triangles may do.
+    #[error("not convex as seen from the eye")]
+    NotConvex,
+    /// The near plane cuts it, and it has more than three corners: where a polygon that is bent, if only by rounding,
+    /// ends at the near plane is known only for its triangles.
+    #[error("cut by the near plane, and not a triangle")]
+    CutByNear,
+}
+
+/// What one occluder hides: `{x : side[i] . x >= 0 for all i, and cap_normal . x >= cap_distance_m}`, the eye being the
+/// origin.
+///
+/// The cap is the occluder's own plane, pushed to its farthest corner. Without it everything *between* the eye and the
+/// occluder would count as hidden.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadowVolume {
+    len: u8,
+    corners: [DVec3; MAX_SIDES],
+    sides: [DVec3; MAX_SIDES],
+    cap_normal: DVec3,
+    cap_distance_m: f64,
+}
+
+impl ShadowVolume {
+    /// The shadow of a convex polygon, world space, either way round. It may be slightly bent.
+    ///
+    /// What is nearer than the window's near plane is not drawn, so that part casts no shadow. A polygon with more than
+    /// three corners is drawn as a fan of triangles; around which corner does not matter.
+    ///
+    /// # Errors
+    /// See [`NotAnOccluder`].
+    pub fn of_polygon(corners_in_world: &[Vec3], window: &ViewWindow) -> Result<Self, NotAnOccluder> {
+        if corners_in_world.len() < 3 || corners_in_world.len() >= MAX_SIDES {
+            return Err(NotAnOccluder::CornerCount);
+        }
+        let mut corners = [DVec3::ZERO; MAX_SIDES];
+        for (corner, p) in corners.iter_mut().zip(corners_in_world) {
+            *corner = window.from_eye(*p);
+        }
+        let (corners, len) = clip_to_near(&corners[..corners_in_world.len()], window)?;
+        let is_cut =
+            corners[..len].iter().any(|v| !corners_in_world.iter().any(|p| window.from_eye(*p) == *v));
+        if is_cut && corners_in_world.len() > 3 {
+            return Err(NotAnOccluder::CutByNear);
+        }
+        let cap_normal = corners[1..len]
+            .windows(2)
+            .map(|w| (w[0] - corners[0]).cross(w[1] - corners[0]))
+            .fold(DVec3::ZERO, |sum, v| sum + v);
+        Self::of_outline(&corners[..len], cap_normal)
+    }
+
+    /// Appends the shadow of a convex polygon, or those of its triangles if it has none as a whole.
+    pub fn push_polygon(corners_in_world: &[Vec3], window: &ViewWindow, out: &mut Vec<Self>) {
+        match Self::of_polygon(corners_in_world, window) {
+            Ok(volume) => out.push(volume),
+            Err(NotAnOccluder::NotConvex | NotAnOccluder::CutByNear) => {
+                for pair in corners_in_world[1..].windows(2) {
+                    out.extend(Self::of_polygon(&[corners_in_world[0], pair[0], pair[1]], window));
+                }
+            }
+            Err(_) => {}
+        }
+    }
+
+    /// The shadow of an outline seen from the eye, either way round, whose surface lies nowhere beyond the plane with
+    /// this normal through the outline's farthest corner.
+    pub(super) fn of_outline(outline: &[DVec3], cap_normal: DVec3) -> Result<Self, NotAnOccluder> {
+        let len = outline.len();
+        if !(3..=MAX_SIDES).contains(&len) {
+            return Err(NotAnOccluder::CornerCount);
+        }
+        if !outline.iter().all(|v| v.is_finite()) {
+            return Err(NotAnOccluder::NotFinite);
+        }
+        let Some(mut cap_normal) = cap_normal.try_normalize() else { return Err(NotAnOccluder::EdgeOn) };
+        if cap_normal.dot(outline[0]) < 0.0 {
+            cap_normal = -cap_normal;
+        }
+        let (nearest, cap_distance_m) = cone::reach(cap_normal, outline);
+        let far = outline.iter().map(|v| v.length()).fold(0.0, f64::max);
+        let faces_eye = nearest > EDGE_ON_SINE * far && far.is_finite();
+        if !faces_eye {
+            return Err(NotAnOccluder::EdgeOn);
+        }
+        let mut volume = Self {
+            len: len as u8,
+            corners: [DVec3::ZERO; MAX_SIDES],
+            sides: [DVec3::ZERO; MAX_SIDES],
+            cap_normal,
+            cap_distance_m,
+        };
+        volume.corners[..len].copy_from_slice(outline);
+        let middle = outline.iter().fold(DVec3::ZERO, |sum, v| sum + *v);
+        let turns = (0..len).map(|i| outline[i].cross(outline[(i + 1) % len]).dot(middle)).sum::<f64>();
+        if turns < 0.0 {
+            volume.corners[..len].reverse();
+        }
+        volume.raise_sides()?;
+        Ok(volume)
+    }
+
+    fn raise_sides(&mut self) -> Result<(), NotAnOccluder> {
+        let len = usize::from(self.len);
+        // Squares of sines: no roots needed.
+        let mut end_on = 1.0f64;
+        for i in 0..len {
+            let (from, to) = (self.corners[i], self.corners[(i + 1) % len]);
+            // `from x (to - from)`: short edges lose nothing, only those that point at the eye do.
+            let edge = to - from;
+            let normal = from.cross(edge);
+            let area = normal.length_squared();
+            end_on = end_on.min(area / (from.length_squared() * edge.length_squared()));
+            self.sides[i] = normal / area.sqrt();
+        }
+        let mut last = self.sides[len - 1];
+        for &side in &self.sides[..len] {
+            // A straight corner is well-conditioned: its two planes are one. Only the sharp ones (a small sine and
+            // normals that point against each other) let the shadow run out of the polygon.
+            let needle = if last.dot(side) < 0.0 { last.cross(side).length_squared() } else { 1.0 };
+            let condition = end_on * needle;
+            if condition.is_nan() || condition < END_ON_SINE * END_ON_SINE {
+                return Err(NotAnOccluder::IllConditioned);
+            }
+            last = side;
+        }
+        let convex = self.corners[..len].iter().all(|corner| {
+            let low = self.sides[..len].iter().map(|side| side.dot(*corner)).fold(f64::INFINITY, f64::min);
+            low >= 0.0 || low * low <= 1.0e-20 * corner.length_squared()
+        });
+        if convex { Ok(()) } else { Err(NotAnOccluder::NotConvex) }
+    }
+
+    /// Corners of the outline, the eye being the origin; `corner[i] x corner[i + 1]` points inwards.
+    pub fn corners(&self) -> &[DVec3] {
+        &self.corners[..usize::from(self.len)]
+    }
+
+    /// Unit normals of the shadow planes, pointing into the shadow; number `i` belongs to the edge from corner `i`.
+    pub fn sides(&self) -> &[DVec3] {
+        &self.sides[..usize::from(self.len)]
+    }
+
+    /// Unit normal of the cap, pointing away from the eye.
+    pub fn cap_normal(&self) -> DVec3 {
+        self.cap_normal
+    }
+
+    /// Distance of the cap from the eye, metres, positive.
+    pub fn cap_distance_m(&self) -> f64 {
+        self.cap_distance_m
+    }
+
+    /// The solid angle of what the window shows of it, steradians.
+    pub fn solid_angle_in(&self, window: &ViewWindow) -> f64 {
+        let mut outline = [DVec3::ZERO; MAX_SIDES + 4];
+        let mut len = usize::from(self.len);
+        outline[..len].copy_from_slice(self.corners());
+        for i in 0..4 {
+            let normal = window.corners()[i].cross(window.corners()[(i + 1) % 4]);
+            let (low, high) = cone::reach(normal, &outline[..len]);
+            if high <= 0.0 {
+                return 0.0;
+            }
+            if low >= 0.0 {
+                continue;
+            }
+            let uncut = outline;
+            let mut count = 0;
+            let mut from = uncut[len - 1];
+            let mut a = normal.dot(from);
+            for &to in &uncut[..len] {
+                let b = normal.dot(to);
+                let crossing = ((a < 0.0) != (b < 0.0)).then(|| from + (to - from) * (a / (a - b)));
+                for p in [crossing, (b >= 0.0).then_some(to)].into_iter().flatten() {
+                    // A convex outline gains one corner a plane; anything more comes from rounding and is cut off.
+                    if count < outline.len() {
+                        outline[count] = p;
+                        count += 1;
+                    }
+                }
+                (from, a) = (to, b);
+            }
+            len = count;
+            if len < 3 {
+                return 0.0;
+            }
+        }
+        outline[1..len].windows(2).map(|w| triangle_solid_angle_sr(outline[0], w[0], w[1])).sum()
+    }
+}
+
+/// The part of a convex polygon that is drawn: not nearer than the near plane.
+fn clip_to_near(
+    corners: &[DVec3],
+    window: &ViewWindow,
+) -> Result<([DVec3; MAX_SIDES], usize), NotAnOccluder> {
+    if !corners.iter().all(|v| v.is_finite()) {
+        return Err(NotAnOccluder::NotFinite);
+    }
+    let far = corners.iter().map(|v| v.length()).fold(0.0, f64::max);
+    // Without a near plane, what is at the eye itself still has no direction.
+    let near = window.near_m().max(1.0e-9 * far);
+    let mut kept = [DVec3::ZERO; MAX_SIDES];
+    let mut len = 0;
+    let mut from = corners[corners.len() - 1];
+    for &to in corners {
+        let (a, b) = (window.forward().dot(from) - near, window.forward().dot(to) - near);
+        let crossing = ((a < 0.0) != (b < 0.0)).then(|| from + (to - from) * (a / (a - b)));
+        for p in [crossing, (b >= 0.0).then_some(to)].into_iter().flatten() {
+            if len == MAX_SIDES {
+                return Err(NotAnOccluder::NotConvex);
+            }
+            // Two corners at one place would make an edge without direction.
+            if len == 0 || kept[len - 1] != p {
+                kept[len] = p;
+                len += 1;
+            }
+        }
+        from = to;
+    }
+    while len > 1 && kept[len - 1] == kept[0] {
+        len -= 1;
+    }
+    if len < 3 { Err(NotAnOccluder::TooNear) } else { Ok((kept, len)) }
+}

@@ -1,0 +1,27 @@
+//! The tolerances of occlusion culling. All are relative: doubling the model changes no answer.
+
+/// A volume counts as beyond a plane only by this fraction of its distance plus its size. Covers the rounding of every
+/// `f64` step between the vertices of an occluder and the answer (below 1e-11 for accepted edges). Larger: polygons
+/// that lie close behind their occluder are drawn though hidden.
+pub const QUERY_SLACK: f64 = 1.0e-9;
+
+/// A splitting plane is left out where the cell reaches behind it by at most this sine. Must stay far below
+/// [`QUERY_SLACK`]: it is the angle by which a shadow may be too wide.
+pub(super) const IMPLIED_SINE: f64 = 1.0e-13;
+
+/// A piece of an occluder is taken to reach a cell if it sticks into it by this sine. Only about effort: pieces that are
+/// lost make the shadow smaller.
+pub(super) const RELEVANT_SINE: f64 = 1.0e-9;
+
+/// Pieces of occluders below this solid angle, steradians, are forgotten (a pixel of a 4k screen is about 1e-7).
+/// Larger: less work, smaller shadows.
+pub(super) const RELEVANT_AREA_SR: f64 = 1.0e-9;
+
+/// An occluder whose plane passes the eye at less than this fraction of its farthest vertex's distance is rejected:
+/// it is seen edge-on. Larger: long floors seen from low above stop to occlude.
+pub const EDGE_ON_SINE: f64 = 1.0e-5;
+
+/// The smallest accepted product of two sines: between an edge and the line to the eye, and between the edges of the
+/// sharpest corner as seen from the eye. Below, the edge is seen end-on or the corner is a needle, the relative error
+/// of the shadow planes (about 2e-16 over this product) nears [`QUERY_SLACK`], and the occluder is rejected.
+pub const END_ON_SINE: f64 = 1.0e-6;

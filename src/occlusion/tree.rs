@@ -1,0 +1,464 @@
+//! The tree that all shadow-volume methods share, and its queries. Only the builders differ.
+
+use glam::DVec3;
+
+use super::{QUERY_SLACK, ShadowVolume, Tested, Verdict, cone};
+use crate::math::{Aabb, Sphere};
+
+/// Longest way from the top to a leaf; a cell that would lie deeper is not divided further. Bounds the query's stack.
+pub(super) const MAX_DEPTH: u32 = 256;
+
+/// A child of a node: another node, a lit leaf, or a leaf in the shadow of a list of caps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Child(u32);
+
+impl Child {
+    const LEAF: u32 = 1 << 31;
+
+    /// The lit leaf.
+    pub(super) const OUT: Self = Self(Self::LEAF | NO_CAP);
+
+    pub(super) fn node(i: u32) -> Self {
+        Self(i)
+    }
+
+    /// A leaf inside the side planes of everything in this list of caps.
+    pub(super) fn leaf(caps: Caps) -> Self {
+        Self(Self::LEAF | caps.0)
+    }
+
+    /// The number of the node, or the list of the leaf.
+    pub(super) fn read(self) -> Result<u32, Caps> {
+        if self.0 & Self::LEAF == 0 { Ok(self.0) } else { Err(Caps(self.0 & !Self::LEAF)) }
+    }
+}
+
+const NO_CAP: u32 = Child::LEAF - 1;
+
+/// A list of caps, newest first; lists share their tails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Caps(u32);
+
+impl Caps {
+    pub(super) const NONE: Self = Self(NO_CAP);
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Cap {
+    normal: DVec3,
+    distance_m: f64,
+    next: Caps,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    pub(super) normal: DVec3,
+    pub(super) front: Child,
+    pub(super) back: Child,
+}
+
+/// Which child of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    Front,
+    Back,
+}
+
+/// Where a child is to be written: at the top, or below a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Link {
+    Top,
+    Below(u32, Side),
+}
+
+/// When a volume inside all side planes of a leaf is hidden.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum CapRule {
+    /// Beyond one cap of the list: each belongs to an occluder that covers the whole cell.
+    Any,
+    /// Beyond all caps of the list: together they cover the cell, nobody knows which where.
+    All,
+    /// Always. Wrong for everything before its occluder.
+    Ignore,
+}
+
+/// A binary space partition by planes through the eye.
+#[derive(Clone, Debug)]
+pub(super) struct ShadowTree {
+    eye_in_world: DVec3,
+    top: Child,
+    nodes: Vec<Node>,
+    caps: Vec<Cap>,
+    rule: CapRule,
+    depth: u32,
+}
+
+impl ShadowTree {
+    /// A tree without shadows, with room for this many nodes and caps.
+    pub(super) fn new(nodes: usize, caps: usize, rule: CapRule) -> Self {
+        Self {
+            eye_in_world: DVec3::ZERO,
+            top: Child::OUT,
+            nodes: Vec::with_capacity(nodes),
+            caps: Vec::with_capacity(caps),
+            rule,
+            depth: 0,
+        }
+    }
+
+    pub(super) fn clear(&mut self, eye_in_world: DVec3) {
+        self.eye_in_world = eye_in_world;
+        self.top = Child::OUT;
+        self.nodes.clear();
+        self.caps.clear();
+        self.depth = 0;
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    pub(super) fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    pub(super) fn top(&self) -> Child {
+        self.top
+    }
+
+    pub(super) fn node(&self, i: u32) -> &Node {
+        &self.nodes[i as usize]
+    }
+
+    pub(super) fn set(&mut self, link: Link, child: Child) {
+        match link {
+            Link::Top => self.top = child,
+            Link::Below(i, Side::Front) => self.nodes[i as usize].front = child,
+            Link::Below(i, Side::Back) => self.nodes[i as usize].back = child,
+        }
+    }
+
+    /// Appends a node with lit children and hangs it at `link`, at this depth (the top has 1).
+    pub(super) fn push(&mut self, link: Link, normal: DVec3, depth: u32) -> u32 {
+        let i = self.nodes.len() as u32;
+        self.nodes.push(Node { normal, front: Child::OUT, back: Child::OUT });
+        self.set(link, Child::node(i));
+        self.depth = self.depth.max(depth);
+        i
+    }
+
+    /// Whether [`ShadowTree::add_cap`] would allocate: one cap a node and one for the top is room enough for every
+    /// tree but one whose cells are refined without being divided.
+    pub(super) fn is_full_of_caps(&self) -> bool {
+        self.caps.len() == self.caps.capacity()
+    }
+
+    /// The list `caps` with the cap of one more occluder.
+    pub(super) fn add_cap(&mut self, caps: Caps, occluder: &ShadowVolume) -> Caps {
+        let at = Caps(self.caps.len() as u32);
+        self.caps.push(Cap {
+            normal: occluder.cap_normal(),
+            distance_m: occluder.cap_distance_m(),
+            next: caps,
+        });
+        at
+    }
+
+    pub(super) fn test_box(&self, bounds: &Aabb) -> Tested {
+        self.test(&EyeBox::new(bounds, self.eye_in_world))
+    }
+
+    pub(super) fn test_sphere(&self, sphere: &Sphere) -> Tested {
+        self.test(&EyeSphere::new(sphere, self.eye_in_world))
+    }
+
+    /// Tests a box by its outline, cut along every plane that it straddles: dearer than [`ShadowTree::test_box`], and
+    /// it meets only leaves that the box really reaches.
+    pub(super) fn test_outline(&self, bounds: &Aabb) -> Tested {
+        let volume = EyeBox::new(bounds, self.eye_in_world);
+        let Some(outline) = volume.outline() else { return Tested { verdict: Verdict::Mixed, steps: 0 } };
+        let mut query = Query { volume: &volume, met_lit: false, met_shadow: false, steps: 0 };
+        self.descend_outline(self.top, &outline, &mut query);
+        query.answer()
+    }
+
+    fn test<V: Volume>(&self, volume: &V) -> Tested {
+        let mut query = Query { volume, met_lit: false, met_shadow: false, steps: 0 };
+        self.descend(self.top, &mut query);
+        query.answer()
+    }
+
+    /// Recurses only where the volume straddles a plane; [`MAX_DEPTH`] bounds it.
+    fn descend<V: Volume>(&self, mut at: Child, query: &mut Query<'_, V>) {
+        loop {
+            let node = match at.read() {
+                Ok(i) => &self.nodes[i as usize],
+                Err(caps) => return self.meet_leaf(caps, query),
+            };
+            query.steps += 1;
+            let (low, high) = query.volume.reach(node.normal);
+            let slack = query.volume.slack();
+            // A NaN fails both comparisons and goes both ways.
+            if low >= slack {
+                at = node.front;
+            } else if high <= -slack {
+                at = node.back;
+            } else {
+                self.descend(node.front, query);
+                if query.is_decided() {
+                    return;
+                }
+                at = node.back;
+            }
+        }
+    }
+
+    fn descend_outline(&self, mut at: Child, outline: &Outline, query: &mut Query<'_, EyeBox>) {
+        loop {
+            let node = match at.read() {
+                Ok(i) => &self.nodes[i as usize],
+                Err(caps) => return self.meet_leaf(caps, query),
+            };
+            query.steps += 1;
+            let (low, high) = cone::reach(node.normal, outline.directions());
+            if low >= QUERY_SLACK {
+                at = node.front;
+            } else if high <= -QUERY_SLACK {
+                at = node.back;
+            } else {
+                self.descend_outline(node.front, &outline.clip(node.normal), query);
+                if query.is_decided() {
+                    return;
+                }
+                return self.descend_outline(node.back, &outline.clip(-node.normal), query);
+            }
+        }
+    }
+
+    fn meet_leaf<V: Volume>(&self, caps: Caps, query: &mut Query<'_, V>) {
+        if caps == Caps::NONE {
+            query.met_lit = true;
+            return;
+        }
+        let slack = query.volume.slack();
+        let (mut beyond_one, mut beyond_all) = (false, true);
+        let (mut before_one, mut before_all) = (false, true);
+        let mut at = caps;
+        while at != Caps::NONE {
+            let cap = &self.caps[at.0 as usize];
+            query.steps += 1;
+            let (low, high) = query.volume.reach(cap.normal);
+            let beyond = low - cap.distance_m >= slack;
+            let before = high - cap.distance_m <= 0.0;
+            beyond_one |= beyond;
+            beyond_all &= beyond;
+            before_one |= before;
+            before_all &= before;
+            if self.rule == CapRule::Any && beyond {
+                break;
+            }
+            at = cap.next;
+        }
+        let (shadow, lit) = match self.rule {
+            CapRule::Any => (beyond_one, before_all),
+            CapRule::All => (beyond_all, before_one),
+            CapRule::Ignore => (true, false),
+        };
+        query.met_shadow |= shadow || !lit;
+        query.met_lit |= lit || !shadow;
+    }
+}
+
+struct Query<'a, V> {
+    volume: &'a V,
+    met_lit: bool,
+    met_shadow: bool,
+    steps: u32,
+}
+
+impl<V> Query<'_, V> {
+    fn is_decided(&self) -> bool {
+        self.met_lit && self.met_shadow
+    }
+
+    fn answer(&self) -> Tested {
+        let verdict = match (self.met_shadow, self.met_lit) {
+            (true, false) => Verdict::Hidden,
+            (false, true) => Verdict::Lit,
+            _ => Verdict::Mixed,
+        };
+        Tested { verdict, steps: self.steps }
+    }
+}
+
+/// What is tested, the eye being the origin.
+pub(super) trait Volume {
+    /// Its smallest and largest distance from the plane through the eye with this unit normal.
+    fn reach(&self, normal: DVec3) -> (f64, f64);
+    /// How far beyond a plane it must lie to count as beyond, metres.
+    fn slack(&self) -> f64;
+}
+
+/// A box seen from the eye.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EyeBox {
+    center: DVec3,
+    half: DVec3,
+    slack: f64,
+}
+
+impl EyeBox {
+    pub(super) fn new(bounds: &Aabb, eye_in_world: DVec3) -> Self {
+        let low = bounds.min.as_dvec3() - eye_in_world;
+        let high = bounds.max.as_dvec3() - eye_in_world;
+        let (center, half) = ((low + high) * 0.5, ((high - low) * 0.5).abs());
+        let size = center.abs() + half;
+        Self { center, half, slack: QUERY_SLACK * (size.x + size.y + size.z) }
+    }
+
+    /// The directions to the corners that make its outline, in order; `None` from inside or at its border.
+    fn outline(&self) -> Option<Outline> {
+        let (low, high) = (self.center - self.half, self.center + self.half);
+        // By axis: which of its two faces shows, if any (true: the one with the larger coordinate).
+        let shows = |axis: usize| {
+            if low[axis] > 0.0 { Some(false) } else { (high[axis] < 0.0).then_some(true) }
+        };
+        let faces = [shows(0), shows(1), shows(2)];
+        let [a, b, c] = match faces.map(|f| f.is_some()) {
+            [true, _, false] => [0, 1, 2],
+            [false, true, _] => [1, 2, 0],
+            [_, false, true] => [2, 0, 1],
+            [true, true, true] => [0, 1, 2],
+            [false, false, false] => return None,
+        };
+        let mut outline = Outline { len: 0, directions: [DVec3::ZERO; MAX_OUTLINE] };
+        let mut push = |by_a: bool, by_b: bool, by_c: bool| {
+            let mut p = DVec3::ZERO;
+            for (axis, upper) in [(a, by_a), (b, by_b), (c, by_c)] {
+                p[axis] = if upper { high[axis] } else { low[axis] };
+            }
+            outline.directions[outline.len] = p.normalize_or_zero();
+            outline.len += 1;
+        };
+        // One face, two faces that share an edge along c, three that share a corner: each step changes one axis.
+        match (faces[a]?, faces[b], faces[c]) {
+            (a, None, _) => {
+                push(a, false, false);
+                push(a, true, false);
+                push(a, true, true);
+                push(a, false, true);
+            }
+            (a, Some(b), None) => {
+                push(a, !b, false);
+                push(a, b, false);
+                push(!a, b, false);
+                push(!a, b, true);
+                push(a, b, true);
+                push(a, !b, true);
+            }
+            (a, Some(b), Some(c)) => {
+                push(!a, b, c);
+                push(!a, !b, c);
+                push(a, !b, c);
+                push(a, !b, !c);
+                push(a, b, !c);
+                push(!a, b, !c);
+            }
+        }
+        Some(outline)
+    }
+
+    /// The eight corners.
+    pub(super) fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|i| {
+            let pick = |bit: usize, half: f64| if i >> bit & 1 == 1 { half } else { -half };
+            self.center + DVec3::new(pick(0, self.half.x), pick(1, self.half.y), pick(2, self.half.z))
+        })
+    }
+}
+
+impl Volume for EyeBox {
+    #[inline]
+    fn reach(&self, normal: DVec3) -> (f64, f64) {
+        let d = normal.dot(self.center);
+        let e = normal.abs().dot(self.half);
+        (d - e, d + e)
+    }
+
+    #[inline]
+    fn slack(&self) -> f64 {
+        self.slack
+    }
+}
+
+/// A ball seen from the eye.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EyeSphere {
+    center: DVec3,
+    radius: f64,
+    slack: f64,
+}
+
+impl EyeSphere {
+    pub(super) fn new(sphere: &Sphere, eye_in_world: DVec3) -> Self {
+        let center = sphere.center.as_dvec3() - eye_in_world;
+        let radius = f64::from(sphere.radius_m).abs();
+        let size = center.abs();
+        Self { center, radius, slack: QUERY_SLACK * (size.x + size.y + size.z + radius) }
+    }
+
+    /// The box around it.
+    pub(super) fn bounds(&self) -> EyeBox {
+        EyeBox { center: self.center, half: DVec3::splat(self.radius), slack: self.slack }
+    }
+}
+
+impl Volume for EyeSphere {
+    #[inline]
+    fn reach(&self, normal: DVec3) -> (f64, f64) {
+        let d = normal.dot(self.center);
+        (d - self.radius, d + self.radius)
+    }
+
+    #[inline]
+    fn slack(&self) -> f64 {
+        self.slack
+    }
+}
+
+/// Most corners of an outline that is being cut. One that would have more is passed on uncut, which is safe.
+const MAX_OUTLINE: usize = 12;
+
+/// The outline of a box as directions from the eye.
+#[derive(Clone, Copy, Debug)]
+struct Outline {
+    len: usize,
+    directions: [DVec3; MAX_OUTLINE],
+}
+
+impl Outline {
+    fn directions(&self) -> &[DVec3] {
+        &self.directions[..self.len]
+    }
+
+    /// The part before a plane and up to [`QUERY_SLACK`] behind it.
+    fn clip(&self, normal: DVec3) -> Self {
+        let mut clipped = Self { len: 0, directions: [DVec3::ZERO; MAX_OUTLINE] };
+        let mut from = self.directions[self.len - 1];
+        let mut from_side = normal.dot(from) + 2.0 * QUERY_SLACK;
+        for &to in self.directions() {
+            let to_side = normal.dot(to) + 2.0 * QUERY_SLACK;
+            let crossing = ((from_side < 0.0) != (to_side < 0.0))
+                .then(|| (from + (to - from) * (from_side / (from_side - to_side))).normalize_or_zero());
+            for p in [crossing, (to_side >= 0.0).then_some(to)].into_iter().flatten() {
+                if clipped.len == MAX_OUTLINE {
+                    return *self;
+                }
+                clipped.directions[clipped.len] = p;
+                clipped.len += 1;
+            }
+            (from, from_side) = (to, to_side);
+        }
+        if clipped.len < 3 { *self } else { clipped }
+    }
+}

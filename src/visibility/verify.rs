@@ -1,0 +1,322 @@
+//! Occlusion culling against the truth: what was wrongly culled, what share of the hidden was found, and at what cost.
+
+use crate::{
+    index::{DrawList, SpatialIndex},
+    metrics::{Stage, StageClock},
+    occlusion::{
+        BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
+        PoolConfig, ReuseTable, SelectConfig, SelectCounts, Selector, Soundness,
+        oracle::{Oracle, OracleConfig, Sight, Subject},
+    },
+    scene::{Change, PolygonId, Scene},
+    visibility::View,
+};
+
+/// Settings of a [`Verifier`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct VerifyConfig {
+    /// The methods.
+    pub kinds: Vec<CullerKind>,
+    /// Numbers of occluders, each with every method.
+    pub occluders: Vec<usize>,
+    /// Candidates.
+    pub pool: PoolConfig,
+    /// How the occluders of a view are chosen, but for their number.
+    pub select: SelectConfig,
+    /// How nodes are tested.
+    pub cull: CullConfig,
+    /// Resolution of the truth.
+    pub oracle: OracleConfig,
+    /// Each stage is timed this many times, and the fastest counts.
+    pub repeats: u32,
+}
+
+/// One method with one number of occluders, over all views so far.
+pub struct Trial {
+    kind: CullerKind,
+    occluders: usize,
+    selector: Selector,
+    culler: Box<dyn OcclusionCuller>,
+    totals: Totals,
+}
+
+impl std::fmt::Debug for Trial {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Trial")
+            .field("kind", &self.kind)
+            .field("totals", &self.totals)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Sums over the views.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Views looked at.
+    pub views: u64,
+    /// Visible polygons that were culled.
+    pub false_culls: u64,
+    /// The first of them, with the number of its view.
+    pub first_false: Option<(u64, PolygonId)>,
+    /// Hidden polygons that were culled.
+    pub hidden_culled: u64,
+    /// Hidden polygons.
+    pub hidden: u64,
+    /// Polygons reported more than once, or without being in the view.
+    pub misreported: u64,
+    /// What testing the nodes did.
+    pub cull: CullCounts,
+    /// What the selection did.
+    pub select: SelectCounts,
+    /// What building did.
+    pub build: BuildCounts,
+    /// Choosing occluders, nanoseconds.
+    pub select_ns: u64,
+    /// Building the culler, nanoseconds.
+    pub build_ns: u64,
+    /// Walking the index with tests, nanoseconds.
+    pub query_ns: u64,
+}
+
+impl Totals {
+    /// Share of the hidden polygons that was culled, per cent.
+    pub fn hidden_culled_percent(&self) -> f64 {
+        if self.hidden == 0 { 0.0 } else { self.hidden_culled as f64 * 100.0 / self.hidden as f64 }
+    }
+
+    /// The mean of a sum, over the views.
+    pub fn mean(&self, sum: u64) -> f64 {
+        sum as f64 / self.views.max(1) as f64
+    }
+}
+
+impl Trial {
+    /// The method.
+    pub fn kind(&self) -> CullerKind {
+        self.kind
+    }
+
+    /// Most occluders a frame.
+    pub fn occluders(&self) -> usize {
+        self.occluders
+    }
+
+    /// The sums so far.
+    pub fn totals(&self) -> &Totals {
+        &self.totals
+    }
+
+    /// Whether a method that must not has culled what is visible, or has lost or doubled a polygon.
+    pub fn failed(&self) -> bool {
+        let unsound = self.totals.false_culls > 0 && self.culler.soundness() == Soundness::Sound;
+        unsound || self.totals.misreported > 0
+    }
+}
+
+/// What the views themselves are like, summed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ViewTotals {
+    /// Views looked at.
+    pub views: u64,
+    /// Views that are no pointed cone: not looked at.
+    pub unusable: u64,
+    /// Polygons that the frustum may see.
+    pub in_view: u64,
+    /// Of these, polygons that can be seen.
+    pub visible: u64,
+    /// Of these, polygons in the window that cannot be seen.
+    pub hidden: u64,
+    /// Culling by the frustum alone, nanoseconds.
+    pub frustum_ns: u64,
+}
+
+/// Looks at a model through views and compares methods with the truth.
+pub struct Verifier {
+    config: VerifyConfig,
+    index: Box<dyn SpatialIndex>,
+    pool: OccluderPool,
+    trials: Vec<Trial>,
+    views: ViewTotals,
+    clock: StageClock,
+    reuse: ReuseTable,
+    in_view: DrawList,
+    drawn: DrawList,
+    /// By polygon, for one view: what the truth says, and how often it was drawn.
+    truth: Vec<(Option<Sight>, u8)>,
+}
+
+impl std::fmt::Debug for Verifier {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Verifier").field("trials", &self.trials).finish_non_exhaustive()
+    }
+}
+
+impl Verifier {
+    /// A verifier around an empty index.
+    pub fn new(index: Box<dyn SpatialIndex>, config: VerifyConfig, clock: StageClock) -> Self {
+        let mut trials = Vec::new();
+        for &kind in &config.kinds {
+            for &occluders in &config.occluders {
+                let select = SelectConfig { occluders, ..config.select };
+                trials.push(Trial {
+                    kind,
+                    occluders,
+                    selector: Selector::new(select),
+                    culler: kind.create(occluders),
+                    totals: Totals::default(),
+                });
+            }
+        }
+        Self {
+            pool: OccluderPool::new(config.pool),
+            config,
+            index,
+            trials,
+            views: ViewTotals::default(),
+            clock,
+            reuse: ReuseTable::new(),
+            in_view: DrawList::new(),
+            drawn: DrawList::new(),
+            truth: Vec::new(),
+        }
+    }
+
+    /// Follows the scene by one frame's changes.
+    pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
+        for &change in changes {
+            // A box that the index refuses is not finite: it cannot be drawn, so it cannot be culled wrongly.
+            let _ = match change {
+                Change::Insert(id) => self.index.insert(id, scene.bounds(id)),
+                Change::Remove(id) => self.index.remove(id),
+                Change::Update(id) => self.index.update(id, scene.bounds(id)),
+            };
+        }
+        self.pool.follow(scene, changes);
+    }
+
+    /// Looks once: finds the truth, then tries every method.
+    pub fn look(&mut self, scene: &Scene, view: &View) {
+        let Some(window) = view.window() else {
+            self.views.unusable += 1;
+            return;
+        };
+        self.index.commit();
+        let frustum = view.frustum();
+        self.views.frustum_ns += fastest(self.config.repeats, || {
+            self.in_view.clear();
+            let start = self.clock.start();
+            self.index.frustum_cull(&frustum, &mut self.in_view);
+            self.clock.since(start)
+        });
+        let subjects = self.in_view.ids().iter().map(|&id| {
+            let (.., opacity) = scene.stroke_of(id).color();
+            Subject { id, polygon: scene.polygon(id), opaque: opacity >= 1.0 }
+        });
+        let oracle = Oracle::new(&window, subjects, self.config.oracle);
+        self.truth.clear();
+        self.truth.resize(scene.polygon_count(), (None, 0));
+        for (id, sight) in oracle.answers() {
+            self.truth[id.index()].0 = Some(sight);
+            self.views.visible += u64::from(sight == Sight::Visible);
+            self.views.hidden += u64::from(sight == Sight::Hidden);
+        }
+        self.views.in_view += self.in_view.len() as u64;
+        for trial in &mut self.trials {
+            let (mut select, mut build, mut cull) =
+                (SelectCounts::default(), BuildCounts::default(), CullCounts::default());
+            trial.totals.select_ns += fastest(self.config.repeats, || {
+                let start = self.clock.start();
+                select = trial.selector.select(&self.pool, scene, &window);
+                self.clock.since(start)
+            });
+            trial.totals.build_ns += fastest(self.config.repeats, || {
+                let start = self.clock.start();
+                build = trial.culler.build(&window, trial.selector.chosen());
+                self.clock.since(start)
+            });
+            trial.totals.query_ns += fastest(self.config.repeats, || {
+                self.drawn.clear();
+                let start = self.clock.start();
+                let mut visitor = OcclusionVisitor::new(
+                    &*trial.culler,
+                    scene,
+                    self.config.cull,
+                    &mut self.reuse,
+                    &mut self.drawn,
+                );
+                self.index.traverse(&frustum, &mut visitor);
+                cull = visitor.counts();
+                self.clock.since(start)
+            });
+            trial.totals.add(self.views.views, &self.drawn, &mut self.truth, &self.in_view);
+            trial.totals.add_counts(&select, &build, &cull);
+        }
+        self.views.views += 1;
+    }
+
+    /// The methods and what became of them.
+    pub fn trials(&self) -> &[Trial] {
+        &self.trials
+    }
+
+    /// What the views are like.
+    pub fn views(&self) -> &ViewTotals {
+        &self.views
+    }
+
+    /// The candidates.
+    pub fn pool(&self) -> &OccluderPool {
+        &self.pool
+    }
+}
+
+impl Totals {
+    fn add(&mut self, view: u64, drawn: &DrawList, truth: &mut [(Option<Sight>, u8)], in_view: &DrawList) {
+        for &id in drawn.ids() {
+            let (sight, times) = &mut truth[id.index()];
+            *times += 1;
+            self.misreported += u64::from(sight.is_none() || *times > 1);
+        }
+        for &id in in_view.ids() {
+            let (sight, times) = &mut truth[id.index()];
+            let culled = std::mem::take(times) == 0;
+            match sight {
+                Some(Sight::Visible) if culled => {
+                    self.false_culls += 1;
+                    self.first_false.get_or_insert((view, id));
+                }
+                Some(Sight::Hidden) => {
+                    self.hidden += 1;
+                    self.hidden_culled += u64::from(culled);
+                }
+                _ => {}
+            }
+        }
+        self.views += 1;
+    }
+
+    fn add_counts(&mut self, select: &SelectCounts, build: &BuildCounts, cull: &CullCounts) {
+        self.select.candidates += select.candidates;
+        self.select.seen += select.seen;
+        self.select.measured += select.measured;
+        self.select.covered += select.covered;
+        self.select.chosen += select.chosen;
+        self.build.occluders += build.occluders;
+        self.build.nodes += build.nodes;
+        self.build.depth = self.build.depth.max(build.depth);
+        self.build.pieces += build.pieces;
+        self.build.left_out += build.left_out;
+        self.cull.node_tests += cull.node_tests;
+        self.cull.hidden += cull.hidden;
+        self.cull.lit += cull.lit;
+        self.cull.reused += cull.reused;
+        self.cull.polygon_tests += cull.polygon_tests;
+        self.cull.hidden_polygons += cull.hidden_polygons;
+        self.cull.skipped += cull.skipped;
+        self.cull.steps += cull.steps;
+    }
+}
+
+fn fastest(repeats: u32, mut stage: impl FnMut() -> Stage) -> u64 {
+    (0..repeats.max(1)).map(|_| stage().ns).min().unwrap_or(0)
+}

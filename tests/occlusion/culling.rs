@@ -1,0 +1,217 @@
+//! Culling an index: every index, every test, each polygon once.
+
+use std::collections::BTreeSet;
+
+use glam::Vec3;
+use osp::{
+    index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
+    occlusion::{
+        CullConfig, CullerKind, NodeTest, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
+        oracle::{Oracle, OracleConfig, Sight, Subject},
+    },
+    scene::{Change, PolygonId, Scene},
+    visibility::View,
+};
+
+use crate::{
+    allocations::allocations,
+    random::Random,
+    session::{Told, polygon, ribbon, view},
+};
+
+fn filed(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
+    let mut index = kind.create(&IndexConfig::default());
+    file(&mut *index, &told.scene, &told.changes);
+    index
+}
+
+fn file(index: &mut dyn SpatialIndex, scene: &Scene, changes: &[Change]) {
+    for change in changes {
+        match *change {
+            Change::Insert(id) => index.insert(id, scene.bounds(id)),
+            Change::Remove(id) => index.remove(id),
+            Change::Update(id) => index.update(id, scene.bounds(id)),
+        }
+        .expect("the index follows");
+    }
+    index.commit();
+}
+
+/// A wall of four by three metres at z = -1, some panels, and much behind and before it.
+fn hall() -> Told {
+    let mut told = Told::default();
+    let mut random = Random::new(11);
+    let mut events = vec![polygon(
+        &[
+            Vec3::new(-2.0, -1.5, -1.0),
+            Vec3::new(2.0, -1.5, -1.0),
+            Vec3::new(2.0, 1.5, -1.0),
+            Vec3::new(-2.0, 1.5, -1.0),
+        ],
+        1.0,
+    )];
+    for stroke in 0..60 {
+        events.extend(ribbon(stroke, 30, 0.03, &mut random));
+    }
+    told.tell(&events);
+    told
+}
+
+fn views() -> Vec<View> {
+    let mut random = Random::new(12);
+    let mut views =
+        vec![view(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO), view(Vec3::new(0.0, 0.0, -0.5), Vec3::NEG_Z)];
+    views.extend((0..8).map(|_| view(random.direction().as_vec3() * 4.0, random.in_cube().as_vec3())));
+    views
+}
+
+fn ids(list: &DrawList) -> Vec<u32> {
+    let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+    ids.sort_unstable();
+    ids
+}
+
+fn truth(told: &Told, view: &View, in_view: &DrawList) -> Vec<(PolygonId, Sight)> {
+    let subjects = in_view.ids().iter().map(|&id| Subject {
+        id,
+        polygon: told.scene.polygon(id),
+        opaque: told.scene.stroke_of(id).color().3 >= 1.0,
+    });
+    let config = OracleConfig { width: 480, height: 320 };
+    Oracle::new(&view.window().expect("a window"), subjects, config).answers().collect()
+}
+
+#[test]
+fn every_index_and_culler_draws_each_visible_polygon_once() {
+    let told = hall();
+    let mut culled = 0;
+    for view in views() {
+        let window = view.window().expect("a window");
+        let mut all = DrawList::new();
+        filed(IndexKind::BruteForce, &told).frustum_cull(&view.frustum(), &mut all);
+        let truth = truth(&told, &view, &all);
+        let visible: BTreeSet<u32> =
+            truth.iter().filter(|(_, sight)| *sight == Sight::Visible).map(|(id, _)| id.0).collect();
+        for index_kind in IndexKind::ALL {
+            let index = filed(*index_kind, &told);
+            for kind in CullerKind::sound() {
+                for node_test in [NodeTest::Sphere, NodeTest::Box, NodeTest::Outline] {
+                    for polygon_test in [PolygonTest::Never, PolygonTest::InMixedLeaves] {
+                        let cull = CullConfig { node_test, polygon_test, ..CullConfig::default() };
+                        let config = OcclusionConfig { cull, ..OcclusionConfig::default() };
+                        let mut stage = OcclusionStage::new(kind, config);
+                        stage.follow(&told.scene, &told.changes);
+                        stage.select(&told.scene, &window);
+                        stage.build(&window);
+                        let mut drawn = DrawList::new();
+                        let (counts, _) = stage.cull(&*index, &told.scene, &view.frustum(), &mut drawn);
+                        let drawn = ids(&drawn);
+                        let name = format!("{} {} {cull:?}", index_kind.name(), kind.name());
+                        assert!(drawn.windows(2).all(|w| w[0] < w[1]), "{name}: twice the same");
+                        let all = ids(&all);
+                        assert!(
+                            drawn.iter().all(|id| all.binary_search(id).is_ok()),
+                            "{name}: outside the view"
+                        );
+                        for id in &visible {
+                            assert!(drawn.binary_search(id).is_ok(), "{name}: {id} is visible; {counts:?}");
+                        }
+                        culled += all.len() - drawn.len();
+                    }
+                }
+            }
+        }
+    }
+    assert!(culled > 0);
+}
+
+#[test]
+fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
+    let told = hall();
+    let index = filed(IndexKind::Osp, &told);
+    let mut drawn_by = [0, 0];
+    for view in views() {
+        let window = view.window().expect("a window");
+        for (i, node_test) in [NodeTest::Sphere, NodeTest::Box].into_iter().enumerate() {
+            let cull = CullConfig { node_test, polygon_test: PolygonTest::Never, ..CullConfig::default() };
+            let mut stage = OcclusionStage::new(
+                CullerKind::Msvbsp,
+                OcclusionConfig { cull, ..OcclusionConfig::default() },
+            );
+            stage.follow(&told.scene, &told.changes);
+            stage.select(&told.scene, &window);
+            stage.build(&window);
+            let mut drawn = DrawList::new();
+            stage.cull(&*index, &told.scene, &view.frustum(), &mut drawn);
+            drawn_by[i] += drawn.len();
+        }
+    }
+    assert!(drawn_by[1] < drawn_by[0], "{drawn_by:?}");
+}
+
+/// Answers that were not "hidden" may be used again; what was hidden is tested in every frame, so an eye that comes
+/// round the wall sees what is behind it at once.
+#[test]
+fn reused_answers_never_hide() {
+    let told = hall();
+    let index = filed(IndexKind::Osp, &told);
+    let cull = CullConfig { reuse_frames: 5, ..CullConfig::default() };
+    let mut stage =
+        OcclusionStage::new(CullerKind::Msvbsp, OcclusionConfig { cull, ..OcclusionConfig::default() });
+    stage.follow(&told.scene, &told.changes);
+    let (mut reused, mut hidden) = (0, 0);
+    for frame in 0..120 {
+        let angle = frame as f32 * 0.05;
+        let view = view(Vec3::new(angle.sin(), 0.1, angle.cos()) * 3.0, Vec3::ZERO);
+        let window = view.window().expect("a window");
+        stage.select(&told.scene, &window);
+        stage.build(&window);
+        let (mut drawn, mut all) = (DrawList::new(), DrawList::new());
+        let (counts, _) = stage.cull(&*index, &told.scene, &view.frustum(), &mut drawn);
+        reused += counts.reused;
+        hidden += counts.hidden;
+        if frame % 10 == 0 {
+            index.frustum_cull(&view.frustum(), &mut all);
+            let drawn = ids(&drawn);
+            for (id, sight) in truth(&told, &view, &all) {
+                assert!(
+                    sight != Sight::Visible || drawn.binary_search(&id.0).is_ok(),
+                    "frame {frame}: {id:?}"
+                );
+            }
+        }
+    }
+    assert!(reused > 0 && hidden > 0, "{reused} reused, {hidden} hidden");
+}
+
+#[test]
+fn steady_frames_allocate_nothing() {
+    let told = hall();
+    let index = filed(IndexKind::Osp, &told);
+    for kind in CullerKind::ALL {
+        let config = OcclusionConfig {
+            select: SelectConfig { occluders: 32, ..SelectConfig::default() },
+            ..OcclusionConfig::default()
+        };
+        let mut stage = OcclusionStage::new(*kind, config);
+        stage.follow(&told.scene, &told.changes);
+        let mut drawn = DrawList::new();
+        drawn.reserve(10_000);
+        let views = views();
+        let mut before = 0;
+        for round in 0..3 {
+            if round == 1 {
+                before = allocations();
+            }
+            for view in &views {
+                let window = view.window().expect("a window");
+                stage.follow(&told.scene, &[]);
+                stage.select(&told.scene, &window);
+                stage.build(&window);
+                drawn.clear();
+                stage.cull(&*index, &told.scene, &view.frustum(), &mut drawn);
+            }
+        }
+        assert_eq!(allocations() - before, 0, "{}", kind.name());
+    }
+}

@@ -1,0 +1,168 @@
+//! The oracle itself: it sees what is there, however small, and it catches who hides it.
+
+use glam::Vec3;
+use osp::{
+    index::{IndexConfig, IndexKind},
+    metrics::StageClock,
+    occlusion::{
+        CullConfig, CullerKind, PoolConfig, SelectConfig,
+        oracle::{Oracle, OracleConfig, Sight, Subject},
+        scenes::TestScene,
+    },
+    scene::{PolygonId, Scene},
+    stroke::ConvexPolygon,
+    visibility::{
+        CameraChoice, CameraPath, Moment,
+        verify::{Verifier, VerifyConfig},
+    },
+};
+
+use crate::session::view;
+
+fn square(center: Vec3, size: f32) -> ConvexPolygon {
+    let at = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * (size * 0.5);
+    ConvexPolygon::quad([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)])
+}
+
+fn sights(polygons: &[(ConvexPolygon, bool)], pixels: usize) -> Vec<Sight> {
+    let window = view(Vec3::ZERO, Vec3::NEG_Z).window().expect("a window");
+    let subjects = polygons.iter().enumerate().map(|(i, (polygon, opaque))| Subject {
+        id: PolygonId(i as u32),
+        polygon: *polygon,
+        opaque: *opaque,
+    });
+    let config = OracleConfig { width: pixels, height: pixels };
+    Oracle::new(&window, subjects, config).answers().map(|(_, sight)| sight).collect()
+}
+
+#[test]
+fn the_oracle_knows_before_from_behind() {
+    let wall = square(Vec3::new(0.0, 0.0, -5.0), 2.0);
+    let before = square(Vec3::new(0.0, 0.0, -4.0), 0.5);
+    let behind = square(Vec3::new(0.0, 0.0, -6.0), 0.5);
+    let beside = square(Vec3::new(2.0, 0.0, -6.0), 0.5);
+    let outside = square(Vec3::new(50.0, 0.0, -6.0), 0.5);
+    let across = square(Vec3::new(1.2, 0.0, -6.0), 0.5);
+    for pixels in [16, 64, 1000] {
+        use Sight::{Hidden, Outside, Visible};
+        let list = [wall, before, behind, beside, outside, across].map(|p| (p, true));
+        assert_eq!(sights(&list, pixels), [Visible, Visible, Hidden, Visible, Outside, Visible], "{pixels}");
+        // Glass hides nothing, but is hidden.
+        let list = [(wall, false), (behind, true), (before, false)];
+        assert_eq!(sights(&list, pixels), [Visible, Visible, Visible]);
+        let list = [(wall, true), (behind, false)];
+        assert_eq!(sights(&list, pixels), [Visible, Hidden]);
+    }
+}
+
+#[test]
+fn the_oracle_sees_what_is_smaller_than_a_pixel() {
+    // A thousandth of a pixel, before a wall, and another one behind it.
+    let wall = square(Vec3::new(0.0, 0.0, -5.0), 20.0);
+    let speck = square(Vec3::new(0.017, 0.023, -4.9), 1.0e-5);
+    let hidden = square(Vec3::new(0.017, 0.023, -5.1), 1.0e-5);
+    assert_eq!(
+        sights(&[wall, speck, hidden].map(|p| (p, true)), 100),
+        [Sight::Visible, Sight::Visible, Sight::Hidden]
+    );
+}
+
+#[test]
+fn the_oracle_sees_no_crack_between_neighbours() {
+    // A wall of triangles that share edges, and a square behind each corner and edge.
+    let mut polygons = Vec::new();
+    let at =
+        |x: i32, y: i32| Vec3::new(x as f32 * 0.37 - 1.9, y as f32 * 0.41 - 2.1, -5.0 - x as f32 * 0.013);
+    for y in 0..10 {
+        for x in 0..10 {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            polygons.push((ConvexPolygon::triangle(a, b, c), true));
+            polygons.push((ConvexPolygon::triangle(a, c, d), true));
+        }
+    }
+    let walls = polygons.len();
+    for y in 2..8 {
+        for x in 2..8 {
+            polygons.push((square(at(x, y) * 1.3, 0.05), true));
+            polygons.push((square((at(x, y) + at(x + 1, y)) * 0.65, 0.05), true));
+        }
+    }
+    for pixels in [33, 200, 1001] {
+        let sights = sights(&polygons, pixels);
+        assert!(sights[..walls].iter().all(|s| *s == Sight::Visible));
+        assert!(sights[walls..].iter().all(|s| *s == Sight::Hidden), "{pixels}");
+    }
+}
+
+#[test]
+fn of_polygons_in_one_place_all_are_visible() {
+    let p = square(Vec3::new(0.0, 0.0, -5.0), 2.0);
+    assert_eq!(sights(&[p, p, p].map(|p| (p, true)), 64), [Sight::Visible; 3]);
+}
+
+fn verified(scene: TestScene, kinds: Vec<CullerKind>, occluders: usize, views: usize) -> Verifier {
+    let config = VerifyConfig {
+        kinds,
+        occluders: vec![occluders],
+        pool: PoolConfig::default(),
+        select: SelectConfig::default(),
+        cull: CullConfig::default(),
+        oracle: OracleConfig { width: 640, height: 360 },
+        repeats: 1,
+    };
+    let index = IndexKind::Osp.create(&IndexConfig::default());
+    let mut verifier = Verifier::new(index, config, StageClock::default());
+    let (mut model, mut changes, mut moments) = (Scene::new(), Vec::new(), Vec::new());
+    let mut moment = Moment::default();
+    for event in scene.events() {
+        model.apply(&event, &mut changes);
+        moment.note(&event);
+        if moment.head.is_some() {
+            moments.push(moment);
+        }
+    }
+    verifier.follow(&model, &changes);
+    let camera = CameraPath::new(CameraChoice::Auto, None, &osp::math::Aabb::EMPTY);
+    for moment in moments.iter().take(views) {
+        verifier.look(&model, &camera.view(moment));
+    }
+    verifier
+}
+
+#[test]
+fn no_sound_method_culls_what_is_visible_in_the_built_in_scenes() {
+    let views = if cfg!(debug_assertions) { 1 } else { 24 };
+    for scene in TestScene::ALL {
+        let verifier = verified(*scene, CullerKind::sound(), 64, views);
+        for trial in verifier.trials() {
+            let totals = trial.totals();
+            let name = format!("{} {}", scene.name(), trial.kind().name());
+            assert_eq!((totals.false_culls, totals.misreported), (0, 0), "{name}: {:?}", totals.first_false);
+            assert!(totals.hidden > 0, "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_sound_tree_finds_what_it_is_made_for() {
+    let views = if cfg!(debug_assertions) { 2 } else { 24 };
+    for (scene, least) in [(TestScene::Rooms, 93.0), (TestScene::Panels, 73.0)] {
+        let verifier = verified(scene, vec![CullerKind::Msvbsp], 64, views);
+        let found = verifier.trials()[0].totals().hidden_culled_percent();
+        assert!(found >= least, "{}: {found:.1} % of the hidden polygons", scene.name());
+    }
+}
+
+#[test]
+fn the_oracle_catches_the_paper() {
+    let views = if cfg!(debug_assertions) { 2 } else { 8 };
+    let verifier = verified(
+        TestScene::WideRibbons,
+        vec![CullerKind::MsvbspPaper, CullerKind::MsvbspPaperCapless],
+        64,
+        views,
+    );
+    for trial in verifier.trials() {
+        assert!(trial.totals().false_culls > 0, "{}", trial.kind().name());
+    }
+}
