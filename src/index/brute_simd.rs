@@ -47,16 +47,18 @@ impl WithKernel for Pass<'_> {
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> WorkCounts {
         let mut work = WorkCounts::default();
+        let before = self.out.len();
         for (i, (boxes, &filed)) in self.index.blocks.iter().zip(&self.index.filed).enumerate() {
             let filed = u32::from(filed);
-            let (seen, planes) = self.planes.seen(kernel, boxes, filed);
-            work.planes += u64::from(planes * filed.count_ones());
+            let seen = filed & !self.planes.behind_any(kernel, boxes);
             if seen != 0 {
-                work.reported += u64::from(seen.count_ones());
                 self.out.push(kernel, i as u32 * 16, seen);
             }
         }
+        work.reported = (self.out.len() - before) as u64;
+        self.out.finish();
         work.boxes = self.index.len as u64;
+        work.planes = 6 * work.boxes;
         work
     }
 }
@@ -181,6 +183,6 @@ impl WithKernel for One<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> u32 {
-        self.planes.seen(kernel, self.boxes, self.filed).0
+        self.filed & !self.planes.behind_any(kernel, self.boxes)
     }
 }

@@ -148,7 +148,7 @@ impl WithKernel for Cull<'_> {
                 continue;
             }
             self.work.nodes += 1;
-            let sides = self.planes.sides(kernel, mask, boxes);
+            let sides = self.planes.sides_rows(kernel, mask, boxes);
             self.count(16, mask);
             let below = self.index.levels[usize::from(level) - 1].len() as u32 - group * 16;
             let mut seen = !sides.behind & ((1u32 << below.min(16)) - 1);
@@ -160,6 +160,7 @@ impl WithKernel for Cull<'_> {
                 waiting += 1;
             }
         }
+        self.out.finish();
         self.work
     }
 }

@@ -5,39 +5,93 @@ use super::{
     index::Osp,
     layout::{Bucket, Link, Node, OWN, Run, Target},
     pool::NONE,
+    tuning::{FLAT_LEVELS, LEAF_RUNS},
 };
-use crate::math::Aabb;
+use crate::{
+    index::simd::{Halves, Wide, prefetch_lines},
+    math::Aabb,
+};
+
+/// Where a run belongs.
+#[derive(Clone, Copy, Default)]
+struct Way {
+    key: Key,
+    level: u32,
+    /// The lowest node on the way.
+    node: u32,
+    /// The bucket under it; [`NONE`] if it is missing.
+    bucket: u32,
+}
 
 impl Osp {
-    /// Files a run by its box.
-    pub(super) fn file(&mut self, run: Run, bounds: &Aabb) {
+    /// Files runs by their boxes. Where many come at once, they go to many places: what they will touch is asked for
+    /// from memory first.
+    pub(super) fn file_runs(&mut self, runs: &[(Run, Wide)]) {
+        let shape = self.shape;
+        let mut ways = [Way::default(); 16];
+        for (way, (_, bounds)) in ways.iter_mut().zip(runs) {
+            *way = self.way(*bounds);
+            prefetch_lines::<2, _>(self.buckets.place(way.bucket));
+        }
+        if runs.len() > 2 {
+            for way in ways[..runs.len()].iter().filter(|way| way.bucket != NONE) {
+                prefetch_lines::<9, _>(self.pages.place(self.buckets[way.bucket].last));
+            }
+        }
+        for (way, (run, bounds)) in ways.iter().zip(runs) {
+            let way = if self.shape == shape { *way } else { self.way(*bounds) };
+            self.file(*run, *bounds, way);
+        }
+    }
+
+    /// Where a run with this box belongs.
+    #[inline]
+    fn way(&self, bounds: Wide) -> Way {
         let key = self.grid.key(bounds);
         let level = self.grid.level_for(bounds);
-        self.grow_to(&key);
-        let head = self.bucket_for(&key, level);
-        self.append(head, run, bounds);
-        self.count_above(head, 1, run.mask.count_ones() as i32);
-        self.widen_above(head, bounds);
+        let (node, leaf) = self.descend(&key, level);
+        let straddles = leaf == NONE && level >= self.nodes[node].shift;
+        let bucket = if straddles { self.nodes[node].own } else { leaf };
+        Way { key, level, node, bucket }
+    }
+
+    /// Files a run at its place.
+    fn file(&mut self, run: Run, bounds: Wide, way: Way) {
+        let way = if self.grow_to(&way.key) { self.way(bounds) } else { way };
+        let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
+        let wider = !self.buckets[head].bounds.contains(bounds);
+        self.append(head, run, bounds, way.level);
+        if wider {
+            self.widen_above(head, &bounds.to_box());
+        }
         if self.buckets[head].runs > self.buckets[head].split_at {
             self.try_split(head);
         }
     }
 
-    /// Adds levels on top until the highest cell holds the key. Cells keep their size.
-    fn grow_to(&mut self, key: &Key) {
+    /// The bucket that is missing on a run's way: a leaf, or the list of the straddlers.
+    fn add_bucket(&mut self, way: &Way) -> u32 {
+        let shift = self.nodes[way.node].shift;
+        let slot = if way.level < shift { grid::octant(&way.key, shift) as u32 } else { OWN };
+        self.new_bucket(way.node, slot, &way.key)
+    }
+
+    /// Adds levels on top until the highest cell holds the key; false if it did already. Cells keep their size.
+    fn grow_to(&mut self, key: &Key) -> bool {
+        let mut grown = false;
         loop {
             let old = self.top;
             let Node { shift, key: at, .. } = self.nodes[old];
             if shift >= TOP_SHIFT || grid::same_cell(&at, key, shift) {
-                return;
+                return grown;
             }
+            grown = true;
+            self.shape += 1;
             let top = self.nodes.take();
             let slot = grid::octant(&at, shift + 1);
             let node_box = self.node_box(old);
-            let (runs, polygons) = (self.nodes[old].runs, self.nodes[old].polygons);
             let node = &mut self.nodes[top];
             (node.shift, node.key) = (shift + 1, at);
-            (node.runs, node.polygons) = (runs, polygons);
             node.children[slot] = Link::node(old);
             node.boxes.set(slot, &node_box);
             (self.nodes[old].parent, self.nodes[old].slot) = (top, slot as u32);
@@ -58,57 +112,50 @@ impl Osp {
 
     /// The box of a chain of buckets.
     pub(super) fn chain_box(&self, head: u32) -> Aabb {
-        let mut bounds = Aabb::EMPTY;
+        let mut bounds = Wide::EMPTY;
         let mut at = head;
         while at != NONE {
             let bucket = &self.buckets[at];
-            bounds = bounds.union(&bucket.boxes.around(bucket.used()));
+            bounds = bounds.union(bucket.bounds);
             at = bucket.next;
         }
-        bounds
+        bounds.to_box()
     }
 
-    /// The bucket for runs of `level` at `key`: the leaf there, or the straddlers of the node that they are too long
-    /// to leave. Inside the root cube the search starts at the run's own level and goes up, seldom more than a step
-    /// or two; elsewhere it comes down from the top.
-    fn bucket_for(&mut self, key: &Key, level: u32) -> u32 {
-        let mut link = self.start(key, level);
+    /// What there is on the way to runs of `level` at `key`: the lowest node, and the leaf if one follows. Inside the
+    /// root cube the way is read from the preallocated levels, whose entries are known from the key alone.
+    #[inline]
+    fn descend(&self, key: &Key, level: u32) -> (u32, u32) {
+        let mut at = self.top;
+        if let Some(morton) = grid::morton_in_root(key).filter(|_| level <= grid::ROOT_SHIFT) {
+            for depth in 0..=(grid::ROOT_SHIFT - level).min(FLAT_LEVELS) {
+                match Link::from_bits(self.flat[grid::flat_entry_at(morton, depth)]).target() {
+                    Target::Node(node) => at = node,
+                    Target::Leaf(head) => return (at, head),
+                    Target::Nothing => break,
+                }
+            }
+        }
         loop {
-            let at = match link.target() {
-                Target::Leaf(head) => return head,
-                Target::Node(node) => node,
-                Target::Nothing => self.top,
-            };
-            let shift = self.nodes[at].shift;
-            let slot = if level >= shift { OWN } else { grid::octant(key, shift) as u32 };
-            if slot == OWN {
-                let own = self.nodes[at].own;
-                return if own != NONE { own } else { self.new_bucket(at, OWN, key) };
+            let node = &self.nodes[at];
+            if level >= node.shift {
+                return (at, NONE);
             }
-            link = self.nodes[at].children[slot as usize];
-            if link == Link::NONE {
-                return self.new_bucket(at, slot, key);
+            match node.children[grid::octant(key, node.shift)].target() {
+                Target::Node(below) => at = below,
+                Target::Leaf(head) => return (at, head),
+                Target::Nothing => return (at, NONE),
             }
         }
-    }
-
-    fn start(&self, key: &Key, level: u32) -> Link {
-        let mut shift = level.clamp(grid::ROOT_SHIFT - super::tuning::FLAT_LEVELS, grid::ROOT_SHIFT);
-        while let Some(entry) = Grid::flat_entry(key, shift) {
-            let link = Link::from_bits(self.flat[entry]);
-            if link != Link::NONE {
-                // Straddlers longer than the root cube start above it.
-                return if level > grid::ROOT_SHIFT { Link::node(self.top) } else { link };
-            }
-            shift += 1;
-        }
-        Link::node(self.top)
     }
 
     /// Hangs an empty bucket up at a free slot of a node.
     pub(super) fn new_bucket(&mut self, node: u32, slot: u32, key: &Key) -> u32 {
         let new = self.buckets.take();
-        (self.buckets[new].parent, self.buckets[new].slot) = (node, slot);
+        let shift = if slot == OWN { 0 } else { self.nodes[node].shift - 1 };
+        let bucket = &mut self.buckets[new];
+        (bucket.parent, bucket.slot, bucket.shift) = (node, slot, shift);
+        self.shape += 1;
         if slot == OWN {
             self.nodes[node].own = new;
         } else {
@@ -127,19 +174,22 @@ impl Osp {
 
     /// Puts a run into the first bucket of a chain and returns its place. Boxes above the bucket are left to the
     /// caller.
-    pub(super) fn append(&mut self, head: u32, run: Run, bounds: &Aabb) -> u32 {
-        let count = self.buckets[head].page_count;
-        let last = if count > 0 { self.buckets[head].pages[count as usize - 1] } else { NONE };
+    pub(super) fn append(&mut self, head: u32, run: Run, bounds: Wide, level: u32) -> u32 {
+        let last = self.buckets[head].last;
         let page_number = if last != NONE && self.pages[last].runs < 16 { last } else { self.new_page(head) };
         let page = &mut self.pages[page_number];
         let lane = usize::from(page.runs);
         page.runs += 1;
-        page.set_run(lane, run, bounds);
-        let at = usize::from(page.at);
+        page.set_run(lane, run, &bounds.to_box());
         let bucket = &mut self.buckets[head];
-        bucket.boxes.widen(at, bounds);
         bucket.runs += 1;
+        bucket.movable += u32::from(level < bucket.shift);
         bucket.polygons += run.mask.count_ones();
+        if !bucket.last_bounds.contains(bounds) {
+            bucket.last_bounds = bucket.last_bounds.union(bounds);
+            bucket.bounds = bucket.bounds.union(bounds);
+            bucket.boxes.set_wide(bucket.page_count as usize - 1, bucket.last_bounds);
+        }
         let place = page_number * 16 + lane as u32;
         self.note_place(run, place);
         place
@@ -147,7 +197,7 @@ impl Osp {
 
     /// Writes a run's place into the id map.
     pub(super) fn note_place(&mut self, run: Run, place: u32) {
-        self.ids.set_place(run.first / 16, run.mask << (run.first % 16), place);
+        self.ids.set_place(run.first / 16, run.lanes(), place);
     }
 
     /// An empty page at the end of a chain's first bucket.
@@ -169,26 +219,16 @@ impl Osp {
             let bucket = &mut self.buckets[head];
             bucket.next = full;
             bucket.page_count = 0;
-            bucket.boxes = crate::index::simd::Boxes::EMPTY;
+            (bucket.bounds, bucket.boxes) = (Wide::EMPTY, Halves::EMPTY);
         }
         let page_number = self.pages.take();
         let bucket = &mut self.buckets[head];
         let page = &mut self.pages[page_number];
         (page.bucket, page.at) = (head, bucket.page_count as u8);
+        (bucket.last, bucket.last_bounds) = (page_number, Wide::EMPTY);
         bucket.pages[bucket.page_count as usize] = page_number;
         bucket.page_count += 1;
         page_number
-    }
-
-    /// Adds to the counts of all nodes above a bucket.
-    pub(super) fn count_above(&mut self, bucket: u32, runs: i32, polygons: i32) {
-        let mut at = self.buckets[bucket].parent;
-        while at != NONE {
-            let node = &mut self.nodes[at];
-            node.runs = node.runs.wrapping_add_signed(runs);
-            node.polygons = node.polygons.wrapping_add_signed(polygons);
-            at = node.parent;
-        }
     }
 
     /// Makes the boxes above a bucket hold `bounds`. Where one does already, those above it do too.
@@ -203,47 +243,51 @@ impl Osp {
         }
     }
 
-    /// Makes a node of a leaf that holds too many runs, if enough of them would leave it.
+    /// Makes a node of a leaf that holds too many runs.
+    /// * Most of them are short enough for a smaller cell: they are moved to the node's children.
+    /// * Most are as long as the cell: wait until there are twice as many.
+    /// * ... and there are: the whole leaf becomes the node's straddlers as it is, and what comes from now on goes to
+    ///   the children.
+    ///
+    /// So no split ever moves more than twice [`LEAF_RUNS`] runs.
     fn try_split(&mut self, head: u32) {
-        let (parent, slot) = (self.buckets[head].parent, self.buckets[head].slot);
-        let shift = self.nodes[parent].shift - u32::from(slot != OWN);
+        let Bucket { slot, shift, runs, movable, .. } = self.buckets[head];
         if slot == OWN || shift == 0 {
             self.buckets[head].split_at = u32::MAX;
-            return;
+        } else if movable * 2 >= runs {
+            self.split(head);
+        } else if runs <= LEAF_RUNS * 2 {
+            self.buckets[head].split_at = LEAF_RUNS * 2;
+        } else {
+            self.adopt(head);
         }
-        let movable = self.movable(head, shift);
-        if movable * 2 < self.buckets[head].runs {
-            // Most are as long as the cell. Look again when there are twice as many.
-            self.buckets[head].split_at = self.buckets[head].runs.saturating_mul(2);
-            return;
-        }
-        self.split(head, shift);
     }
 
-    /// Runs of a chain that are short enough for the children of a cell.
-    fn movable(&self, head: u32, shift: u32) -> u32 {
-        let mut movable = 0;
-        let mut at = head;
-        while at != NONE {
-            let bucket = &self.buckets[at];
-            for &page in &bucket.pages[..bucket.page_count as usize] {
-                let page = &self.pages[page];
-                let runs = 0..usize::from(page.runs);
-                movable += runs.filter(|&i| self.grid.level_for(&page.boxes.get(i)) < shift).count() as u32;
-            }
-            at = bucket.next;
-        }
-        movable
-    }
-
-    fn split(&mut self, head: u32, shift: u32) {
-        let Bucket { parent, slot, runs, polygons, .. } = self.buckets[head];
+    /// Puts a new node in the place of a leaf.
+    fn node_for(&mut self, head: u32) -> u32 {
+        let Bucket { parent, slot, shift, .. } = self.buckets[head];
         let cell = self.cell_of_slot(parent, slot);
         let number = self.nodes.take();
         let node = &mut self.nodes[number];
         (node.shift, node.key, node.parent, node.slot) = (shift, cell, parent, slot);
-        (node.runs, node.polygons) = (runs, polygons);
         self.set_child(parent, slot, Link::node(number), &cell);
+        self.shape += 1;
+        number
+    }
+
+    fn adopt(&mut self, head: u32) {
+        let number = self.node_for(head);
+        self.nodes[number].own = head;
+        let mut at = head;
+        while at != NONE {
+            let bucket = &mut self.buckets[at];
+            (bucket.parent, bucket.slot, bucket.shift, bucket.split_at) = (number, OWN, 0, u32::MAX);
+            at = bucket.next;
+        }
+    }
+
+    fn split(&mut self, head: u32) {
+        let number = self.node_for(head);
         let mut at = head;
         while at != NONE {
             let Bucket { pages, page_count, next, .. } = self.buckets[at];
@@ -262,17 +306,19 @@ impl Osp {
     fn move_down(&mut self, number: u32, page: u32, lane: usize) {
         let Node { shift, key: cell, children, own, .. } = self.nodes[number];
         let (run, bounds) = self.pages[page].run(lane);
-        let key = self.grid.key(&bounds);
+        let wide = Wide::from_box(&bounds);
+        let key = self.grid.key(wide);
         // A run whose box has shrunk may have its centre in another cell by now; it stays with this one.
         let key = if grid::same_cell(&key, &cell, shift) { key } else { cell };
-        let slot = if self.grid.level_for(&bounds) >= shift { OWN } else { grid::octant(&key, shift) as u32 };
+        let level = self.grid.level_for(wide);
+        let slot = if level >= shift { OWN } else { grid::octant(&key, shift) as u32 };
         let link = if slot == OWN { Link::NONE } else { children[slot as usize] };
         let bucket = match link.target() {
             Target::Leaf(bucket) => bucket,
             _ if slot == OWN && own != NONE => own,
             _ => self.new_bucket(number, slot, &key),
         };
-        let place = self.append(bucket, run, &bounds);
+        let place = self.append(bucket, run, wide, level);
         if self.pages[page].loose >> lane & 1 == 1 {
             self.mark_loose(place);
         }

@@ -1,13 +1,16 @@
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::tuning::{CELL_STRETCH, FLAT_LEVELS};
-use crate::math::Aabb;
+use crate::{index::simd::Wide, math::Aabb};
 
 /// The cells of the tree as whole numbers. A cell of level `shift` has an edge of `2^shift` finest cells.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     origin: [f64; 3],
     finest_per_m: f64,
+    /// The same, for boxes in the root cube.
+    near_origin: Vec4,
+    near_finest_per_m: f32,
 }
 
 /// A place in finest cells.
@@ -31,16 +34,30 @@ impl Grid {
         let size = root.extent().max_element();
         let usable = root.is_valid() && size.is_finite() && size > f32::MIN_POSITIVE * 1.0e8;
         let root = if usable { *root } else { Aabb::cube(Vec3::ZERO, 4.0) };
-        let size_m = f64::from(root.extent().max_element());
+        let size_m = root.extent().max_element();
+        let finest = 1u32 << ROOT_SHIFT;
         Self {
             origin: root.min.to_array().map(f64::from),
-            finest_per_m: f64::from(1u32 << ROOT_SHIFT) / size_m,
+            finest_per_m: f64::from(finest) / f64::from(size_m),
+            near_origin: root.min.extend(root.min.z),
+            near_finest_per_m: finest as f32 / size_m,
         }
     }
 
     /// The finest cell of a box's centre.
     #[inline]
-    pub(super) fn key(&self, bounds: &Aabb) -> Key {
+    pub(super) fn key(&self, bounds: Wide) -> Key {
+        let cells = (bounds.center() - self.near_origin) * self.near_finest_per_m;
+        let inside = cells.cmpge(Vec4::ZERO) & cells.cmplt(Vec4::splat((1u32 << ROOT_SHIFT) as f32));
+        if inside.all() {
+            return cells.truncate().to_array().map(|k| (BIAS << ROOT_SHIFT) + k as u32 as u64);
+        }
+        self.far_key(&bounds.to_box())
+    }
+
+    /// [`Grid::key`] for boxes outside the root cube.
+    #[cold]
+    fn far_key(&self, bounds: &Aabb) -> Key {
         let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
         std::array::from_fn(|axis| {
             let center = (f64::from(min[axis]) + f64::from(max[axis])) * 0.5;
@@ -50,27 +67,22 @@ impl Grid {
         })
     }
 
-    /// The finest level at which the box counts as small enough for a cell.
+    /// The finest level at which a box counts as small enough for a cell.
     #[inline]
-    pub(super) fn level_for(&self, bounds: &Aabb) -> u32 {
-        let e = bounds.extent();
-        let cells = f64::from(e.max_element()) * self.finest_per_m / f64::from(CELL_STRETCH);
+    pub(super) fn level_for(&self, bounds: Wide) -> u32 {
+        let cells = bounds.length() * (self.near_finest_per_m / CELL_STRETCH);
         // The exponent of `cells`, rounded up to the next power of two.
-        let exponent = (cells.to_bits() >> 52) as i64 - 1022;
-        exponent.clamp(0, i64::from(TOP_SHIFT)) as u32
+        let exponent = (cells.to_bits() >> 23) as i32 - 126;
+        exponent.clamp(0, TOP_SHIFT as i32) as u32
     }
 
     /// The entry of a preallocated cell, if it is one.
     #[inline]
     pub(super) fn flat_entry(key: &Key, shift: u32) -> Option<usize> {
-        let inside = key.iter().all(|k| k >> ROOT_SHIFT == BIAS);
-        if !inside || !(ROOT_SHIFT - FLAT_LEVELS..=ROOT_SHIFT).contains(&shift) {
+        if !(ROOT_SHIFT - FLAT_LEVELS..=ROOT_SHIFT).contains(&shift) {
             return None;
         }
-        let level = ROOT_SHIFT - shift;
-        let [x, y, z] = key.map(|k| (k >> shift) as usize & ((1 << level) - 1));
-        let before = ((1usize << (3 * level)) - 1) / 7;
-        Some(before + (((z << level) | y) << level | x))
+        Some(flat_entry_at(morton_in_root(key)?, ROOT_SHIFT - shift))
     }
 
     /// The finest cell of the root cube's smallest corner.
@@ -91,3 +103,46 @@ pub(super) fn octant(key: &Key, shift: u32) -> usize {
 pub(super) fn same_cell(a: &Key, b: &Key, shift: u32) -> bool {
     (0..3).all(|axis| (a[axis] ^ b[axis]) >> shift == 0)
 }
+
+/// The Morton code of the deepest preallocated cell that a key lies in, if it lies in the root cube.
+#[inline]
+pub(super) fn morton_in_root(key: &Key) -> Option<u32> {
+    let [x, y, z] = key.map(|k| k.wrapping_sub(BIAS << ROOT_SHIFT));
+    if (x | y | z) >> ROOT_SHIFT != 0 {
+        return None;
+    }
+    let spread = |k: u64| SPREAD[(k >> (ROOT_SHIFT - FLAT_LEVELS)) as usize & (SPREAD.len() - 1)];
+    Some(spread(x) | spread(y) << 1 | spread(z) << 2)
+}
+
+/// The entry of a preallocated level's cell on the way to the deepest one with this Morton code.
+#[inline]
+pub(super) fn flat_entry_at(morton: u32, level: u32) -> usize {
+    FLAT_START[level as usize] + (morton >> (3 * (FLAT_LEVELS - level))) as usize
+}
+
+/// Where each preallocated level begins.
+const FLAT_START: [usize; FLAT_LEVELS as usize + 1] = {
+    let mut table = [0; FLAT_LEVELS as usize + 1];
+    let mut level = 0;
+    while level < table.len() {
+        table[level] = ((1 << (3 * level)) - 1) / 7;
+        level += 1;
+    }
+    table
+};
+
+/// Bits of a number, two zeros between each two.
+static SPREAD: [u32; 1 << FLAT_LEVELS] = {
+    let mut table = [0; 1 << FLAT_LEVELS];
+    let mut i = 0;
+    while i < table.len() {
+        let mut bit = 0;
+        while bit < FLAT_LEVELS {
+            table[i] |= ((i >> bit & 1) as u32) << (3 * bit);
+            bit += 1;
+        }
+        i += 1;
+    }
+    table
+};

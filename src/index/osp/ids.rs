@@ -1,5 +1,10 @@
-use super::pool::{NONE, Pool, Pooled};
-use crate::{index::simd::Boxes, math::Aabb};
+#![expect(unsafe_code, reason = "exact boxes are looked up without a check; it pays in queries")]
+
+use super::{
+    open::OpenBlock,
+    pool::{NONE, Pool, Pooled},
+};
+use crate::index::simd::Boxes;
 
 /// Where every polygon is. Sixteen consecutive ids are a block; a shelf holds 256 blocks and is recycled when its last
 /// polygon is gone, so that ids which only ever grow do not grow the memory.
@@ -68,8 +73,8 @@ impl Pooled for Detail {
 /// The boxes of a block's polygons. Lanes that belong to runs of one, or to nothing, hold anything.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Exact {
-    pub(super) boxes: Boxes<16>,
+struct Exact {
+    boxes: Boxes<16>,
 }
 
 impl Pooled for Exact {
@@ -124,29 +129,19 @@ impl IdMap {
         self.shelf(block).map_or(0, |(shelf, at)| shelf.filed[at])
     }
 
-    /// Says which ids of a block are filed.
+    /// Notes that some ids of a block are not filed any more; `filed` are left.
     pub(super) fn set_filed(&mut self, block: u32, filed: u16) {
         let (number, at) = Self::split(block);
-        if number >= self.directory.len() {
-            if filed == 0 {
-                return;
-            }
-            self.directory.resize(number + 1, NONE);
-        }
-        if self.directory[number] == NONE {
-            if filed == 0 {
-                return;
-            }
-            self.directory[number] = self.shelves.take();
+        if self.directory.get(number).is_none_or(|&shelf| shelf == NONE) {
+            return;
         }
         let shelf_number = self.directory[number];
         let shelf = &mut self.shelves[shelf_number];
-        shelf.live += u32::from(filed != 0);
-        shelf.live -= u32::from(shelf.filed[at] != 0);
         shelf.filed[at] = filed;
         if filed != 0 {
             return;
         }
+        shelf.live -= 1;
         let (place, store) = (shelf.place[at], shelf.store[at]);
         (shelf.place[at], shelf.store[at]) = (NONE, NONE);
         if place != NONE && place & DETAILED != 0 {
@@ -204,37 +199,50 @@ impl IdMap {
         }
     }
 
-    /// The exact boxes of a block, if it has any.
-    #[inline]
-    pub(super) fn store(&self, block: u32) -> Option<&Exact> {
-        let (shelf, at) = self.shelf(block)?;
-        (shelf.store[at] != NONE).then(|| &self.stores[shelf.store[at]])
+    /// Exact boxes by their number.
+    pub(super) fn boxes(&self, store: u32) -> &Boxes<16> {
+        &self.stores[store].boxes
     }
 
-    /// Files exact boxes of some polygons of a block.
-    pub(super) fn put_boxes(&mut self, block: u32, mask: u16, boxes: &Boxes<16>) {
-        let Some((shelf, at)) = self.shelf(block) else { return };
-        let mut store = shelf.store[at];
-        if store == NONE {
-            store = self.stores.take();
-            if let Some((shelf, at)) = self.shelf_mut(block) {
-                shelf.store[at] = store;
-            }
-            self.stores[store].boxes = *boxes;
-            return;
+    /// Exact boxes by their number, without a check.
+    ///
+    /// # Safety
+    /// `store` is of a run in the tree.
+    #[inline(always)]
+    pub(super) unsafe fn known_boxes(&self, store: u32) -> &Boxes<16> {
+        // SAFETY: a store is in use as long as a run of several needs it, which `validate` checks.
+        unsafe { &self.stores.known(store).boxes }
+    }
+
+    /// Says which ids of a block are filed, at least one, and keeps the exact boxes of `shared` if there are any;
+    /// returns the boxes' number.
+    pub(super) fn file_block(&mut self, open: &OpenBlock, shared: u16) -> u32 {
+        let (number, at) = Self::split(open.block());
+        if number >= self.directory.len() {
+            self.directory.resize(number + 1, NONE);
         }
-        let to = &mut self.stores[store].boxes;
-        let mut left = mask;
+        if self.directory[number] == NONE {
+            self.directory[number] = self.shelves.take();
+        }
+        let shelf = &mut self.shelves[self.directory[number]];
+        shelf.live += u32::from(shelf.filed[at] == 0);
+        shelf.filed[at] = open.present();
+        if shared == 0 {
+            return NONE;
+        }
+        if shelf.store[at] == NONE {
+            shelf.store[at] = self.stores.take();
+            open.rows(&mut self.stores[shelf.store[at]].boxes);
+            return shelf.store[at];
+        }
+        let to = &mut self.stores[shelf.store[at]].boxes;
+        let mut left = shared;
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
-            to.set(lane, &boxes.get(lane));
+            to.set(lane, &open.bounds(lane));
             left &= left - 1;
         }
-    }
-
-    /// The exact box of a polygon in a run of several.
-    pub(super) fn exact_box(&self, id: u32) -> Option<Aabb> {
-        self.store(id / 16).map(|store| store.boxes.get(id as usize % 16))
+        shelf.store[at]
     }
 
     /// Gives a block's exact boxes back: all of its runs are of one polygon now.
@@ -253,6 +261,11 @@ impl IdMap {
             let filed = self.shelves[number].filed.iter().enumerate();
             filed.filter(|&(_, &mask)| mask != 0).map(move |(at, &mask)| ((i * BLOCKS + at) as u32, mask))
         })
+    }
+
+    /// The number of a block's exact boxes, [`NONE`] if it has none.
+    pub(super) fn store(&self, block: u32) -> u32 {
+        self.shelf(block).map_or(NONE, |(shelf, at)| shelf.store[at])
     }
 
     /// Makes room, between two frames, for what a frame may bring.

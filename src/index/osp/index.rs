@@ -2,12 +2,15 @@ use super::{
     grid::{FLAT_ENTRIES, Grid, ROOT_SHIFT},
     ids::IdMap,
     layout::{Bucket, Link, Node, OWN, Page},
-    open::OpenBlock,
+    open::{Gathered, OpenBlock},
     pool::{NONE, Pool},
     tuning::UPKEEP_PER_COMMIT,
 };
 use crate::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts, simd::Backend},
+    index::{
+        DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts,
+        simd::{Backend, Wide},
+    },
     math::{Aabb, Frustum},
     scene::PolygonId,
 };
@@ -26,8 +29,14 @@ pub struct Osp {
     pub(super) open: OpenBlock,
     /// The highest node; its cell holds all keys.
     pub(super) top: u32,
+    /// Changes when nodes and buckets come and go.
+    pub(super) shape: u32,
+    /// What an open block is divided into; kept for its memory.
+    gathered: Option<Box<Gathered>>,
     /// First page that waits for upkeep.
     pub(super) queue: u32,
+    /// Blocks closed since the room was looked at.
+    pub(super) changes: u32,
     /// Polygons taken out since the last commit.
     pub(super) removals: u32,
     pub(super) len: usize,
@@ -53,7 +62,10 @@ impl Osp {
             ids: IdMap::with_room_for(config.capacity),
             open: OpenBlock::new(),
             top: NONE,
+            shape: 0,
+            gathered: Some(Box::default()),
             queue: NONE,
+            changes: CHANGES_BETWEEN,
             removals: 0,
             len: 0,
         };
@@ -73,14 +85,14 @@ impl Osp {
     pub fn bounds(&self, id: PolygonId) -> Option<Aabb> {
         let (block, lane) = (id.0 / 16, id.index() % 16);
         if self.open.is(block) && self.open.lanes() >> lane & 1 == 1 {
-            return Some(self.open.boxes().get(lane));
+            return Some(self.open.bounds(lane));
         }
         if self.ids.filed(block) >> lane & 1 == 0 {
             return None;
         }
         let place = self.ids.place(id.0)?;
-        let (page, run) = (&self.pages[place / 16], place as usize % 16);
-        if page.exact >> run & 1 == 1 { Some(page.boxes.get(run)) } else { self.ids.exact_box(id.0) }
+        let (run, bounds) = self.pages[place / 16].run(place as usize % 16);
+        Some(if run.is_exact() { bounds } else { self.ids.boxes(run.store).get(lane) })
     }
 
     /// Whether the polygon is filed.
@@ -92,29 +104,24 @@ impl Osp {
     }
 
     /// Files the open block's runs in the tree and opens another.
-    #[cold]
+    #[inline(never)]
     fn open_block(&mut self, block: u32) {
+        self.changes += 1;
         self.close_block();
         self.open.begin(block, self.ids.filed(block));
     }
 
     pub(super) fn close_block(&mut self) {
-        let lanes = self.open.lanes();
-        if lanes != 0 {
-            let block = self.open.block();
-            self.ids.set_filed(block, self.open.present());
-            let shared = self.open.shared_lanes();
-            if shared != 0 {
-                self.ids.put_boxes(block, shared, self.open.boxes());
+        if self.open.lanes() != 0 {
+            let mut gathered = self.gathered.take().unwrap_or_default();
+            self.open.gather(&mut gathered);
+            let store = self.ids.file_block(&self.open, gathered.shared);
+            let runs = &mut gathered.runs[..gathered.count];
+            for (run, _) in runs.iter_mut().filter(|(run, _)| run.mask != 1) {
+                run.store = store;
             }
-            let mut runs = [None; 16];
-            for (to, run) in runs.iter_mut().zip(self.open.runs()) {
-                *to = Some(run);
-            }
-            self.open.close();
-            for (run, bounds) in runs.into_iter().flatten() {
-                self.file(run, &bounds);
-            }
+            self.file_runs(runs);
+            self.gathered = Some(gathered);
         }
         self.open.close();
     }
@@ -135,15 +142,6 @@ impl Osp {
     }
 }
 
-/// Whether an index takes the box: six finite numbers, `min <= max`. The same as [`Aabb::is_valid`], without branches.
-#[inline]
-fn is_valid(bounds: &Aabb) -> bool {
-    let (min, max) = (bounds.min, bounds.max);
-    let above = (min.x > f32::NEG_INFINITY) & (min.y > f32::NEG_INFINITY) & (min.z > f32::NEG_INFINITY);
-    let below = (max.x < f32::INFINITY) & (max.y < f32::INFINITY) & (max.z < f32::INFINITY);
-    above & below & (min.x <= max.x) & (min.y <= max.y) & (min.z <= max.z)
-}
-
 impl SpatialIndex for Osp {
     fn name(&self) -> &'static str {
         "osp"
@@ -154,7 +152,8 @@ impl SpatialIndex for Osp {
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        if !is_valid(bounds) {
+        let bounds = Wide::from_box(bounds);
+        if !bounds.is_valid() {
             return Err(IndexError::InvalidBounds(id));
         }
         let (block, lane) = (id.0 / 16, id.index() % 16);
@@ -184,7 +183,7 @@ impl SpatialIndex for Osp {
         if !self.holds(id) {
             return Err(IndexError::Unknown(id));
         }
-        if !is_valid(bounds) {
+        if !Wide::from_box(bounds).is_valid() {
             return Err(IndexError::InvalidBounds(id));
         }
         self.take_out(id);
@@ -192,10 +191,14 @@ impl SpatialIndex for Osp {
     }
 
     fn commit(&mut self) {
-        let budget = UPKEEP_PER_COMMIT + self.removals;
+        if self.queue != NONE {
+            self.keep_up(UPKEEP_PER_COMMIT + self.removals);
+        }
         self.removals = 0;
-        self.keep_up(budget);
-        self.make_room();
+        if self.changes >= CHANGES_BETWEEN {
+            self.changes = 0;
+            self.make_room();
+        }
     }
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
@@ -230,6 +233,9 @@ impl SpatialIndex for Osp {
         self.plant();
     }
 }
+
+/// Blocks closed between two looks at the room that is left.
+const CHANGES_BETWEEN: u32 = 64;
 
 /// Polygons that there is always room for, so that growing falls between two frames.
 const AHEAD: usize = 8192;

@@ -1,50 +1,60 @@
 use super::{layout::Run, pool::NONE, tuning::RUN_STRETCH};
-use crate::{index::simd::Boxes, math::Aabb};
+use crate::{
+    index::simd::{Boxes, Wide},
+    math::Aabb,
+};
 
-/// The block of sixteen ids that is being drawn now. Its polygons are gathered into runs here and filed when the next
-/// block begins; until then queries test them one by one.
+/// The block of sixteen ids that is being drawn now. Its polygons are kept here, and divided into runs and filed when
+/// the next block begins; until then queries test them one by one.
 #[derive(Clone, Debug)]
 pub(super) struct OpenBlock {
     /// `id / 16`; [`NONE`] if nothing is open.
     block: u32,
     /// Polygons of the block that are in the tree already (it was open before).
     filed: u16,
-    /// Polygons gathered here.
+    /// Polygons kept here.
     lanes: u16,
-    boxes: Boxes<16>,
-    runs: [OpenRun; 16],
-    run_count: usize,
-    /// The run that took the last polygon.
-    last: usize,
+    boxes: [Wide; 16],
 }
 
-#[derive(Clone, Copy, Debug)]
-struct OpenRun {
-    mask: u16,
-    bounds: Aabb,
-    /// Sum of the longest edges of its polygons' boxes, metres.
-    length_m: f32,
+/// What an open block becomes.
+#[derive(Clone, Debug)]
+pub(super) struct Gathered {
+    pub(super) runs: [(Run, Wide); 16],
+    pub(super) count: usize,
+    /// Polygons in runs of several.
+    pub(super) shared: u16,
 }
 
-impl OpenRun {
-    const BLANK: Self = Self { mask: 0, bounds: Aabb::EMPTY, length_m: 0.0 };
+impl Default for Gathered {
+    fn default() -> Self {
+        Self { runs: [(Run::NONE, Wide::EMPTY); 16], count: 0, shared: 0 }
+    }
+}
+
+impl Gathered {
+    #[inline]
+    fn add(&mut self, block: u32, mask: u16, bounds: Wide) {
+        let skip = mask.trailing_zeros();
+        let run = Run { first: block * 16 + skip, store: NONE, mask: mask >> skip };
+        if run.mask != 1 {
+            self.shared |= mask;
+        }
+        self.runs[self.count % 16] = (run, bounds);
+        self.count += 1;
+    }
 }
 
 /// Runs that a polygon is offered to before it begins one of its own: strokes that are drawn at the same time
 /// (mirrored, say) take turns.
 const OFFERS: usize = 4;
 
+/// Runs that are begun before it is given up to look for strokes that take turns.
+const TURNS_SHOW: usize = 6;
+
 impl OpenBlock {
     pub(super) fn new() -> Self {
-        Self {
-            block: NONE,
-            filed: 0,
-            lanes: 0,
-            boxes: Boxes::EMPTY,
-            runs: [OpenRun::BLANK; 16],
-            run_count: 0,
-            last: 0,
-        }
+        Self { block: NONE, filed: 0, lanes: 0, boxes: [Wide::EMPTY; 16] }
     }
 
     #[inline]
@@ -57,7 +67,7 @@ impl OpenBlock {
         self.block
     }
 
-    /// The polygons gathered here.
+    /// The polygons kept here.
     #[inline]
     pub(super) fn lanes(&self) -> u16 {
         self.lanes
@@ -69,15 +79,22 @@ impl OpenBlock {
         self.filed | self.lanes
     }
 
+    /// The box of a polygon kept here.
     #[inline]
-    pub(super) fn boxes(&self) -> &Boxes<16> {
-        &self.boxes
+    pub(super) fn bounds(&self, lane: usize) -> Aabb {
+        self.boxes[lane % 16].to_box()
+    }
+
+    /// Writes the boxes in rows; lanes of nothing hold anything.
+    pub(super) fn rows(&self, to: &mut Boxes<16>) {
+        for (lane, bounds) in self.boxes.iter().enumerate() {
+            to.set_wide(lane, *bounds);
+        }
     }
 
     /// Begins a block of which some polygons are filed.
     pub(super) fn begin(&mut self, block: u32, filed: u16) {
         (self.block, self.filed, self.lanes) = (block, filed, 0);
-        (self.run_count, self.last) = (0, 0);
     }
 
     /// Notes that a polygon of the block was taken out of the tree.
@@ -87,80 +104,97 @@ impl OpenBlock {
 
     /// Takes a polygon in.
     #[inline]
-    pub(super) fn add(&mut self, lane: usize, bounds: &Aabb) {
+    pub(super) fn add(&mut self, lane: usize, bounds: Wide) {
         self.lanes |= 1 << lane;
-        self.boxes.set(lane, bounds);
-        let length_m = bounds.extent().max_element();
-        if self.run_count > 0 && self.runs[self.last & 15].join(lane, bounds, length_m) {
-            return;
-        }
-        self.add_elsewhere(lane, bounds, length_m);
+        self.boxes[lane % 16] = bounds;
     }
 
-    fn add_elsewhere(&mut self, lane: usize, bounds: &Aabb, length_m: f32) {
-        for i in (0..self.run_count).rev().take(OFFERS) {
-            if i != self.last && self.runs[i].join(lane, bounds, length_m) {
-                self.last = i;
-                return;
-            }
-        }
-        // A block has sixteen lanes, so there is always a blank run; one whose polygons are gone is used again.
-        let blank =
-            self.runs[..self.run_count].iter().position(|run| run.mask == 0).unwrap_or(self.run_count);
-        let i = blank.min(15);
-        self.runs[i] = OpenRun { mask: 1 << lane, bounds: *bounds, length_m };
-        self.run_count = self.run_count.max(i + 1);
-        self.last = i;
-    }
-
-    /// Takes a polygon out that was gathered here.
+    /// Takes a polygon out that is kept here.
     pub(super) fn remove(&mut self, lane: usize) {
         self.lanes &= !(1 << lane);
-        for run in &mut self.runs[..self.run_count] {
-            if run.mask >> lane & 1 == 1 {
-                run.mask &= !(1 << lane);
-                run.bounds = self.boxes.around(u32::from(run.mask));
-            }
-        }
-    }
-
-    /// The runs gathered so far, with their boxes.
-    pub(super) fn runs(&self) -> impl Iterator<Item = (Run, Aabb)> + '_ {
-        self.runs[..self.run_count].iter().filter(|run| run.mask != 0).map(|run| {
-            let base = self.block * 16;
-            let filed = if run.mask.is_power_of_two() {
-                Run { first: base + run.mask.trailing_zeros(), mask: 1, exact: true }
-            } else {
-                Run { first: base, mask: run.mask, exact: false }
-            };
-            (filed, run.bounds)
-        })
-    }
-
-    /// The polygons gathered in runs of several.
-    pub(super) fn shared_lanes(&self) -> u16 {
-        let several = self.runs[..self.run_count].iter().filter(|run| run.mask.count_ones() > 1);
-        several.fold(0, |lanes, run| lanes | run.mask)
     }
 
     /// Nothing is open any more.
     pub(super) fn close(&mut self) {
         self.begin(NONE, 0);
     }
+
+    /// Divides the polygons into runs, in the order of their ids: each joins the run of the one before if it lies
+    /// close by, else one of the last few, else it begins a new one. Runs of several do not know their store yet.
+    pub(super) fn gather(&self, to: &mut Gathered) {
+        (to.count, to.shared) = (0, 0);
+        let mut run = OpenRun::NONE;
+        let mut left = self.lanes;
+        let mut breaks = 0;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let bounds = self.boxes[lane];
+            if !run.join(lane, bounds) {
+                if run.mask != 0 {
+                    to.add(self.block, run.mask, run.bounds);
+                }
+                breaks += 1;
+                run = OpenRun { mask: 1 << lane, bounds, length_m: bounds.length() };
+            }
+        }
+        if run.mask != 0 {
+            to.add(self.block, run.mask, run.bounds);
+        }
+        // Few runs: strokes that follow each other. Many: perhaps strokes that take turns.
+        if breaks > OFFERS {
+            self.gather_in_turns(to);
+        }
+    }
+
+    /// [`OpenBlock::gather`] for strokes that take turns.
+    fn gather_in_turns(&self, to: &mut Gathered) {
+        let mut open = [OpenRun::NONE; 16];
+        let (mut count, mut taken_in) = (0, 0);
+        let mut left = self.lanes;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let bounds = self.boxes[lane];
+            // Strokes that take turns show soon; else the polygons come from everywhere.
+            let taken = (taken_in > 0 || count < TURNS_SHOW) && {
+                let offers = open[..count].iter_mut().rev().take(OFFERS);
+                offers.into_iter().any(|run| run.join(lane, bounds))
+            };
+            taken_in += usize::from(taken);
+            if !taken {
+                open[count] = OpenRun { mask: 1 << lane, bounds, length_m: bounds.length() };
+                count += 1;
+            }
+        }
+        (to.count, to.shared) = (0, 0);
+        for run in &open[..count] {
+            to.add(self.block, run.mask, run.bounds);
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct OpenRun {
+    mask: u16,
+    bounds: Wide,
+    /// Sum of the longest edges of its polygons' boxes, metres.
+    length_m: f32,
 }
 
 impl OpenRun {
+    const NONE: Self = Self { mask: 0, bounds: Wide::EMPTY, length_m: 0.0 };
+
     /// Takes the polygon if it lies close enough.
     #[inline]
-    fn join(&mut self, lane: usize, bounds: &Aabb, length_m: f32) -> bool {
+    fn join(&mut self, lane: usize, bounds: Wide) -> bool {
         let union = self.bounds.union(bounds);
-        let sum_m = self.length_m + length_m;
-        // A sum that overflows joins nothing it should not: NaN compares false, infinity is a huge run anyway.
-        if self.mask == 0 || union.extent().max_element() > sum_m * RUN_STRETCH {
+        let sum_m = self.length_m + bounds.length();
+        // Sums that overflow join whatever comes: such a run is everywhere anyway.
+        if self.mask == 0 || union.length() > sum_m * RUN_STRETCH {
             return false;
         }
-        self.bounds = union;
-        self.length_m = sum_m;
+        (self.bounds, self.length_m) = (union, sum_m);
         self.mask |= 1 << lane;
         true
     }

@@ -1,3 +1,8 @@
+#![expect(
+    unsafe_code,
+    reason = "numbers that the tree holds are looked up without a check; it pays in queries"
+)]
+
 /// Something that a [`Pool`] holds.
 pub(super) trait Pooled: Copy {
     /// What a fresh one looks like.
@@ -74,6 +79,27 @@ impl<T: Pooled> Pool<T> {
         self[i].set_next_free(next);
         self.free = i;
         self.live -= 1;
+    }
+
+    /// The entry of a number, without a check.
+    ///
+    /// # Safety
+    /// `i` was returned by [`Pool::take`] and not given back since.
+    #[inline(always)]
+    pub(super) unsafe fn known(&self, i: u32) -> &T {
+        debug_assert!(i < self.len);
+        // SAFETY: `take` has filled every place below `len`.
+        unsafe {
+            let chunk = self.chunks.get_unchecked((i >> Self::SHIFT) as usize);
+            chunk.get_unchecked(i as usize & (Self::CHUNK - 1))
+        }
+    }
+
+    /// Where an entry lies, or nowhere if there is none of that number: to be prefetched.
+    #[inline]
+    pub(super) fn place(&self, i: u32) -> *const T {
+        let chunk = self.chunks.get((i >> Self::SHIFT) as usize);
+        chunk.map_or(std::ptr::null(), |chunk| chunk.as_ptr().wrapping_add(i as usize & (Self::CHUNK - 1)))
     }
 
     /// Entries in use.

@@ -1,24 +1,40 @@
+#![expect(unsafe_code, reason = "numbers found in the tree are looked up without a check")]
 //! The frustum query: from the top down, eight children, sixteen pages, sixteen runs and at last sixteen polygons at
-//! a time. What lies inside every plane is taken without another test; the polygons of a run that a plane cuts are
-//! looked at a little later, when their boxes have come from memory.
+//! a time. What lies inside every plane is taken without another test.
+//!
+//! Buckets and pages wait in a short queue each, after their cache lines have been asked for: most of the time of a
+//! query is memory, and so it is spent on many lines at once. Runs that one plane cuts wait in that plane's list, and
+//! a full list is worked off with the plane in registers.
 
 use super::{
     index::Osp,
-    layout::{Page, Target},
+    layout::{Bucket, Node, Page, Target},
     pool::NONE,
 };
 use crate::{
     index::{
         DrawList, WorkCounts,
-        simd::{Boxes, IdWriter, Kernel, PlaneSet, WithKernel},
+        simd::{Boxes, IdWriter, Kernel, PageRuns, PlaneSet, WithKernel, prefetch_lines},
     },
     math::Frustum,
 };
 
 /// Where the answer goes.
 pub(super) trait Answer {
-    /// Polygons `first + bit` of a mask that is not empty.
-    fn take<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
+    /// Polygons `first + bit` of a mask.
+    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
+
+    /// The first `runs` runs of a page.
+    fn page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32);
+
+    /// Some runs of a page.
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32);
+
+    /// Polygons so far.
+    fn count(&self) -> usize;
+
+    /// The answer is complete.
+    fn finish(self);
 }
 
 /// The answer as ids.
@@ -26,8 +42,28 @@ struct Ids<'a>(IdWriter<'a>);
 
 impl Answer for Ids<'_> {
     #[inline(always)]
-    fn take<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
+    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
         self.0.push(kernel, first, mask);
+    }
+
+    #[inline(always)]
+    fn page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32) {
+        self.0.push_page(kernel, page, runs);
+    }
+
+    #[inline(always)]
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32) {
+        self.0.push_lanes(kernel, page, lanes);
+    }
+
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline(always)]
+    fn finish(self) {
+        self.0.finish();
     }
 }
 
@@ -55,25 +91,91 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
             kernel,
             answer: self.answer,
             work: WorkCounts::default(),
-            cut: [CutRun::default(); QUEUE],
-            pushed: 0,
-            popped: 0,
+            tested: 0,
+            buckets: Waiting::new(),
+            pages: Waiting::new(),
+            cut: [const { CutRuns { runs: [CutRun::NONE; 32], len: 0 } }; 7],
+            full: 0,
         };
+        let before = walk.answer.count();
         walk.all();
-        walk.work
+        let mut work = walk.work;
+        work.reported = (walk.answer.count() - before) as u64;
+        work.taken_whole = work.reported - walk.tested;
+        walk.answer.finish();
+        work
     }
 }
 
-/// A run that planes cut, waiting for its boxes.
+/// A queue of fixed length.
+struct Waiting<T, const N: usize> {
+    entries: [T; N],
+    pushed: usize,
+    popped: usize,
+}
+
+impl<T: Copy + Default, const N: usize> Waiting<T, N> {
+    fn new() -> Self {
+        Self { entries: [T::default(); N], pushed: 0, popped: 0 }
+    }
+
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.pushed - self.popped
+    }
+
+    /// Appends an entry to a queue that is not full.
+    #[inline(always)]
+    fn push(&mut self, entry: T) {
+        self.entries[self.pushed % N] = entry;
+        self.pushed += 1;
+    }
+
+    /// The first entry of a queue that is not empty.
+    #[inline(always)]
+    fn pop(&mut self) -> T {
+        let entry = self.entries[self.popped % N];
+        self.popped += 1;
+        entry
+    }
+}
+
+/// A node, bucket or page by its number, and the planes that cut it.
 #[derive(Clone, Copy, Default)]
-struct CutRun {
+struct Below {
+    number: u32,
+    planes: u8,
+}
+
+/// A run that planes cut.
+#[derive(Clone, Copy)]
+struct CutRun<'a> {
+    boxes: &'a Boxes<16>,
     first: u32,
     mask: u16,
     planes: u8,
 }
 
-/// Runs that wait for their boxes at most: long enough for memory, short enough for the first-level cache.
-const QUEUE: usize = 32;
+impl CutRun<'_> {
+    const NONE: Self = Self { boxes: &Boxes::EMPTY, first: 0, mask: 0, planes: 0 };
+}
+
+/// The runs that one plane cuts, or (the last list) several.
+struct CutRuns<'a> {
+    runs: [CutRun<'a>; 32],
+    len: usize,
+}
+
+/// The list of runs that several planes cut.
+const SEVERAL: usize = 6;
+
+/// A list is worked off when it is this long; a page adds sixteen at most.
+const LIST: usize = 16;
+
+/// How many wait while more can be found. The next step adds nine buckets or sixteen pages at most, which still fit
+/// into a queue of 32.
+const BUCKETS_WAIT: usize = 8;
+const PAGES_WAIT: usize = 12;
 
 /// Nodes that wait at most: seven at each level, and the chain of levels on top.
 const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
@@ -84,163 +186,277 @@ struct Walk<'a, K, A> {
     kernel: K,
     answer: A,
     work: WorkCounts,
-    cut: [CutRun; QUEUE],
-    pushed: usize,
-    popped: usize,
+    /// Polygons reported after a test of their own.
+    tested: u64,
+    buckets: Waiting<Below, 32>,
+    pages: Waiting<Below, 32>,
+    cut: [CutRuns<'a>; 7],
+    /// The lists that are long enough.
+    full: u32,
 }
 
-impl<K: Kernel, A: Answer> Walk<'_, K, A> {
+impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
+    #[inline(always)]
+    fn bucket(&self, number: u32) -> &'a Bucket {
+        // SAFETY: every number that hangs in the tree is of a bucket in use; `validate` checks it.
+        unsafe { self.osp.buckets.known(number) }
+    }
+
+    #[inline(always)]
+    fn page(&self, number: u32) -> &'a Page {
+        // SAFETY: as for buckets.
+        unsafe { self.osp.pages.known(number) }
+    }
+
+    #[inline(always)]
+    fn node_of(&self, number: u32) -> &'a Node {
+        // SAFETY: as for buckets.
+        unsafe { self.osp.nodes.known(number) }
+    }
+
+    #[inline(always)]
+    fn store(&self, number: u32) -> &'a Boxes<16> {
+        // SAFETY: only runs of several are cut, and theirs is in use; `validate` checks it.
+        unsafe { self.osp.ids.known_boxes(number) }
+    }
+
+    /// Works off what lies lowest first, as long as more waits there than is worth waiting for; each kind of work has
+    /// one place in this loop, so that all of it is compiled in line.
     #[inline(always)]
     fn all(&mut self) {
         self.open_block();
-        let mut stack = [(0u32, 0u8); STACK];
+        let mut nodes = [Below::default(); STACK];
+        nodes[0] = Below { number: self.osp.top, planes: PlaneSet::ALL };
         let mut depth = 1;
-        stack[0] = (self.osp.top, PlaneSet::ALL);
-        while depth > 0 {
-            depth -= 1;
-            let (node, mask) = stack[depth];
-            let node = &self.osp.nodes[node];
-            self.work.nodes += 1;
-            let mut present = 0;
-            for (i, link) in node.children.iter().enumerate() {
-                present |= u32::from(link.target() != Target::Nothing) << i;
+        let (mut buckets_wait, mut pages_wait) = (BUCKETS_WAIT, PAGES_WAIT);
+        loop {
+            while self.full != 0 {
+                let list = self.full.trailing_zeros() as usize % 8;
+                self.full &= self.full - 1;
+                if list == SEVERAL { self.cut_by_several() } else { self.cut_by_one(list) }
             }
-            let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
-            let seen = present & !sides.behind;
-            self.count(present, mask);
-            let mut todo = seen;
-            while todo != 0 {
-                let child = todo.trailing_zeros() as usize;
-                todo &= todo - 1;
-                let below = sides.planes_at(mask, child);
-                match node.children[child].target() {
-                    Target::Nothing => {}
-                    Target::Leaf(head) => self.chain(head, below),
-                    Target::Node(_) if depth == STACK => {}
-                    Target::Node(number) => {
-                        stack[depth] = (number, below);
-                        depth += 1;
-                    }
+            if self.pages.len() > pages_wait {
+                self.next_page();
+            } else if self.buckets.len() > buckets_wait {
+                self.next_bucket();
+            } else if depth > 0 {
+                depth -= 1;
+                let below = nodes[depth];
+                self.node(below, &mut nodes, &mut depth);
+            } else if buckets_wait > 0 {
+                buckets_wait = 0;
+            } else if pages_wait > 0 {
+                pages_wait = 0;
+            } else {
+                for (i, list) in self.cut.iter().enumerate() {
+                    self.full |= u32::from(list.len > 0) << i;
+                }
+                if self.full == 0 {
+                    return;
                 }
             }
-            if node.own != NONE {
-                self.chain(node.own, mask);
-            }
-        }
-        while self.popped < self.pushed {
-            self.pop();
         }
     }
 
     #[inline(always)]
-    fn count(&mut self, lanes: u32, planes: u8) {
-        let boxes = u64::from(lanes.count_ones());
-        self.work.boxes += if planes == 0 { 0 } else { boxes };
-        self.work.planes += boxes * u64::from(planes.count_ones());
+    fn node(&mut self, Below { number, planes: mask }: Below, nodes: &mut [Below; STACK], depth: &mut usize) {
+        let node = self.node_of(number);
+        self.work.nodes += 1;
+        let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
+        self.count(8, mask);
+        let mut seen = !sides.behind & 0xFF;
+        while seen != 0 {
+            let child = seen.trailing_zeros() as usize;
+            seen &= seen - 1;
+            let planes = sides.planes_at(mask, child);
+            match node.children[child].target() {
+                Target::Nothing => {}
+                Target::Leaf(number) => self.wait_for_bucket(Below { number, planes }),
+                Target::Node(number) => {
+                    prefetch_lines::<4, _>(self.node_of(number));
+                    nodes[*depth % STACK] = Below { number, planes };
+                    *depth += 1;
+                }
+            }
+        }
+        if node.own != NONE {
+            self.wait_for_bucket(Below { number: node.own, planes: mask });
+        }
+    }
+
+    #[inline(always)]
+    fn count(&mut self, boxes: u32, planes: u8) {
+        self.work.boxes += u64::from(boxes);
+        self.work.planes += u64::from(boxes * planes.count_ones());
     }
 
     #[inline(always)]
     fn open_block(&mut self) {
         let lanes = u32::from(self.osp.open.lanes());
         if lanes != 0 {
-            let seen = lanes & !self.behind(PlaneSet::ALL, self.osp.open.boxes(), lanes);
-            self.give(self.osp.open.block() * 16, seen);
-        }
-    }
-
-    /// The lanes behind one of the planes.
-    #[inline(always)]
-    fn behind(&mut self, mask: u8, boxes: &Boxes<16>, lanes: u32) -> u32 {
-        self.count(lanes, mask);
-        self.planes.behind(self.kernel, mask, boxes)
-    }
-
-    #[inline(always)]
-    fn give(&mut self, first: u32, mask: u32) {
-        if mask != 0 {
-            self.work.reported += u64::from(mask.count_ones());
-            self.answer.take(self.kernel, first, mask);
+            self.count(lanes.count_ones(), PlaneSet::ALL);
+            let mut rows = Boxes::EMPTY;
+            self.osp.open.rows(&mut rows);
+            let seen = lanes & !self.planes.behind_any(self.kernel, &rows);
+            self.answer.run(self.kernel, self.osp.open.block() * 16, seen);
+            self.tested += u64::from(seen.count_ones());
         }
     }
 
     #[inline(always)]
-    fn chain(&mut self, head: u32, mask: u8) {
-        let mut at = head;
-        while at != NONE {
-            let bucket = &self.osp.buckets[at];
-            self.work.nodes += 1;
-            let sides = self.planes.sides(self.kernel, mask, &bucket.boxes);
-            let mut seen = bucket.used() & !sides.behind;
-            self.count(bucket.used(), mask);
-            while seen != 0 {
-                let i = seen.trailing_zeros() as usize;
-                seen &= seen - 1;
-                let page = &self.osp.pages[bucket.pages[i]];
-                let below = sides.planes_at(mask, i);
-                if below == 0 {
-                    self.whole(page, page.used());
-                } else {
-                    self.page(page, below);
-                }
-            }
-            at = bucket.next;
+    fn wait_for_bucket(&mut self, below: Below) {
+        let bucket: *const Bucket = self.bucket(below.number);
+        prefetch_lines::<3, _>(bucket);
+        if below.planes != 0 {
+            prefetch_lines::<6, _>(bucket.cast::<[u8; 192]>().wrapping_add(1));
         }
-    }
-
-    /// Takes runs of a page without a test.
-    #[inline(always)]
-    fn whole(&mut self, page: &Page, runs: u32) {
-        let mut left = runs;
-        while left != 0 {
-            let i = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let mask = u32::from(page.masks[i]);
-            self.work.taken_whole += u64::from(mask.count_ones());
-            self.give(page.first[i], mask);
-        }
+        self.buckets.push(below);
     }
 
     #[inline(always)]
-    fn page(&mut self, page: &Page, mask: u8) {
+    fn next_bucket(&mut self) {
+        let Below { number, planes } = self.buckets.pop();
+        let bucket = self.bucket(number);
         self.work.nodes += 1;
-        let sides = self.planes.sides(self.kernel, mask, &page.boxes);
+        if bucket.next != NONE {
+            self.wait_for_bucket(Below { number: bucket.next, planes });
+        }
+        if planes == 0 {
+            self.whole_bucket(bucket);
+            return;
+        }
+        let sides = self.planes.sides16(self.kernel, planes, &bucket.boxes);
+        self.count(bucket.page_count, planes);
+        let mut seen = bucket.used() & !sides.behind;
+        while seen != 0 {
+            let i = seen.trailing_zeros() as usize & 15;
+            seen &= seen - 1;
+            self.wait_for_page(Below { number: bucket.pages[i], planes: sides.planes_at(planes, i) });
+        }
+    }
+
+    /// Takes all pages of a bucket without a test.
+    #[inline(always)]
+    fn whole_bucket(&mut self, bucket: &Bucket) {
+        let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
+        for &number in pages {
+            prefetch_lines::<2, _>(&raw const self.page(number).first);
+        }
+        self.work.nodes += pages.len() as u64;
+        for &number in pages {
+            let page = self.page(number);
+            self.answer.page(self.kernel, runs_of(page), u32::from(page.runs));
+        }
+    }
+
+    #[inline(always)]
+    fn wait_for_page(&mut self, below: Below) {
+        let page: *const Page = self.page(below.number);
+        if below.planes == 0 {
+            prefetch_lines::<2, _>(page.cast::<[u8; 448]>().wrapping_add(1));
+        } else {
+            prefetch_lines::<9, _>(page);
+        }
+        self.pages.push(below);
+    }
+
+    #[inline(always)]
+    fn next_page(&mut self) {
+        let Below { number, planes } = self.pages.pop();
+        let page = self.page(number);
+        self.work.nodes += 1;
+        if planes == 0 {
+            self.answer.page(self.kernel, runs_of(page), u32::from(page.runs));
+            return;
+        }
+        let sides = self.planes.sides16(self.kernel, planes, &page.boxes);
+        self.count(u32::from(page.runs), planes);
         let seen = page.used() & !sides.behind;
-        self.count(page.used(), mask);
         // A run of one has its polygon's own box: it has had its test.
         let exact = u32::from(page.exact);
-        self.whole(page, seen & (exact | !sides.cut));
-        let mut wait = seen & sides.cut & !exact;
-        while wait != 0 {
-            let i = wait.trailing_zeros() as usize;
-            wait &= wait - 1;
-            self.push(CutRun { first: page.first[i], mask: page.masks[i], planes: sides.planes_at(mask, i) });
+        self.tested += u64::from((seen & exact).count_ones());
+        self.answer.lanes(self.kernel, runs_of(page), seen & (exact | !sides.cut));
+        let cut = seen & sides.cut & !exact;
+        let once = sides.cut_once(planes);
+        let mut left = planes;
+        while left != 0 {
+            let plane = left.trailing_zeros() as usize % 8;
+            left &= left - 1;
+            self.wait_for_one(plane, page, cut & once & sides.cut_by(plane));
+        }
+        let mut several = cut & !once;
+        while several != 0 {
+            let i = several.trailing_zeros() as usize & 15;
+            several &= several - 1;
+            self.wait_for_several(page, i, sides.planes_at(planes, i));
         }
     }
 
+    /// Appends runs of a page to the list of one plane.
     #[inline(always)]
-    fn push(&mut self, run: CutRun) {
-        if self.pushed - self.popped == QUEUE {
-            self.pop();
+    fn wait_for_one(&mut self, plane: usize, page: &Page, runs: u32) {
+        let prepared = self.planes.plane(plane);
+        let mut len = self.cut[plane].len;
+        let mut left = runs;
+        while left != 0 {
+            let i = left.trailing_zeros() as usize & 15;
+            left &= left - 1;
+            let boxes = self.store(page.store[i]);
+            prepared.prefetch(boxes);
+            let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes: 0 };
+            self.cut[plane].runs[len % 32] = run;
+            len += 1;
         }
-        if let Some(store) = self.osp.ids.store(run.first / 16) {
-            for row in &store.boxes.rows {
-                self.kernel.prefetch(row);
-            }
-        }
-        self.cut[self.pushed % QUEUE] = run;
-        self.pushed += 1;
+        self.cut[plane].len = len;
+        self.full |= u32::from(len >= LIST) << plane;
     }
 
-    /// Tests the polygons of the run that has waited longest.
     #[inline(always)]
-    fn pop(&mut self) {
-        let run = self.cut[self.popped % QUEUE];
-        self.popped += 1;
-        let lanes = u32::from(run.mask);
-        let behind = match self.osp.ids.store(run.first / 16) {
-            Some(store) => self.behind(run.planes, &store.boxes, lanes),
-            None => 0,
-        };
-        self.give(run.first, lanes & !behind);
+    fn wait_for_several(&mut self, page: &Page, i: usize, planes: u8) {
+        let boxes = self.store(page.store[i]);
+        prefetch_lines::<6, _>(boxes);
+        let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes };
+        let list = &mut self.cut[SEVERAL];
+        list.runs[list.len % 32] = run;
+        list.len += 1;
+        self.full |= u32::from(list.len >= LIST) << SEVERAL;
     }
+
+    /// Tests the polygons of the runs that one plane cuts.
+    #[inline(always)]
+    fn cut_by_one(&mut self, list: usize) {
+        let plane = self.planes.plane(list);
+        let len = std::mem::take(&mut self.cut[list].len).min(32);
+        let before = self.answer.count();
+        for i in 0..len {
+            let run = self.cut[list].runs[i];
+            let lanes = u32::from(run.mask) << (run.first % 16);
+            let seen = lanes & !self.kernel.behind(&plane, run.boxes);
+            self.answer.run(self.kernel, run.first & !15, seen);
+            self.work.boxes += u64::from(lanes.count_ones());
+            self.work.planes += u64::from(lanes.count_ones());
+        }
+        self.tested += (self.answer.count() - before) as u64;
+    }
+
+    /// Tests the polygons of the runs that several planes cut.
+    #[inline(always)]
+    fn cut_by_several(&mut self) {
+        let len = std::mem::take(&mut self.cut[SEVERAL].len).min(32);
+        let before = self.answer.count();
+        for i in 0..len {
+            let run = self.cut[SEVERAL].runs[i];
+            let lanes = u32::from(run.mask) << (run.first % 16);
+            self.count(lanes.count_ones(), run.planes);
+            let seen = lanes & !self.planes.behind(self.kernel, run.planes, run.boxes);
+            self.answer.run(self.kernel, run.first & !15, seen);
+        }
+        self.tested += (self.answer.count() - before) as u64;
+    }
+}
+
+#[inline(always)]
+fn runs_of(page: &Page) -> PageRuns<'_> {
+    let (gaps, single) = (u32::from(page.gaps), u32::from(page.exact));
+    PageRuns { first: &page.first, masks: &page.masks, gaps, single }
 }

@@ -7,11 +7,14 @@
 use super::{
     grid::Grid,
     index::Osp,
-    layout::{Bucket, Link, OWN, Run, Target},
+    layout::{Bucket, Link, Node, OWN, Run, Target},
     pool::NONE,
     tuning::MERGE_RUNS,
 };
-use crate::{index::simd::Boxes, math::Aabb};
+use crate::{
+    index::simd::{Boxes, Wide},
+    math::Aabb,
+};
 
 impl Osp {
     /// Takes a filed polygon out of its run.
@@ -23,13 +26,13 @@ impl Osp {
         let page = &mut self.pages[page_number];
         page.masks[lane] &= !(1 << (id - page.first[lane]));
         page.loose |= 1 << lane;
-        let gone = i32::from(page.masks[lane] == 0);
+        page.note_gaps(lane);
+        let gone = u32::from(page.masks[lane] == 0);
         let bucket = page.bucket;
         let head = self.chain_head(bucket);
         let bucket = &mut self.buckets[head];
         bucket.polygons -= 1;
-        bucket.runs -= gone as u32;
-        self.count_above(head, -gone, -1);
+        bucket.runs -= gone;
         if gone == 1 {
             self.drop_run(page_number, lane);
         }
@@ -52,6 +55,7 @@ impl Osp {
         let below = (1u16 << last) - 1;
         page.loose &= below;
         page.exact &= below;
+        page.gaps &= below;
     }
 
     fn queue_page(&mut self, page_number: u32) {
@@ -113,7 +117,9 @@ impl Osp {
             self.release_page(page_number);
         } else {
             let (at, bounds) = (usize::from(page.at), page.boxes.around(page.used()));
-            self.buckets[bucket].boxes.set(at, &bounds);
+            let bucket = &mut self.buckets[bucket];
+            bucket.boxes.set(at, &bounds);
+            bucket.refresh();
             if page.runs <= 8 {
                 self.join_page(page_number);
             }
@@ -122,16 +128,17 @@ impl Osp {
     }
 
     fn tighten_run(&mut self, page_number: u32, lane: usize) {
-        let (Run { first, mask, exact }, _) = self.pages[page_number].run(lane);
-        let block = first / 16;
-        let Some(store) = self.ids.store(block).filter(|_| !exact) else {
+        let (mut run, _) = self.pages[page_number].run(lane);
+        if run.is_exact() {
             self.pages[page_number].loose &= !(1 << lane);
             return;
-        };
-        let bounds = store.boxes.around(u32::from(mask));
-        let mut run = Run { first, mask, exact };
-        if mask.is_power_of_two() {
-            run = Run { first: first + mask.trailing_zeros(), mask: 1, exact: true };
+        }
+        let bounds = self.ids.boxes(run.store).around(u32::from(run.lanes()));
+        let skip = run.mask.trailing_zeros();
+        (run.first, run.mask) = (run.first + skip, run.mask >> skip);
+        if run.mask == 1 {
+            run.store = NONE;
+            let block = run.first / 16;
             if self.ids.filed(block).is_power_of_two() {
                 self.ids.drop_boxes(block);
             }
@@ -150,6 +157,7 @@ impl Osp {
         let bounds = bucket.boxes.get(last);
         bucket.boxes.set(at, &bounds);
         bucket.boxes.set(last, &Aabb::EMPTY);
+        bucket.refresh();
         self.pages[moved].at = at as u8;
     }
 
@@ -169,7 +177,8 @@ impl Osp {
             page.runs += 1;
             page.set_run(new, run, &bounds);
             let at = usize::from(page.at);
-            self.buckets[bucket_number].boxes.widen(at, &bounds);
+            let boxes = &mut self.buckets[bucket_number].boxes;
+            boxes.set(at, &boxes.get(at).union(&bounds));
             self.note_place(run, to * 16 + new as u32);
         }
         self.detach_page(from);
@@ -221,6 +230,7 @@ impl Osp {
             let page = &mut self.pages[source.pages[i]];
             (page.bucket, page.at) = (into, at as u8);
         }
+        self.buckets[into].refresh();
         self.buckets[into].next = source.next;
         if source.next != NONE {
             self.buckets[source.next].prev = into;
@@ -248,21 +258,34 @@ impl Osp {
         }
     }
 
-    /// Makes a leaf of the highest node from `node` upwards that has few runs left below it.
+    /// Makes leaves of the nodes from `node` upwards that have few runs left below them.
     fn collapse_above(&mut self, node: u32) {
-        let (mut at, mut found) = (node, NONE);
-        while at != self.top && self.nodes[at].runs <= MERGE_RUNS {
-            found = at;
-            at = self.nodes[at].parent;
-        }
-        if found != NONE {
-            self.collapse(found);
+        let mut at = node;
+        while at != self.top && self.is_sparse(at) {
+            let parent = self.nodes[at].parent;
+            self.collapse(at);
+            at = parent;
         }
     }
 
+    /// Whether nothing but a few runs is left at a node and in its leaves.
+    fn is_sparse(&self, node: u32) -> bool {
+        let Node { children, own, .. } = self.nodes[node];
+        let mut runs = if own == NONE { 0 } else { self.buckets[own].runs };
+        for link in children {
+            match link.target() {
+                Target::Nothing => {}
+                Target::Leaf(head) => runs += self.buckets[head].runs,
+                Target::Node(_) => return false,
+            }
+        }
+        runs <= MERGE_RUNS
+    }
+
     fn collapse(&mut self, node: u32) {
+        self.shape += 1;
         let (parent, slot, cell) = (self.nodes[node].parent, self.nodes[node].slot, self.nodes[node].key);
-        let mut kept = [(Run { first: 0, mask: 0, exact: false }, Aabb::EMPTY, false); MERGE_RUNS as usize];
+        let mut kept = [(Run::NONE, Aabb::EMPTY, false); MERGE_RUNS as usize];
         let mut count = 0;
         self.dissolve(node, &mut |run| {
             kept[count] = run;
@@ -272,7 +295,8 @@ impl Osp {
         if count > 0 {
             let bucket = self.new_bucket(parent, slot, &cell);
             for (run, bounds, loose) in &kept[..count] {
-                let place = self.append(bucket, *run, bounds);
+                let wide = Wide::from_box(bounds);
+                let place = self.append(bucket, *run, wide, self.grid.level_for(wide));
                 if *loose {
                     self.mark_loose(place);
                 }

@@ -6,7 +6,7 @@ pub(super) const FLAT_LEVELS: u32 = 6;
 
 /// Runs that a leaf holds before it is split. More: fewer nodes and longer lists of runs to test in a leaf that a
 /// plane cuts.
-pub(super) const LEAF_RUNS: u32 = 128;
+pub(super) const LEAF_RUNS: u32 = 256;
 
 /// A node with no more runs than this below it becomes a leaf again. Less than half of [`LEAF_RUNS`], so that erasing
 /// and drawing at the border does not split and merge in turn.

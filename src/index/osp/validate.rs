@@ -55,12 +55,6 @@ impl Osp {
         let linked = self.flat.iter().filter(|&&bits| Link::from_bits(bits) != Link::NONE).count();
         let reached = self.count_flat(self.top);
         ensure!(linked == reached, "{linked} preallocated cells in use, {reached} reached");
-        for (run, bounds) in self.open.runs() {
-            for lane in (0..16).filter(|lane| run.mask >> lane & 1 == 1) {
-                let at = (run.first as usize + lane) % 16;
-                ensure!(bounds.contains(&self.open.boxes().get(at)), "an open run does not hold its polygon");
-            }
-        }
         Ok(())
     }
 
@@ -126,8 +120,6 @@ impl Osp {
             let own = self.check_chain(node.own, number, OWN, None, buckets, pages)?;
             found = Found { runs: found.runs + own.runs, polygons: found.polygons + own.polygons };
         }
-        ensure!(found.runs == node.runs, "node {number}: {} runs found, {} counted", found.runs, node.runs);
-        ensure!(found.polygons == node.polygons, "node {number} counts its polygons wrongly");
         Ok(found)
     }
 
@@ -147,6 +139,13 @@ impl Osp {
             let bucket: &Bucket = &self.buckets[at];
             ensure!((bucket.parent, bucket.slot) == (node, slot), "bucket {at} hangs elsewhere");
             ensure!(bucket.prev == before, "bucket {at} does not know the one before it");
+            let mut fresh = *bucket;
+            fresh.refresh();
+            let kept = (bucket.bounds, bucket.last, bucket.last_bounds);
+            ensure!(
+                kept == (fresh.bounds, fresh.last, fresh.last_bounds),
+                "bucket {at}: {kept:?} is out of date"
+            );
             for i in 0..bucket.page_count as usize {
                 *pages += 1;
                 let bounds = bucket.boxes.get(i);
@@ -168,15 +167,28 @@ impl Osp {
     fn check_page(&self, number: u32, bucket: u32, at: usize, bounds: &Aabb) -> Result<Found, String> {
         let page = &self.pages[number];
         ensure!((page.bucket, usize::from(page.at)) == (bucket, at), "page {number} is in another bucket");
-        ensure!(u32::from(page.loose) & !page.used() == 0, "page {number}: an unused run is loose");
         ensure!(page.loose == 0 || page.queued, "page {number} has loose runs but does not wait for upkeep");
+        let unused = u32::from(page.loose | page.gaps | page.exact) & !page.used();
+        ensure!(unused == 0, "page {number}: an unused run is marked");
         let mut polygons = 0;
         for lane in 0..usize::from(page.runs) {
             let (run, run_box) = page.run(lane);
             ensure!(bounds.contains(&run_box), "page {number}: its box does not hold run {lane}");
+            let gaps = !(u32::from(run.mask) + 1).is_power_of_two();
+            ensure!((page.gaps >> lane & 1 == 1) == gaps, "page {number}: run {lane} is not marked right");
             ensure!(run.mask != 0, "page {number}: run {lane} is empty");
-            ensure!(!run.exact || run.mask == 1, "page {number}: run {lane} of several has an exact box");
-            ensure!(run.exact || run.first % 16 == 0, "page {number}: run {lane} begins within a block");
+            let exact = run.is_exact();
+            ensure!((page.exact >> lane & 1 == 1) == exact, "page {number}: run {lane} is not marked right");
+            ensure!(!exact || run.mask == 1, "page {number}: run {lane} of several has an exact box");
+            ensure!(
+                run.lanes() >> (run.first % 16) == run.mask,
+                "page {number}: run {lane} is of two blocks"
+            );
+            let store = self.ids.store(run.first / 16);
+            ensure!(
+                exact || store == run.store,
+                "page {number}: run {lane} has another store than its block"
+            );
             polygons += run.mask.count_ones();
             let mut all = Aabb::EMPTY;
             for id in (0..16).filter(|bit| run.mask >> bit & 1 == 1).map(|bit| run.first + bit) {
@@ -184,8 +196,7 @@ impl Osp {
                 ensure!(filed, "polygon {id} is in a run but not filed");
                 let place = self.ids.place(id);
                 ensure!(place == Some(number * 16 + lane as u32), "polygon {id} is said to be at {place:?}");
-                let own = if run.exact { Some(run_box) } else { self.ids.exact_box(id) };
-                let Some(own) = own else { return Err(format!("polygon {id} has no box")) };
+                let own = if exact { run_box } else { self.ids.boxes(store).get(id as usize % 16) };
                 ensure!(own.is_valid(), "polygon {id} has the box {own:?}");
                 ensure!(run_box.contains(&own), "polygon {id} sticks out of its run");
                 all = all.union(&own);

@@ -6,7 +6,7 @@ use super::{
     pool::NONE,
 };
 use crate::{
-    index::{Node, Visit, Visitor, WorkCounts},
+    index::{Node, Visit, Visitor, WorkCounts, simd::Boxes},
     math::{Aabb, Containment, Frustum, PlaneMask},
     scene::PolygonId,
 };
@@ -31,7 +31,7 @@ impl Osp {
         let mut walk = Walk { osp: self, frustum, visitor, work: WorkCounts::default() };
         walk.open_block();
         let bounds = self.node_box(self.top);
-        let polygons = self.nodes[self.top].polygons as usize;
+        let polygons = self.len - self.open.lanes().count_ones() as usize;
         let place = Place { bounds, depth: 0, polygons, is_leaf: false };
         walk.node(self.top, &place, PlaneMask::ALL, Visit::Descend);
         walk.work
@@ -41,8 +41,8 @@ impl Osp {
 impl Walk<'_> {
     /// Asks about a place; the planes left to test and the answer, or nothing if it is out of sight or skipped.
     fn ask(&mut self, place: &Place, mask: PlaneMask, asked: Visit) -> Option<(PlaneMask, Visit)> {
-        if place.polygons == 0 {
-            // Emptied, and still waiting for upkeep.
+        if place.polygons == 0 || place.bounds.is_empty() {
+            // Emptied, and perhaps still waiting for upkeep.
             return None;
         }
         self.work.nodes += 1;
@@ -69,11 +69,13 @@ impl Walk<'_> {
         if lanes == 0 {
             return;
         }
-        let bounds = open.boxes().around(lanes);
+        let mut rows = Boxes::EMPTY;
+        open.rows(&mut rows);
+        let bounds = rows.around(lanes);
         let polygons = lanes.count_ones() as usize;
         let place = Place { bounds, depth: 0, polygons, is_leaf: true };
         if let Some((mask, answer)) = self.ask(&place, PlaneMask::ALL, Visit::Descend) {
-            self.polygons(open.block() * 16, lanes, mask, answer, |lane| open.boxes().get(lane));
+            self.polygons(open.block() * 16, lanes, mask, answer, |lane| open.bounds(lane));
         }
     }
 
@@ -93,7 +95,7 @@ impl Walk<'_> {
                     }
                 }
                 Target::Node(below) => {
-                    let polygons = self.osp.nodes[below].polygons as usize;
+                    let polygons = place.polygons;
                     self.node(below, &Place { bounds, depth, polygons, is_leaf: false }, mask, answer);
                 }
             }
@@ -120,13 +122,16 @@ impl Walk<'_> {
         let Some((mask, answer)) = self.ask(place, mask, asked) else { return };
         for i in 0..usize::from(page.runs) {
             let (run, bounds) = page.run(i);
-            let lanes = u32::from(run.mask);
+            let lanes = u32::from(run.lanes());
+            let first = run.first & !15;
             let polygons = lanes.count_ones() as usize;
             let place = Place { bounds, depth: place.depth + 1, polygons, is_leaf: true };
             let Some((mask, answer)) = self.ask(&place, mask, answer) else { continue };
-            match self.osp.ids.store(run.first / 16).filter(|_| !run.exact) {
-                Some(store) => self.polygons(run.first, lanes, mask, answer, |lane| store.boxes.get(lane)),
-                None => self.polygons(run.first, lanes, PlaneMask::NONE, answer, |_| bounds),
+            if run.is_exact() {
+                self.polygons(first, lanes, PlaneMask::NONE, answer, |_| bounds);
+            } else {
+                let boxes = self.osp.ids.boxes(run.store);
+                self.polygons(first, lanes, mask, answer, |lane| boxes.get(lane));
             }
         }
     }

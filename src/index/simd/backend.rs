@@ -14,18 +14,25 @@ pub(in crate::index) trait Kernel: Copy {
     /// The lanes whose box lies wholly behind the plane. Lanes without a box answer anything.
     fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32;
 
-    /// The lanes wholly behind the plane, and the lanes wholly on its inner side.
-    fn sides(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> (u32, u32);
+    /// The lanes behind one of six planes.
+    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32;
 
-    /// [`Kernel::sides`] for eight boxes.
-    fn sides8(self, plane: &PreparedPlane, boxes: &Boxes<8>) -> (u32, u32);
+    /// Of the eight lanes from `at` (at most `N - 8`) those wholly behind the plane, and those wholly on its inner
+    /// side.
+    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32);
 
-    /// Writes `first + lane` for every lane of `mask`, ascending, to the front of `out` (what follows is clobbered);
+    /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the front of `out` (what follows is clobbered);
     /// returns how many.
     fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 
-    /// Asks the processor to fetch the cache line of `place`.
-    fn prefetch<T>(self, place: &T);
+    /// Writes the sixteen ids from `first` on.
+    fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]);
+
+    /// Copies sixteen numbers.
+    fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]);
+
+    /// Writes the numbers of `mask`'s lanes to the front of `out` (what follows is clobbered); returns how many.
+    fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 }
 
 /// Code that runs on whichever kernel there is. `run` should be `#[inline(always)]`, so that it is compiled anew for

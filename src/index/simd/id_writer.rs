@@ -5,44 +5,133 @@ use std::mem::MaybeUninit;
 use super::Kernel;
 use crate::scene::PolygonId;
 
-/// Appends ids to a list, up to sixteen at a time. Keeps the list's length to itself until it is dropped.
+/// The runs of a page: `first + bit` for the bits of `masks`.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::index) struct PageRuns<'a> {
+    pub(in crate::index) first: &'a [u32; 16],
+    pub(in crate::index) masks: &'a [u16; 16],
+    /// The lanes whose mask is not `2^k - 1`.
+    pub(in crate::index) gaps: u32,
+    /// The lanes whose mask is 1.
+    pub(in crate::index) single: u32,
+}
+
+/// Appends ids to a list, up to sixteen at a time. Keeps the list's length to itself until [`IdWriter::finish`].
 pub(in crate::index) struct IdWriter<'a> {
     list: &'a mut Vec<PolygonId>,
+    start: *mut MaybeUninit<u32>,
     len: usize,
+    capacity: usize,
 }
+
+/// Room that a page takes at most.
+const PAGE_ROOM: usize = 16 * 17;
 
 impl<'a> IdWriter<'a> {
     pub(in crate::index) fn new(list: &'a mut Vec<PolygonId>) -> Self {
-        let len = list.len();
-        Self { list, len }
+        let (start, len, capacity) = (list.as_mut_ptr().cast(), list.len(), list.capacity());
+        Self { list, start, len, capacity }
+    }
+
+    /// The length of the list.
+    #[inline(always)]
+    pub(in crate::index) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// The list is complete.
+    #[inline(always)]
+    pub(in crate::index) fn finish(self) {
+        // SAFETY: the first `len` places were filled, each within the capacity.
+        unsafe { self.list.set_len(self.len) };
+    }
+
+    /// Makes room for sixteen runs of sixteen, and some that are clobbered.
+    #[inline(always)]
+    fn make_room(&mut self) {
+        if self.capacity - self.len < PAGE_ROOM {
+            (self.start, self.capacity) = grow(self.list, self.len);
+        }
+    }
+
+    /// Sixteen places, `ahead` after the last.
+    ///
+    /// # Safety
+    /// There is room for `ahead + 16` more.
+    #[inline(always)]
+    unsafe fn places(&mut self, ahead: usize) -> &mut [MaybeUninit<u32>; 16] {
+        // SAFETY: the places belong to the list, says the caller; `PolygonId` is a transparent `u32`.
+        unsafe { &mut *self.start.add(self.len + ahead).cast() }
     }
 
     /// Appends `first + bit` for the bits of `mask`.
     #[inline(always)]
     pub(in crate::index) fn push<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
-        if self.list.capacity() - self.len < 16 {
-            self.grow();
+        self.make_room();
+        // SAFETY: there is room now.
+        self.len += kernel.write_ids(first, mask, unsafe { self.places(0) });
+    }
+
+    /// Appends the first `runs` runs of a page.
+    #[inline(always)]
+    pub(in crate::index) fn push_page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32) {
+        self.make_room();
+        let all = (1u32 << (runs & 31)) - 1;
+        let mut at = 0;
+        if page.single == all {
+            // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
+            kernel.copy(page.first, unsafe { self.places(0) });
+            at = runs as usize;
+        } else if page.gaps == 0 {
+            for (&first, &mask) in page.first.iter().zip(page.masks).take(runs as usize) {
+                // SAFETY: as above.
+                kernel.write_sixteen(first, unsafe { self.places(at) });
+                at += mask.count_ones() as usize;
+            }
+        } else {
+            for (&first, &mask) in page.first.iter().zip(page.masks).take(runs as usize) {
+                // SAFETY: as above.
+                at += kernel.write_ids(first, u32::from(mask), unsafe { self.places(at) });
+            }
         }
-        // SAFETY: `len <= capacity - 16`, so sixteen places follow that belong to the list; `PolygonId` is a
-        // transparent `u32`.
-        let out = unsafe { &mut *self.list.as_mut_ptr().add(self.len).cast::<[MaybeUninit<u32>; 16]>() };
-        self.len += kernel.write_ids(first, mask, out);
+        self.len += at;
     }
 
-    #[cold]
-    fn grow(&mut self) {
-        self.publish();
-        self.list.reserve(self.len.max(16));
-    }
-
-    fn publish(&mut self) {
-        // SAFETY: the first `len` places were filled by `push`, each within the capacity.
-        unsafe { self.list.set_len(self.len) };
+    /// Appends those of a page's runs that are in `lanes`.
+    #[inline(always)]
+    pub(in crate::index) fn push_lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32) {
+        self.make_room();
+        let mut at = 0;
+        let mut whole = lanes & !page.single & !page.gaps & 0xFFFF;
+        while whole != 0 {
+            let lane = whole.trailing_zeros() as usize & 15;
+            whole &= whole - 1;
+            // SAFETY: as above.
+            kernel.write_sixteen(page.first[lane], unsafe { self.places(at) });
+            at += page.masks[lane].count_ones() as usize;
+        }
+        let mut gaps = lanes & page.gaps & 0xFFFF;
+        while gaps != 0 {
+            let lane = gaps.trailing_zeros() as usize & 15;
+            gaps &= gaps - 1;
+            // SAFETY: as above.
+            at += kernel.write_ids(page.first[lane], u32::from(page.masks[lane]), unsafe { self.places(at) });
+        }
+        let single = lanes & page.single & 0xFFFF;
+        if single != 0 {
+            // SAFETY: as above.
+            at += kernel.pack(page.first, single, unsafe { self.places(at) });
+        }
+        self.len += at;
     }
 }
 
-impl Drop for IdWriter<'_> {
-    fn drop(&mut self) {
-        self.publish();
-    }
+/// Publishes `len` entries and makes room for as many again.
+#[cold]
+#[inline(never)]
+fn grow(list: &mut Vec<PolygonId>, len: usize) -> (*mut MaybeUninit<u32>, usize) {
+    // SAFETY: the first `len` places were filled, each within the capacity.
+    unsafe { list.set_len(len) };
+    list.reserve(len.max(PAGE_ROOM));
+    (list.as_mut_ptr().cast(), list.capacity())
 }

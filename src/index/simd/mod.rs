@@ -9,12 +9,14 @@ mod backend;
 mod boxes;
 mod id_writer;
 mod planes;
+mod prefetch;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod x86_avx2;
 
 pub use backend::Backend;
 pub(in crate::index) use backend::{Kernel, WithKernel};
-pub(in crate::index) use boxes::Boxes;
-pub(in crate::index) use id_writer::IdWriter;
+pub(in crate::index) use boxes::{Boxes, Halves, Wide};
+pub(in crate::index) use id_writer::{IdWriter, PageRuns};
 pub(in crate::index) use planes::{PlaneSet, PreparedPlane};
+pub(in crate::index) use prefetch::{prefetch, prefetch_lines};

@@ -1,4 +1,4 @@
-use super::{Boxes, Kernel};
+use super::{Boxes, Halves, Kernel, prefetch};
 use crate::math::Frustum;
 
 /// A plane made ready for boxes in rows: which row holds the corner farthest along the normal, and which the one
@@ -7,10 +7,20 @@ use crate::math::Frustum;
 pub(in crate::index) struct PreparedPlane {
     pub(super) normal: [f32; 3],
     pub(super) d: f32,
-    /// Rows of the positive vertex; below 6.
-    pub(super) far: [u8; 3],
-    /// Rows of the negative vertex; below 6.
-    pub(super) near: [u8; 3],
+    /// Rows of the positive vertex, times eight: at most 40.
+    pub(super) far: [usize; 3],
+    /// Rows of the negative vertex, times eight: at most 40.
+    pub(super) near: [usize; 3],
+}
+
+impl PreparedPlane {
+    /// Asks for the cache lines that [`Kernel::behind`] will read.
+    #[inline(always)]
+    pub(in crate::index) fn prefetch(&self, boxes: &Boxes<16>) {
+        for row in self.far {
+            prefetch(boxes.rows.as_ptr().wrapping_add(row / 8));
+        }
+    }
 }
 
 /// The six planes of a frustum, made ready.
@@ -27,7 +37,7 @@ impl PlaneSet {
         let planes = frustum.planes().map(|plane| {
             let normal = plane.normal.to_array();
             let pick =
-                |axis: usize, along: bool| (axis + if (normal[axis] >= 0.0) == along { 3 } else { 0 }) as u8;
+                |axis: usize, along: bool| 8 * (axis + if (normal[axis] >= 0.0) == along { 3 } else { 0 });
             PreparedPlane {
                 normal,
                 d: plane.d,
@@ -40,14 +50,30 @@ impl PlaneSet {
 
     /// How sixteen boxes lie to the planes of `mask`.
     #[inline(always)]
-    pub(in crate::index) fn sides<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
+    pub(in crate::index) fn sides16<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Halves) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
         let mut left = mask;
         while left != 0 {
             let i = left.trailing_zeros() as usize;
             left &= left - 1;
-            let (behind, inside) = kernel.sides(&self.planes[i], boxes);
-            all.add(i, behind, inside);
+            let low = kernel.sides(&self.planes[i], &boxes.0[0], 0);
+            let high = kernel.sides(&self.planes[i], &boxes.0[1], 0);
+            all.add(i, low.0 | high.0 << 8, low.1 | high.1 << 8);
+        }
+        all
+    }
+
+    /// How sixteen boxes in whole rows lie to the planes of `mask`.
+    #[inline(always)]
+    pub(in crate::index) fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
+        let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
+        let mut left = mask;
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let low = kernel.sides(&self.planes[i], boxes, 0);
+            let high = kernel.sides(&self.planes[i], boxes, 8);
+            all.add(i, low.0 | high.0 << 8, low.1 | high.1 << 8);
         }
         all
     }
@@ -60,23 +86,22 @@ impl PlaneSet {
         while left != 0 {
             let i = left.trailing_zeros() as usize;
             left &= left - 1;
-            let (behind, inside) = kernel.sides8(&self.planes[i], boxes);
+            let (behind, inside) = kernel.sides(&self.planes[i], boxes, 0);
             all.add(i, behind, inside);
         }
         all
     }
 
-    /// The boxes of `lanes` that are behind no plane, and how many planes that took.
+    /// The boxes behind one of the planes.
     #[inline(always)]
-    pub(in crate::index) fn seen<K: Kernel>(&self, kernel: K, boxes: &Boxes<16>, lanes: u32) -> (u32, u32) {
-        let mut seen = lanes;
-        for (i, plane) in self.planes.iter().enumerate() {
-            if seen == 0 {
-                return (0, i as u32);
-            }
-            seen &= !kernel.behind(plane, boxes);
-        }
-        (seen, 6)
+    pub(in crate::index) fn behind_any<K: Kernel>(&self, kernel: K, boxes: &Boxes<16>) -> u32 {
+        kernel.behind_any(&self.planes, boxes)
+    }
+
+    /// One of the planes.
+    #[inline(always)]
+    pub(in crate::index) fn plane(&self, i: usize) -> PreparedPlane {
+        self.planes[i]
     }
 
     /// The boxes behind one of the planes of `mask`.
@@ -105,6 +130,26 @@ pub(in crate::index) struct Sides {
 }
 
 impl Sides {
+    /// The boxes that exactly one plane of `mask` cuts.
+    #[inline(always)]
+    pub(in crate::index) fn cut_once(&self, mask: u8) -> u32 {
+        let (mut once, mut again) = (0, 0);
+        let mut left = mask;
+        while left != 0 {
+            let cut = self.cut_by(left.trailing_zeros() as usize);
+            left &= left - 1;
+            again |= once & cut;
+            once |= cut;
+        }
+        once & !again
+    }
+
+    /// The boxes that a plane cuts; only for planes that were asked for.
+    #[inline(always)]
+    pub(in crate::index) fn cut_by(&self, plane: usize) -> u32 {
+        self.cut_by[plane]
+    }
+
     #[inline(always)]
     fn add(&mut self, plane: usize, behind: u32, inside: u32) {
         self.behind |= behind;
@@ -115,6 +160,9 @@ impl Sides {
     /// The planes of `mask` that cut box `lane`.
     #[inline(always)]
     pub(in crate::index) fn planes_at(&self, mask: u8, lane: usize) -> u8 {
+        if mask & mask.wrapping_sub(1) == 0 {
+            return if self.cut >> lane & 1 == 1 { mask } else { 0 };
+        }
         let mut planes = 0;
         let mut left = mask;
         while left != 0 {

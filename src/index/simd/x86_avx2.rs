@@ -1,6 +1,9 @@
 #![expect(unsafe_code, reason = "SIMD intrinsics; each is tested against the scalar kernel")]
 
-use std::{arch::x86_64::*, mem::MaybeUninit};
+use std::{
+    arch::{asm, x86_64::*},
+    mem::MaybeUninit,
+};
 
 use super::{Boxes, Kernel, PreparedPlane};
 
@@ -24,20 +27,20 @@ impl Avx2 {
 /// Signed distances of eight corners, given by their rows from lane `at` on.
 ///
 /// # Safety
-/// AVX2 is there; `at + 8 <= N`; the rows are below 6.
+/// AVX2 is there; `at + 8 <= N`; the rows are at most 40, `N` is 8 or 16.
 #[inline(always)]
 unsafe fn distance<const N: usize>(
     plane: &PreparedPlane,
-    rows: [u8; 3],
+    rows: [usize; 3],
     boxes: &Boxes<N>,
     at: usize,
 ) -> __m256 {
-    // SAFETY: the rows are below 6 and `at + 8 <= N`, so every load lies within `boxes.rows`.
+    // SAFETY: a row times eight is at most 40 and `at + 8 <= N`, so every load lies within `boxes.rows`.
     unsafe {
         let base = boxes.rows.as_ptr().cast::<f32>().add(at);
-        let x = _mm256_loadu_ps(base.add(usize::from(rows[0]) * N));
-        let y = _mm256_loadu_ps(base.add(usize::from(rows[1]) * N));
-        let z = _mm256_loadu_ps(base.add(usize::from(rows[2]) * N));
+        let x = _mm256_loadu_ps(base.add(in_register(rows[0]) * (N / 8)));
+        let y = _mm256_loadu_ps(base.add(in_register(rows[1]) * (N / 8)));
+        let z = _mm256_loadu_ps(base.add(in_register(rows[2]) * (N / 8)));
         let nx = _mm256_mul_ps(_mm256_set1_ps(plane.normal[0]), x);
         let ny = _mm256_mul_ps(_mm256_set1_ps(plane.normal[1]), y);
         let nz = _mm256_mul_ps(_mm256_set1_ps(plane.normal[2]), z);
@@ -45,12 +48,36 @@ unsafe fn distance<const N: usize>(
     }
 }
 
+/// The same number. The compiler sees three loads that follow each other and computes the three addresses in a vector,
+/// to take it apart again; here it cannot.
+#[inline(always)]
+fn in_register(number: usize) -> usize {
+    let mut same = number;
+    // SAFETY: no instruction at all.
+    unsafe { asm!("/* {same} */", same = inout(reg) same, options(pure, nomem, nostack, preserves_flags)) }
+    same
+}
+
+/// The sign bits of eight lanes. Written as an instruction: the compiler rewrites the intrinsic, and two masks that
+/// become one number then cost nine instructions instead of four.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn sign_bits(lanes: __m256) -> u32 {
+    let bits: u32;
+    // SAFETY: reads a register and writes another.
+    unsafe {
+        asm!("vmovmskps {bits:e}, {lanes}", bits = lateout(reg) bits, lanes = in(ymm_reg) lanes,
+            options(pure, nomem, nostack, preserves_flags));
+    }
+    bits
+}
+
 /// # Safety
 /// AVX2 is there.
 #[inline(always)]
 unsafe fn negative(distance: __m256) -> u32 {
     // SAFETY: register arithmetic.
-    unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(distance, _mm256_setzero_ps())) as u32 }
+    unsafe { sign_bits(_mm256_cmp_ps::<_CMP_LT_OQ>(distance, _mm256_setzero_ps())) }
 }
 
 /// # Safety
@@ -58,7 +85,7 @@ unsafe fn negative(distance: __m256) -> u32 {
 #[inline(always)]
 unsafe fn not_negative(distance: __m256) -> u32 {
     // SAFETY: register arithmetic.
-    unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GE_OQ>(distance, _mm256_setzero_ps())) as u32 }
+    unsafe { sign_bits(_mm256_cmp_ps::<_CMP_GE_OQ>(distance, _mm256_setzero_ps())) }
 }
 
 impl Kernel for Avx2 {
@@ -72,21 +99,32 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn sides(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> (u32, u32) {
-        // SAFETY: as above.
+    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32 {
+        // SAFETY: the token proves AVX2; both halves of sixteen lanes.
         unsafe {
-            let low = not_negative(distance(plane, plane.near, boxes, 0));
-            let inside = low | not_negative(distance(plane, plane.near, boxes, 8)) << 8;
-            (self.behind(plane, boxes), inside)
+            let zero = _mm256_setzero_ps();
+            let (mut low, mut high) = (zero, zero);
+            for (i, plane) in planes.iter().enumerate() {
+                let below = _mm256_cmp_ps::<_CMP_LT_OQ>(distance(plane, plane.far, boxes, 0), zero);
+                low = _mm256_or_ps(low, below);
+                let below = _mm256_cmp_ps::<_CMP_LT_OQ>(distance(plane, plane.far, boxes, 8), zero);
+                high = _mm256_or_ps(high, below);
+                // Two planes at a time: a look at the result costs as much as a plane.
+                if i % 2 == 1 && sign_bits(_mm256_and_ps(low, high)) == 0xFF {
+                    return 0xFFFF;
+                }
+            }
+            sign_bits(low) | sign_bits(high) << 8
         }
     }
 
     #[inline(always)]
-    fn sides8(self, plane: &PreparedPlane, boxes: &Boxes<8>) -> (u32, u32) {
-        // SAFETY: as above, eight lanes.
+    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32) {
+        assert!(at + 8 <= N);
+        // SAFETY: the token proves AVX2; the eight lanes are there.
         unsafe {
-            let behind = negative(distance(plane, plane.far, boxes, 0));
-            (behind, not_negative(distance(plane, plane.near, boxes, 0)))
+            let behind = negative(distance(plane, plane.far, boxes, at));
+            (behind, not_negative(distance(plane, plane.near, boxes, at)))
         }
     }
 
@@ -94,15 +132,8 @@ impl Kernel for Avx2 {
     fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
         // SAFETY: the token proves AVX2 and BMI2. `out` has sixteen places: the second store starts at `low`'s count, at most 8.
         unsafe {
-            let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
             let base = _mm256_set1_epi32(first as i32);
             let to = out.as_mut_ptr();
-            if mask == 0xFFFF {
-                let ids = _mm256_add_epi32(base, lanes);
-                _mm256_storeu_si256(to.cast(), ids);
-                _mm256_storeu_si256(to.add(8).cast(), _mm256_add_epi32(ids, _mm256_set1_epi32(8)));
-                return 16;
-            }
             let low = (mask & 0xFF).count_ones() as usize;
             let low_ids = _mm256_add_epi32(base, chosen_lanes(mask & 0xFF));
             let high_ids =
@@ -114,9 +145,44 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, place: &T) {
-        // SAFETY: a prefetch has no effect on memory.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(place).cast()) }
+    fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]) {
+        // SAFETY: the token proves AVX2; both stores lie within `out`.
+        unsafe {
+            let base = _mm256_set1_epi32(first as i32);
+            let to = out.as_mut_ptr();
+            let low = _mm256_add_epi32(base, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+            let high = _mm256_add_epi32(base, _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15));
+            _mm256_storeu_si256(to.cast(), low);
+            _mm256_storeu_si256(to.add(8).cast(), high);
+        }
+    }
+
+    #[inline(always)]
+    fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]) {
+        // SAFETY: the token proves AVX2; both loads and both stores lie within their arrays.
+        unsafe {
+            let (from, to) = (numbers.as_ptr(), out.as_mut_ptr());
+            let (low, high) = (_mm256_loadu_si256(from.cast()), _mm256_loadu_si256(from.add(8).cast()));
+            _mm256_storeu_si256(to.cast(), low);
+            _mm256_storeu_si256(to.add(8).cast(), high);
+        }
+    }
+
+    #[inline(always)]
+    fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        // SAFETY: as above; both loads lie within `numbers`.
+        unsafe {
+            let (from, to) = (numbers.as_ptr(), out.as_mut_ptr());
+            let low = (mask & 0xFF).count_ones() as usize;
+            let low_half = _mm256_loadu_si256(from.cast());
+            let high_half = _mm256_loadu_si256(from.add(8).cast());
+            _mm256_storeu_si256(to.cast(), _mm256_permutevar8x32_epi32(low_half, chosen_lanes(mask & 0xFF)));
+            _mm256_storeu_si256(
+                to.add(low).cast(),
+                _mm256_permutevar8x32_epi32(high_half, chosen_lanes(mask >> 8)),
+            );
+            mask.count_ones() as usize
+        }
     }
 }
 
