@@ -2,6 +2,8 @@
 
 #[path = "occlusion/allocations.rs"]
 mod allocations;
+#[path = "occlusion/command.rs"]
+mod command;
 #[path = "occlusion/counterexamples.rs"]
 mod counterexamples;
 #[path = "occlusion/culling.rs"]

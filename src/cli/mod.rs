@@ -12,6 +12,7 @@ mod info;
 mod render;
 mod replay;
 mod synth;
+mod verify;
 
 pub use allocations::CountingAllocator;
 
@@ -34,6 +35,7 @@ const EXAMPLES: &str = "Examples:
   osp info painting.apa
   osp import painting.apa painting.ron
   osp synth room --polygons 12000 room.ron
+  osp verify recordings/room.ron
   osp replay --help
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
@@ -47,6 +49,7 @@ enum Command {
     Synth(synth::SynthArgs),
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
+    Verify(verify::VerifyArgs),
 }
 
 /// How a command ended, other than by bad input.
@@ -65,6 +68,7 @@ pub fn run() -> ExitCode {
         Command::Synth(args) => synth::run(&args),
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),
+        Command::Verify(args) => verify::run(&args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -33,7 +33,6 @@ pub struct VerifyConfig {
 
 /// One method with one number of occluders, over all views so far.
 pub struct Trial {
-    kind: CullerKind,
     occluders: usize,
     selector: Selector,
     culler: Box<dyn OcclusionCuller>,
@@ -43,7 +42,7 @@ pub struct Trial {
 impl std::fmt::Debug for Trial {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Trial")
-            .field("kind", &self.kind)
+            .field("method", &self.name())
             .field("totals", &self.totals)
             .finish_non_exhaustive()
     }
@@ -91,9 +90,14 @@ impl Totals {
 }
 
 impl Trial {
-    /// The method.
-    pub fn kind(&self) -> CullerKind {
-        self.kind
+    /// The method's name.
+    pub fn name(&self) -> &'static str {
+        self.culler.name()
+    }
+
+    /// Whether the method promises to cull nothing visible.
+    pub fn soundness(&self) -> Soundness {
+        self.culler.soundness()
     }
 
     /// Most occluders a frame.
@@ -108,8 +112,8 @@ impl Trial {
 
     /// Whether a method that must not has culled what is visible, or has lost or doubled a polygon.
     pub fn failed(&self) -> bool {
-        let unsound = self.totals.false_culls > 0 && self.culler.soundness() == Soundness::Sound;
-        unsound || self.totals.misreported > 0
+        let broken = self.totals.false_culls > 0 && self.soundness() == Soundness::Sound;
+        broken || self.totals.misreported > 0
     }
 }
 
@@ -154,31 +158,30 @@ impl std::fmt::Debug for Verifier {
 impl Verifier {
     /// A verifier around an empty index.
     pub fn new(index: Box<dyn SpatialIndex>, config: VerifyConfig, clock: StageClock) -> Self {
-        let mut trials = Vec::new();
-        for &kind in &config.kinds {
-            for &occluders in &config.occluders {
-                let select = SelectConfig { occluders, ..config.select };
-                trials.push(Trial {
-                    kind,
-                    occluders,
-                    selector: Selector::new(select),
-                    culler: kind.create(occluders),
-                    totals: Totals::default(),
-                });
-            }
-        }
-        Self {
+        let mut verifier = Self {
             pool: OccluderPool::new(config.pool),
             config,
             index,
-            trials,
+            trials: Vec::new(),
             views: ViewTotals::default(),
             clock,
             reuse: ReuseTable::new(),
             in_view: DrawList::new(),
             drawn: DrawList::new(),
             truth: Vec::new(),
+        };
+        for kind in verifier.config.kinds.clone() {
+            for occluders in verifier.config.occluders.clone() {
+                verifier.add(kind.create(occluders), occluders);
+            }
         }
+        verifier
+    }
+
+    /// Adds a method of one's own, with this many occluders a view, before the first look.
+    pub fn add(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
+        let selector = Selector::new(SelectConfig { occluders, ..self.config.select });
+        self.trials.push(Trial { occluders, selector, culler, totals: Totals::default() });
     }
 
     /// Follows the scene by one frame's changes.

@@ -3,9 +3,11 @@
 use glam::Vec3;
 use osp::{
     index::{IndexConfig, IndexKind},
+    math::{Aabb, Sphere},
     metrics::StageClock,
     occlusion::{
-        CullConfig, CullerKind, PoolConfig, SelectConfig,
+        BuildCounts, CullConfig, CullerKind, OcclusionCuller, PoolConfig, SelectConfig, ShadowVolume, Tested,
+        Verdict, ViewWindow,
         oracle::{Oracle, OracleConfig, Sight, Subject},
         scenes::TestScene,
     },
@@ -101,6 +103,16 @@ fn of_polygons_in_one_place_all_are_visible() {
 }
 
 fn verified(scene: TestScene, kinds: Vec<CullerKind>, occluders: usize, views: usize) -> Verifier {
+    verified_with(scene, kinds, None, occluders, views)
+}
+
+fn verified_with(
+    scene: TestScene,
+    kinds: Vec<CullerKind>,
+    own: Option<Box<dyn OcclusionCuller>>,
+    occluders: usize,
+    views: usize,
+) -> Verifier {
     let config = VerifyConfig {
         kinds,
         occluders: vec![occluders],
@@ -112,6 +124,7 @@ fn verified(scene: TestScene, kinds: Vec<CullerKind>, occluders: usize, views: u
     };
     let index = IndexKind::Osp.create(&IndexConfig::default());
     let mut verifier = Verifier::new(index, config, StageClock::default());
+    own.into_iter().for_each(|culler| verifier.add(culler, occluders));
     let (mut model, mut changes, mut moments) = (Scene::new(), Vec::new(), Vec::new());
     let mut moment = Moment::default();
     for event in scene.events() {
@@ -122,7 +135,7 @@ fn verified(scene: TestScene, kinds: Vec<CullerKind>, occluders: usize, views: u
         }
     }
     verifier.follow(&model, &changes);
-    let camera = CameraPath::new(CameraChoice::Auto, None, &osp::math::Aabb::EMPTY);
+    let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
     for moment in moments.iter().take(views) {
         verifier.look(&model, &camera.view(moment));
     }
@@ -136,7 +149,7 @@ fn no_sound_method_culls_what_is_visible_in_the_built_in_scenes() {
         let verifier = verified(*scene, CullerKind::sound(), 64, views);
         for trial in verifier.trials() {
             let totals = trial.totals();
-            let name = format!("{} {}", scene.name(), trial.kind().name());
+            let name = format!("{} {}", scene.name(), trial.name());
             assert_eq!((totals.false_culls, totals.misreported), (0, 0), "{name}: {:?}", totals.first_false);
             assert!(totals.hidden > 0, "{name}");
         }
@@ -163,6 +176,38 @@ fn the_oracle_catches_the_paper() {
         views,
     );
     for trial in verifier.trials() {
-        assert!(trial.totals().false_culls > 0, "{}", trial.kind().name());
+        assert!(trial.totals().false_culls > 0, "{}", trial.name());
     }
+}
+
+/// Promises what it does not keep.
+struct Liar;
+
+impl OcclusionCuller for Liar {
+    fn name(&self) -> &'static str {
+        "liar"
+    }
+
+    fn build(&mut self, _: &ViewWindow, _: &[ShadowVolume]) -> BuildCounts {
+        BuildCounts::default()
+    }
+
+    fn test_box(&self, bounds: &Aabb) -> Tested {
+        let verdict = if bounds.center().x > 6.0 { Verdict::Hidden } else { Verdict::Mixed };
+        Tested { verdict, steps: 1 }
+    }
+
+    fn test_sphere(&self, sphere: &Sphere) -> Tested {
+        self.test_box(&Aabb::cube(sphere.center, sphere.radius_m))
+    }
+}
+
+#[test]
+fn a_method_that_breaks_its_promise_fails_and_one_that_promises_nothing_does_not() {
+    let kinds = vec![CullerKind::None, CullerKind::MsvbspPaperCapless];
+    let verifier = verified_with(TestScene::Rooms, kinds, Some(Box::new(Liar)), 64, 2);
+    let failed: Vec<_> = verifier.trials().iter().map(|t| (t.name(), t.failed())).collect();
+    assert_eq!(failed, [("none", false), ("msvbsp-paper-capless", false), ("liar", true)]);
+    assert!(verifier.trials()[1].totals().false_culls > 0);
+    assert!(verifier.trials()[2].totals().first_false.is_some());
 }

@@ -1,0 +1,389 @@
+//! `osp verify`: occlusion culling against the truth.
+
+use std::{
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use comfy_table::{CellAlignment, Table, presets};
+use serde::Serialize;
+
+use super::{
+    Outcome, allocations,
+    output::{complain, say},
+    replay::{camera_parser, index_parser, root_cube},
+    session::OpenSession,
+};
+use crate::{
+    index::{IndexConfig, IndexKind},
+    metrics::{StageClock, summarize},
+    occlusion::{
+        CullConfig, CullerKind, Grouping, NodeTest, PolygonTest, PoolConfig, SelectConfig, Soundness,
+        oracle::OracleConfig, scenes::TestScene,
+    },
+    recording::{Event, Header, Pace, Pacer, RecordingError},
+    report::thousands,
+    scene::Scene,
+    visibility::{
+        CameraChoice, CameraPath, Moment,
+        verify::{Trial, Verifier, VerifyConfig},
+    },
+};
+
+/// Compare what occlusion culling leaves out with what really cannot be seen.
+///
+/// At evenly spaced frames of each session, every polygon in view is looked for in a picture of high resolution, and
+/// those without a pixel are asked by rays. Then each method culls the same view. A visible polygon that was culled by
+/// a method that promises not to gives exit code 1.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp verify recordings/room.ron
+  osp verify castle.obj --whole --camera inside --occluders 4,16,64,256
+  osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth
+  osp verify sketch.tilt --occlusion msvbsp-paper
+
+The table, a line for each method and number of occluders (times of this machine, one thread):
+  wrong    visible polygons that were culled, all views together
+  hidden   share of the really hidden polygons that was culled
+  tests    boxes tested in a view; planes: splitting planes of the tree, or tiles covered
+  select, build, query: choosing the occluders, building the culler, walking the index; microseconds a view
+Instead of a file, `scene:NAME` takes a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.")]
+pub(super) struct VerifyArgs {
+    /// The sessions, or `scene:NAME`.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Views for each session.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    views: u64,
+    /// The methods, separated by commas [default: all that are sound].
+    #[arg(long, value_delimiter = ',', value_parser = culler_parser())]
+    occlusion: Vec<CullerKind>,
+    /// Most occluders of a view; several numbers, separated by commas, are tried one after the other.
+    #[arg(long, value_delimiter = ',', default_value = "64")]
+    occluders: Vec<usize>,
+    /// The index that is culled.
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    index: IndexKind,
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    camera: CameraChoice,
+    /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    #[arg(long, default_value = "samples:16")]
+    pace: Pace,
+    /// Look at the finished model from every view, not at what was there at the time.
+    #[arg(long)]
+    whole: bool,
+    /// What an occluder is: a `patch` of neighbouring polygons, or a `single` polygon.
+    #[arg(long, default_value = "patch", value_parser = ["patch", "single"])]
+    grouping: String,
+    /// What of a node is tested: its `box`, the `sphere` around it (the paper), or the box's `outline`.
+    #[arg(long, default_value = "box", value_parser = ["box", "sphere", "outline"])]
+    test: String,
+    /// Leave out occluders that fill less than this part of the window.
+    #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE")]
+    least_share: f64,
+    /// Draw nodes with fewer polygons without a test.
+    #[arg(long, default_value_t = CullConfig::default().least_polygons, value_name = "N")]
+    least_polygons: usize,
+    /// Test nodes only, not the polygons in them.
+    #[arg(long)]
+    nodes_only: bool,
+    /// Pixels of the picture that says what is visible.
+    #[arg(long, default_value = "2560x1440", value_name = "WxH")]
+    pixels: Pixels,
+    /// Print one JSON object for each session instead of a table.
+    #[arg(long)]
+    json: bool,
+    /// Skip damaged pieces, instead of stopping at the first.
+    #[arg(long)]
+    lenient: bool,
+}
+
+/// A resolution, `WxH`.
+#[derive(Clone, Copy, Debug)]
+struct Pixels {
+    width: usize,
+    height: usize,
+}
+
+impl FromStr for Pixels {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |n: &str| n.parse::<usize>().ok().filter(|n| (16..=16_384).contains(n));
+        let (width, height) = text.split_once('x').ok_or("expected WIDTHxHEIGHT")?;
+        match (number(width), number(height)) {
+            (Some(width), Some(height)) => Ok(Self { width, height }),
+            _ => Err("expected WIDTHxHEIGHT, each from 16 to 16384".to_owned()),
+        }
+    }
+}
+
+pub(super) fn culler_parser() -> impl TypedValueParser<Value = CullerKind> {
+    let names = CullerKind::ALL.iter().map(|kind| kind.name());
+    PossibleValuesParser::new(names)
+        .try_map(|name| CullerKind::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
+}
+
+/// Events of a file, or of a built-in scene.
+enum Source {
+    File(Box<OpenSession>),
+    Scene(std::vec::IntoIter<Event>),
+}
+
+impl Source {
+    fn open(path: &Path, lenient: bool) -> anyhow::Result<Self> {
+        match path.to_str().and_then(|name| name.strip_prefix("scene:")) {
+            Some(name) => {
+                let scene = TestScene::from_name(name).ok_or_else(|| {
+                    let names: Vec<_> = TestScene::ALL.iter().map(|scene| scene.name()).collect();
+                    anyhow::anyhow!("no scene is called {name}: expected {}", names.join(", "))
+                })?;
+                Ok(Self::Scene(scene.events().into_iter()))
+            }
+            None => Ok(Self::File(Box::new(OpenSession::open(path, lenient)?))),
+        }
+    }
+
+    fn header(&self) -> Option<&Header> {
+        match self {
+            Self::File(session) => Some(&session.header),
+            Self::Scene(_) => None,
+        }
+    }
+}
+
+impl Iterator for Source {
+    type Item = Result<Event, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match self {
+            Self::File(session) => session.next(),
+            Self::Scene(events) => events.next().map(Ok),
+        }
+    }
+}
+
+pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
+    let mut outcome = Outcome::Done;
+    for file in &args.files {
+        let (verifier, polygons) = verify(args, file)?;
+        let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+        say(&if args.json { json(&name, polygons, &verifier)? } else { text(&name, polygons, &verifier) })?;
+        for trial in verifier.trials().iter().filter(|trial| trial.failed()) {
+            let totals = trial.totals();
+            let first = totals.first_false.map_or(String::new(), |(view, id)| {
+                format!("; the first is polygon {} in view {view}", id.0)
+            });
+            complain(&format!(
+                "{name}: {} with {} occluders culled {} visible polygons and misreported {}{first}",
+                trial.name(),
+                trial.occluders(),
+                totals.false_culls,
+                totals.misreported,
+            ));
+            outcome = Outcome::CheckFailed;
+        }
+    }
+    Ok(outcome)
+}
+
+fn config(args: &VerifyArgs) -> VerifyConfig {
+    let kinds = if args.occlusion.is_empty() { CullerKind::sound() } else { args.occlusion.clone() };
+    let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
+    VerifyConfig {
+        kinds,
+        occluders: args.occluders.clone(),
+        pool: PoolConfig { grouping, ..PoolConfig::default() },
+        select: SelectConfig { least_share: args.least_share, ..SelectConfig::default() },
+        cull: CullConfig {
+            node_test: match args.test.as_str() {
+                "sphere" => NodeTest::Sphere,
+                "outline" => NodeTest::Outline,
+                _ => NodeTest::Box,
+            },
+            polygon_test: if args.nodes_only { PolygonTest::Never } else { PolygonTest::InMixedLeaves },
+            least_polygons: args.least_polygons,
+            ..CullConfig::default()
+        },
+        oracle: OracleConfig { width: args.pixels.width, height: args.pixels.height },
+        repeats: 9,
+    }
+}
+
+/// Plays a session and looks at it; the verifier afterwards, and the number of polygons.
+fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, u64)> {
+    let (summary, _, read) = summarize(Source::open(file, args.lenient)?, args.pace);
+    read?;
+    let source = Source::open(file, args.lenient)?;
+    let is_built_in = matches!(source, Source::Scene(_));
+    // Built-in scenes end with their views.
+    let has_own_views = is_built_in && args.camera == CameraChoice::Auto;
+    let whole = args.whole || is_built_in;
+    let header = source.header().cloned().unwrap_or_else(|| Header::new("", ""));
+    let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
+    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+    let index = args.index.create(&IndexConfig { root: root_cube(&header, &summary.bounds), capacity });
+    let mut verifier = Verifier::new(index, config(args), StageClock::counting(allocations::count));
+
+    let mut scene = Scene::new();
+    let mut pacer = Pacer::new(source, args.pace);
+    let (mut moment, mut events, mut changes) = (Moment::default(), Vec::new(), Vec::new());
+    let mut moments = Vec::new();
+    let mut looked = 0;
+    while pacer.next_frame(&mut events)? {
+        changes.clear();
+        for event in &events {
+            moment.note(event);
+            scene.apply(event, &mut changes);
+            // Built-in scenes end with their views.
+            if args.camera == CameraChoice::Auto
+                && header.source.is_empty()
+                && matches!(event, Event::Head { .. })
+            {
+                moments.push(moment);
+            }
+        }
+        verifier.follow(&scene, &changes);
+        moment.frame += 1;
+        // The last frame is always one of them.
+        if moment.frame * args.views / summary.frames.max(1) > looked {
+            looked += 1;
+            if whole && !has_own_views {
+                moments.push(moment);
+            } else if !whole {
+                verifier.look(&scene, &camera.view(&moment));
+            }
+        }
+    }
+    for moment in moments.iter().take(args.views as usize) {
+        verifier.look(&scene, &camera.view(moment));
+    }
+    Ok((verifier, summary.counts.polygons))
+}
+
+fn text(name: &str, polygons: u64, verifier: &Verifier) -> String {
+    let views = verifier.views();
+    let mean = |sum: u64| thousands((sum as f64 / views.views.max(1) as f64).round() as u64);
+    let mut lines = vec![format!(
+        "{name}: {} polygons, {} views; in view {} (visible {}, hidden {}), frustum {} µs",
+        thousands(polygons),
+        views.views,
+        mean(views.in_view),
+        mean(views.visible),
+        mean(views.hidden),
+        mean(views.frustum_ns / 1000),
+    )];
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_MARKDOWN);
+    table.set_header([
+        "method",
+        "occluders",
+        "used",
+        "wrong",
+        "hidden %",
+        "tests",
+        "planes",
+        "select µs",
+        "build µs",
+        "query µs",
+    ]);
+    for trial in verifier.trials() {
+        let totals = trial.totals();
+        let micros = |ns: u64| format!("{:.1}", totals.mean(ns) / 1000.0);
+        table.add_row([
+            match trial.soundness() {
+                Soundness::Sound => trial.name().to_owned(),
+                Soundness::Unsound(_) => format!("{} (unsound)", trial.name()),
+            },
+            trial.occluders().to_string(),
+            format!("{:.0}", totals.mean(u64::from(totals.select.chosen))),
+            thousands(totals.false_culls),
+            format!("{:.1}", totals.hidden_culled_percent()),
+            format!("{:.0}", totals.mean(totals.cull.node_tests + totals.cull.polygon_tests)),
+            format!("{:.0}", totals.mean(u64::from(totals.build.nodes))),
+            micros(totals.select_ns),
+            micros(totals.build_ns),
+            micros(totals.query_ns),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    lines.push(table.to_string());
+    lines.join("\n")
+}
+
+#[derive(Serialize)]
+struct JsonVerify<'a> {
+    recording: &'a str,
+    polygons: u64,
+    views: u64,
+    in_view_mean: f64,
+    visible_mean: f64,
+    hidden_mean: f64,
+    frustum_us: f64,
+    runs: Vec<JsonRun>,
+}
+
+#[derive(Serialize)]
+struct JsonRun {
+    occlusion: &'static str,
+    sound: bool,
+    occluders: usize,
+    views: u64,
+    occluders_used: f64,
+    false_culls: u64,
+    misreported: u64,
+    hidden_culled_percent: f64,
+    node_tests: f64,
+    polygon_tests: f64,
+    tree_nodes: f64,
+    tree_depth: u32,
+    select_us: f64,
+    build_us: f64,
+    query_us: f64,
+}
+
+impl JsonRun {
+    fn new(trial: &Trial) -> Self {
+        let totals = trial.totals();
+        let micros = |ns: u64| totals.mean(ns) / 1000.0;
+        Self {
+            occlusion: trial.name(),
+            sound: trial.soundness() == Soundness::Sound,
+            occluders: trial.occluders(),
+            views: totals.views,
+            occluders_used: totals.mean(u64::from(totals.select.chosen)),
+            false_culls: totals.false_culls,
+            misreported: totals.misreported,
+            hidden_culled_percent: totals.hidden_culled_percent(),
+            node_tests: totals.mean(totals.cull.node_tests),
+            polygon_tests: totals.mean(totals.cull.polygon_tests),
+            tree_nodes: totals.mean(u64::from(totals.build.nodes)),
+            tree_depth: totals.build.depth,
+            select_us: micros(totals.select_ns),
+            build_us: micros(totals.build_ns),
+            query_us: micros(totals.query_ns),
+        }
+    }
+}
+
+fn json(name: &str, polygons: u64, verifier: &Verifier) -> anyhow::Result<String> {
+    let views = verifier.views();
+    let mean = |sum: u64| sum as f64 / views.views.max(1) as f64;
+    Ok(serde_json::to_string(&JsonVerify {
+        recording: name,
+        polygons,
+        views: views.views,
+        in_view_mean: mean(views.in_view),
+        visible_mean: mean(views.visible),
+        hidden_mean: mean(views.hidden),
+        frustum_us: mean(views.frustum_ns) / 1000.0,
+        runs: verifier.trials().iter().map(JsonRun::new).collect(),
+    })?)
+}
