@@ -95,7 +95,7 @@ impl IdMap {
         Self {
             directory: Vec::with_capacity(shelves.max(1024)),
             shelves: Pool::with_room_for(shelves),
-            details: Pool::with_room_for(polygons / 64),
+            details: Pool::with_room_for(polygons / 64 + polygons.min(4096) / 16),
             stores: Pool::with_room_for(polygons / 16),
         }
     }

@@ -51,15 +51,17 @@ impl Osp {
     /// An empty tree whose box tests use this instruction set (or plain Rust, where the processor lacks it). The
     /// answers do not depend on it.
     pub fn with_backend(config: &IndexConfig, backend: Backend) -> Self {
-        let runs = config.capacity / 8;
+        // What a drawn session of that size takes, and what `make_room` asks for on top.
+        let polygons = config.capacity.min(MOST_AT_ONCE) + AHEAD;
+        let runs = polygons / 8;
         let mut osp = Self {
             backend,
             grid: Grid::new(&config.root),
             flat: vec![0; FLAT_ENTRIES],
-            nodes: Pool::with_room_for(runs / 256),
-            buckets: Pool::with_room_for(runs / 48),
-            pages: Pool::with_room_for(runs / 10),
-            ids: IdMap::with_room_for(config.capacity),
+            nodes: Pool::with_room_for(runs / 96 + NODES_AHEAD),
+            buckets: Pool::with_room_for(runs / 48 + NODES_AHEAD),
+            pages: Pool::with_room_for(runs / 10 + AHEAD / 16),
+            ids: IdMap::with_room_for(polygons),
             open: OpenBlock::new(),
             top: NONE,
             shape: 0,
@@ -238,15 +240,21 @@ impl SpatialIndex for Osp {
 const CHANGES_BETWEEN: u32 = 64;
 
 /// Polygons that there is always room for, so that growing falls between two frames.
-const AHEAD: usize = 8192;
+const AHEAD: usize = 4096;
+
+/// Polygons that room is made for at once at most, whatever the configuration says; beyond, the tree grows in steps.
+const MOST_AT_ONCE: usize = 1 << 24;
+
+/// Nodes and buckets that there is always room for.
+const NODES_AHEAD: usize = 64;
 
 impl Osp {
     /// Reserves memory for the next frame.
     fn make_room(&mut self) {
         self.ids.make_room(AHEAD);
         self.pages.make_room(AHEAD / 16);
-        self.buckets.make_room(64);
-        self.nodes.make_room(64);
+        self.buckets.make_room(NODES_AHEAD);
+        self.nodes.make_room(NODES_AHEAD);
     }
 
     /// The first bucket of the chain that a bucket is in.

@@ -18,6 +18,9 @@ pub(super) trait Pooled: Copy {
 /// No entry.
 pub(super) const NONE: u32 = u32::MAX;
 
+/// Chunks that a pool grows by at most beyond what it needs. More: rarer growth, longer pauses.
+const MOST_CHUNKS: usize = 32;
+
 /// A pool of entries by number. It grows by whole chunks, so nothing is ever copied, and entries given back are used
 /// first.
 #[derive(Clone, Debug)]
@@ -39,13 +42,21 @@ impl<T: Pooled> Pool<T> {
 
     pub(super) fn with_room_for(entries: usize) -> Self {
         let mut pool = Self { chunks: Vec::new(), free: NONE, len: 0, live: 0 };
-        pool.make_room(entries);
+        pool.reserve_chunks(entries.div_ceil(Self::CHUNK));
         pool
     }
 
-    /// Makes room for this many entries beyond those in use.
+    /// Makes room for at least this many entries beyond those in use. If there is too little, it becomes more by an
+    /// eighth, so that growing stays rare, but by no more than [`MOST_CHUNKS`] at once, so that it stays short.
     pub(super) fn make_room(&mut self, more: usize) {
-        let chunks = (self.live as usize + more).div_ceil(Self::CHUNK);
+        let needed = (self.live as usize + more).div_ceil(Self::CHUNK);
+        if needed > self.chunks.len() {
+            self.reserve_chunks(needed + (needed / 8).min(MOST_CHUNKS));
+        }
+    }
+
+    fn reserve_chunks(&mut self, chunks: usize) {
+        self.chunks.reserve(chunks.saturating_sub(self.chunks.len()));
         while self.chunks.len() < chunks {
             self.chunks.push(Vec::with_capacity(Self::CHUNK));
         }
