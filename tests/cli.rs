@@ -144,6 +144,66 @@ fn a_pinned_fingerprint_is_checked() {
 }
 
 #[test]
+fn pins_tell_recordings_of_one_name_in_two_folders_apart() {
+    let folder = temp();
+    let pins = folder.path().join("all.pins");
+    let mut sessions = Vec::new();
+    for (name, polygons) in [("a", "60"), ("b", "90")] {
+        let session = folder.path().join(name).join("same.ron");
+        fs::create_dir(session.parent().expect("a folder")).expect("made");
+        let session = session.to_str().expect("utf-8").to_owned();
+        assert!(osp(&["synth", "portrait", "--polygons", polygons, &session]).status.success());
+        sessions.push(session);
+    }
+    let pins_path = pins.to_str().expect("utf-8");
+    let both = |option| osp(&["replay", &sessions[0], &sessions[1], option, pins_path]);
+    assert!(both("--pin").status.success());
+    assert!(both("--check").status.success(), "{}", stderr(&both("--check")));
+    let text = fs::read_to_string(&pins).expect("the pins");
+    assert!(text.contains("\"a/same.ron\"") && text.contains("\"b/same.ron\""), "{text}");
+}
+
+#[test]
+fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let session = session.to_str().expect("utf-8");
+    let piped = osp(&["replay", session]);
+    assert_eq!(stderr(&piped), "");
+    // `script` gives the program a terminal of its own.
+    let command = format!("{} replay {session} --pace samples:1", env!("CARGO_BIN_EXE_osp"));
+    match Command::new("script").args(["-qec", &command, "/dev/null"]).env("TERM", "xterm").output() {
+        Ok(output) => assert!(stdout(&output).contains("frames, "), "{}", stdout(&output)),
+        Err(error) => eprintln!("skipped the terminal: script(1): {error}"),
+    }
+}
+
+#[test]
+fn a_recording_that_cannot_be_written_is_named_as_asked_and_leaves_nothing() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let out = folder.path().join("no-such-folder").join("out.ron");
+    let (session, out) = (session.to_str().expect("utf-8"), out.to_str().expect("utf-8"));
+    for args in [&["import", session, out][..], &["synth", "portrait", "--polygons", "50", out]] {
+        let output = osp(args);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(out), "{}", stderr(&output));
+        assert!(!stderr(&output).contains("unfinished"), "{}", stderr(&output));
+    }
+    assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1);
+}
+
+#[test]
+fn a_file_of_no_known_format_is_described() {
+    let folder = temp();
+    let path = folder.path().join("picture.bin");
+    fs::write(&path, b"\x89PNG\r\n rest").expect("written");
+    let output = osp(&["info", path.to_str().expect("utf-8")]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains(r#"a file that begins with "\x89PNG\r\n rest""#), "{}", stderr(&output));
+}
+
+#[test]
 fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
     let folder = temp();
     let session = small_session(folder.path());

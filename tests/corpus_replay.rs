@@ -7,16 +7,31 @@ use std::{
 
 use serde_json::Value;
 
-/// Every session below the corpus, if there is one.
+/// Frames that each session is cut into, if it has as many samples: each is checked, and all sessions together still
+/// end in a minute or two.
+const FRAMES: u64 = 250;
+
+/// Every session and scene below the corpus.
 fn sessions(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
-    for kind in ["tilt", "apa", "cassie/raw_data", "poses"] {
+    for kind in ["tilt", "apa", "cassie/raw_data", "cassie/sketch_history", "poses", "scenes"] {
         let entries = std::fs::read_dir(folder.join(kind)).expect("a folder of the corpus");
-        found.extend(entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| !p.ends_with("LICENSE")));
+        // A video of depth buffers is no session.
+        let is_session =
+            |path: &PathBuf| !path.ends_with("LICENSE") && path.extension().is_none_or(|e| e != "mocrec");
+        found.extend(entries.filter_map(|e| Some(e.ok()?.path())).filter(is_session));
     }
     found.sort();
-    assert!(found.len() > 30, "{} has only {} sessions", folder.display(), found.len());
+    assert!(found.len() > 40, "{} has only {} sessions", folder.display(), found.len());
     found
+}
+
+fn osp(args: &[&str], session: &Path) -> Value {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_osp")).args(args).arg(session).output().expect("the program starts");
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}: {complaint}", session.display());
+    serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
 
 #[test]
@@ -26,17 +41,16 @@ fn every_corpus_session_replays_and_all_indexes_agree_in_every_frame() {
         return;
     };
     for session in sessions(Path::new(&folder)) {
-        // Large steps: each frame is checked, and the session still ends in seconds.
-        let output = Command::new(env!("CARGO_BIN_EXE_osp"))
-            .args(["replay", "--json", "--pace", "samples:400", "--budget", "600"])
-            .arg(&session)
-            .output()
-            .expect("the program starts");
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{}: {complaint}", session.display());
-        let report: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+        let info = osp(&["info", "--json"], &session);
+        // A scene has no strokes: each of its faces is a sample.
+        let count = |key: &str| info[key].as_u64().expect("a number");
+        let samples = if count("points") > 0 { count("points") } else { count("polygons") };
+        let pace = format!("samples:{}", (samples / FRAMES).max(1));
+        let report = osp(&["replay", "--json", "--pace", &pace, "--budget", "600"], &session);
         let runs = report["runs"].as_array().expect("runs");
         assert_eq!(runs.len(), 4, "{report}");
+        let frames = report["frames"].as_u64().expect("frames");
+        assert!(frames >= samples.min(FRAMES / 4), "{}: only {frames} frames", session.display());
         for run in runs {
             assert_eq!(run["fingerprint"], runs[0]["fingerprint"], "{}: {run}", session.display());
             assert_eq!(run["frames_measured"], report["frames"], "{}: {run}", session.display());

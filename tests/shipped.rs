@@ -34,6 +34,24 @@ fn every_shipped_recording_replays_with_its_pinned_fingerprint_in_every_index() 
 }
 
 #[test]
+fn indexes_that_grow_in_place_allocate_nothing_once_a_session_runs() {
+    let in_place = "brute-force,brute-simd,time-order,osp,dynamic-bvh,loose-octree";
+    for name in shipped() {
+        let path = format!("recordings/{name}");
+        let args = ["replay", &path, "--json", "--budget", "600", "--index"];
+        // A rebuilt index shows that somebody counts.
+        let output =
+            osp().args(args).arg(format!("{in_place},octree-rebuild")).output().expect("the program starts");
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+        for run in report["runs"].as_array().expect("runs") {
+            let allocations = run["allocations_steady"].as_u64().expect("a number");
+            let rebuilds = run["index"] == "octree-rebuild";
+            assert_eq!(allocations > 0, rebuilds, "{name}, {}: {allocations} allocations", run["index"]);
+        }
+    }
+}
+
+#[test]
 fn the_recordings_are_what_their_commands_make() {
     let readme = fs::read_to_string("recordings/README.md").expect("recordings/README.md");
     let folder = tempfile::tempdir().expect("a temporary folder");

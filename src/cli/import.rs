@@ -1,24 +1,23 @@
 //! `osp import`: a session of any format, written as a recording.
 
 use std::{
-    ffi::OsString,
-    fs,
     io::IsTerminal,
     path::{Path, PathBuf},
     time::Duration,
 };
 
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{anyhow, ensure};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
     Outcome,
+    new_recording::{NewRecording, check_output},
     output::{complain, say},
     session::OpenSession,
 };
 use crate::{
-    recording::{Event, Flush, RecordingError, RonWriter},
+    recording::{Event, RecordingError},
     report::thousands,
 };
 
@@ -76,20 +75,25 @@ impl Counts {
             | Event::Place { .. } => self.edits += 1,
         }
     }
+
+    /// What there is, by kind; strokes and points always.
+    fn text(&self) -> String {
+        let rest = [(self.polygons, "faces"), (self.heads, "head poses"), (self.edits, "edits")];
+        [(self.strokes, "strokes"), (self.points, "points")]
+            .into_iter()
+            .chain(rest.into_iter().filter(|&(count, _)| count > 0))
+            .map(|(count, of)| format!("{} {of}", thousands(count)))
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
 }
 
 pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
-    let name = args.output.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase());
-    let is_recording = name.is_some_and(|name| name.ends_with(".ron") || name.ends_with(".ron.zst"));
-    ensure!(is_recording, "{}: expected a name that ends in .ron or .ron.zst", args.output.display());
-    let exists = args.output.exists();
-    ensure!(args.force || !exists, "{}: exists already; --force replaces it", args.output.display());
-    ensure!(!exists || !is_same(&args.input, &args.output), "{}: is the input, too", args.output.display());
+    check_output(&args.output, args.force)?;
+    ensure!(!is_same(&args.input, &args.output), "{}: is the input, too", args.output.display());
 
     let mut session = OpenSession::open(&args.input, args.lenient)?;
-    let unfinished = Unfinished::beside(&args.output);
-    let counts = convert(&mut session, unfinished.path(), args.lenient)?;
-    unfinished.rename_to(&args.output)?;
+    let (counts, bytes) = convert(&mut session, &args.output, args.lenient)?;
 
     let notes = session.notes();
     for warning in &notes.warnings {
@@ -98,38 +102,32 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
     if notes.skipped > 0 {
         complain(&format!("{} damaged pieces were skipped", thousands(notes.skipped)));
     }
-    let bytes = fs::metadata(&args.output).map_or(0, |data| data.len());
     say(&format!(
-        "{} ({}) -> {}: {} strokes, {} points, {} polygons, {} head poses, {} edits; {} bytes",
+        "{} ({}) -> {}: {}; {} bytes",
         args.input.display(),
         session.format,
         args.output.display(),
-        thousands(counts.strokes),
-        thousands(counts.points),
-        thousands(counts.polygons),
-        thousands(counts.heads),
-        thousands(counts.edits),
+        counts.text(),
         thousands(bytes),
     ))?;
     Ok(Outcome::Done)
 }
 
-/// Writes the whole session.
-fn convert(session: &mut OpenSession, output: &Path, lenient: bool) -> anyhow::Result<Counts> {
-    let mut writer = RonWriter::create(output, &session.header, Flush::AtEnd)?;
+/// Writes the whole session; what it holds and how many bytes it takes.
+fn convert(session: &mut OpenSession, output: &Path, lenient: bool) -> anyhow::Result<(Counts, u64)> {
+    let mut recording = NewRecording::create(output, &session.header)?;
     let progress = progress();
     let mut counts = Counts::default();
     for event in session.by_ref() {
         let event = event.map_err(|error| explain(&error, lenient))?;
-        writer.write(&event)?;
+        recording.write(&event)?;
         counts.add(&event);
         if counts.events.is_multiple_of(EVENTS_PER_STEP) {
             progress.set_position(counts.events);
         }
     }
-    writer.finish()?;
     progress.finish_and_clear();
-    Ok(counts)
+    Ok((counts, recording.finish()?))
 }
 
 /// A count of events, where somebody can see it. No source knows beforehand how many events it has.
@@ -153,31 +151,4 @@ fn explain(error: &RecordingError, lenient: bool) -> anyhow::Error {
 /// Whether both names are of one file or folder.
 fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
-/// A file that is removed unless it is finished.
-struct Unfinished(PathBuf);
-
-impl Unfinished {
-    /// A name beside `output`, with the same ending, because the ending decides about compression.
-    fn beside(output: &Path) -> Self {
-        let mut name = OsString::from(format!(".unfinished-{}-", std::process::id()));
-        name.push(output.file_name().unwrap_or_default());
-        Self(output.with_file_name(name))
-    }
-
-    fn path(&self) -> &Path {
-        &self.0
-    }
-
-    fn rename_to(&self, output: &Path) -> anyhow::Result<()> {
-        fs::rename(&self.0, output).with_context(|| output.display().to_string())
-    }
-}
-
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        // After the rename there is nothing to remove.
-        let _ = fs::remove_file(&self.0);
-    }
 }

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 a check failed, 2 bad input or usage.
 
 mod allocations;
+mod new_recording;
 mod output;
 mod session;
 

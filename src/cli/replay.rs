@@ -22,7 +22,7 @@ use crate::{
     recording::{Header, Pace, Pacer},
     report::{
         ChartError, ChartFormat, CsvWriter, Pin, Pins, ReplayReport, RunReport, draw_frame_times,
-        replay_table, thousands,
+        pinned_name, replay_table, thousands,
     },
     visibility::{Budget, CameraChoice, CameraPath, Lane, Pipeline, Replay},
 };
@@ -145,13 +145,19 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
             ));
             outcome = Outcome::CheckFailed;
         }
-        let pin =
-            report.runs.iter().find_map(|run| Pin::of(&report.recording, &report.pace, &report.camera, run));
-        let mut complaint = pins.as_ref().and_then(|pins| compare(pins, pin.as_ref()));
-        match pin {
-            Some(pin) => new_pins.set(pin),
-            None if args.pin.is_some() => complaint = Some(INCOMPLETE.to_owned()),
-            None => {}
+        let pin_in = |pins: &Path| {
+            let name = pinned_name(file, pins);
+            report.runs.iter().find_map(|run| Pin::of(&name, &report.pace, &report.camera, run))
+        };
+        let mut complaint = None;
+        if let (Some(pins), Some(path)) = (&pins, &args.check) {
+            complaint = compare(pins, pin_in(path).as_ref());
+        }
+        if let Some(path) = &args.pin {
+            match pin_in(path) {
+                Some(pin) => new_pins.set(pin),
+                None => complaint = Some(INCOMPLETE.to_owned()),
+            }
         }
         if let Some(complaint) = complaint {
             complain(&format!("{}: {complaint}", file.display()));

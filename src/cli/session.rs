@@ -36,7 +36,11 @@ pub(super) struct OpenSession {
 impl OpenSession {
     /// Opens a session of any format.
     pub(super) fn open(path: &Path, lenient: bool) -> anyhow::Result<Self> {
-        let session = recording::open(path, &OpenOptions { lenient })?;
+        Self::of(recording::open(path, &OpenOptions { lenient })?, path)
+    }
+
+    /// Starts to read a session that is open.
+    fn of(session: recording::Session, path: &Path) -> anyhow::Result<Self> {
         let (header, format) = (session.header.clone(), session.format);
         let (sender, messages) = sync_channel(WAITING);
         thread::Builder::new()
@@ -110,5 +114,57 @@ impl Iterator for OpenSession {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{
+        sync::{
+            Arc,
+            atomic::{AtomicUsize, Ordering},
+        },
+        time::{Duration, Instant},
+    };
+
+    use super::*;
+    use crate::recording::{EventSource, StrokeId};
+
+    /// Far more events than may be read ahead; counts those that were asked for.
+    struct Endless(Arc<AtomicUsize>);
+
+    impl EventSource for Endless {
+        fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+            let t = self.0.fetch_add(1, Ordering::Relaxed) as f64;
+            Ok(Some(Event::End { t, stroke: StrokeId(0) }))
+        }
+
+        fn notes(&self) -> Notes {
+            Notes::default()
+        }
+    }
+
+    #[test]
+    fn the_reader_runs_ahead_but_not_without_bound() {
+        let read = Arc::new(AtomicUsize::new(0));
+        let events = Box::new(Endless(Arc::clone(&read)));
+        let session = recording::Session { header: Header::new("", ""), format: "test", events };
+        let mut session = OpenSession::of(session, Path::new("test")).expect("a thread");
+        let most = (WAITING + 2) * BATCH;
+        let until = |least: usize| {
+            let start = Instant::now();
+            while read.load(Ordering::Relaxed) < least {
+                assert!(start.elapsed() < Duration::from_secs(60), "the reader waits to be asked");
+                thread::sleep(Duration::from_millis(1));
+            }
+            read.load(Ordering::Relaxed)
+        };
+        // Nobody has asked for anything yet.
+        assert!(until(WAITING * BATCH) <= most);
+        for i in 0..5 * BATCH {
+            let event = session.next().expect("more").expect("whole");
+            assert_eq!(event.time_secs(), i as f64);
+        }
+        assert!(until((WAITING + 4) * BATCH) <= most + 5 * BATCH);
     }
 }

@@ -2,16 +2,19 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use anyhow::{Context, bail};
 use clap::{
     Args,
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use indicatif::{HumanBytes, ProgressBar};
 
-use super::{Outcome, output::say};
+use super::{
+    Outcome,
+    new_recording::{NewRecording, check_output},
+    output::say,
+};
 use crate::{
-    recording::{Event, Flush, RonWriter, SynthKind, synthesize},
+    recording::{Event, SynthKind, synthesize},
     report::thousands,
 };
 
@@ -52,15 +55,9 @@ fn kind_parser() -> impl TypedValueParser<Value = SynthKind> {
 
 pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
     let out = &args.out;
-    let name = out.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    if !(name.ends_with(".ron") || name.ends_with(".ron.zst")) {
-        bail!("{}: expected a name that ends in .ron or .ron.zst", out.display());
-    }
-    if !args.force && out.exists() {
-        bail!("{}: exists already; --force replaces it", out.display());
-    }
+    check_output(out, args.force)?;
     let session = synthesize(args.kind, args.polygons, args.seed);
-    let mut writer = RonWriter::create(out, &session.header, Flush::AtEnd)?;
+    let mut recording = NewRecording::create(out, &session.header)?;
     // Shown on a terminal only.
     let progress = ProgressBar::new_spinner();
     progress.enable_steady_tick(Duration::from_millis(200));
@@ -70,14 +67,13 @@ pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
         strokes += u64::from(matches!(event, Event::Begin { .. }));
         points += u64::from(matches!(event, Event::Point { .. }));
         events += 1;
-        writer.write(&event)?;
+        recording.write(&event)?;
         if events % 4096 == 0 {
             progress.set_message(format!("{} events", thousands(events)));
         }
     }
-    writer.finish()?;
     progress.finish_and_clear();
-    let bytes = std::fs::metadata(out).with_context(|| out.display().to_string())?.len();
+    let bytes = recording.finish()?;
     say(&format!(
         "{}: {}, {} strokes, {} points, {} events, {}",
         out.display(),

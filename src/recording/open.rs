@@ -48,7 +48,7 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Session, RecordingErro
     Err(RecordingError::Unknown {
         path: path.to_owned(),
         expected: format!("one of the formats {}", formats()),
-        found: if path.is_dir() { "a folder" } else { "another file" }.to_owned(),
+        found: if path.is_dir() { "a folder without a sketch".to_owned() } else { describe(&start) },
     })
 }
 
@@ -78,6 +78,14 @@ fn open_compressed(path: &Path, _options: &OpenOptions) -> Result<Session, Recor
         expected: "an uncompressed recording (this build lacks the feature `formats`)".to_owned(),
         found: "zstd data".to_owned(),
     })
+}
+
+/// What an unknown file looks like.
+fn describe(start: &[u8]) -> String {
+    match start {
+        [] => "an empty file".to_owned(),
+        _ => format!("a file that begins with \"{}\"", start[..start.len().min(16)].escape_ascii()),
+    }
 }
 
 fn sniff(path: &Path) -> Result<Vec<u8>, RecordingError> {

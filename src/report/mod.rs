@@ -8,7 +8,7 @@ mod table;
 
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
 pub use csv::CsvWriter;
-pub use pins::{Pin, PinError, Pins};
+pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use run::{ReplayReport, RunReport};
 pub use table::replay_table;
 pub(crate) use table::thousands;

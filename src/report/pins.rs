@@ -22,7 +22,7 @@ pub struct Pins {
 /// What one recording's replay must give.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pin {
-    /// File name of the recording, without folders.
+    /// The recording, as a path from the folder of the pins with `/` between names (see [`pinned_name`]).
     pub recording: String,
     /// The pace, as on the command line.
     pub pace: String,
@@ -98,6 +98,22 @@ impl Pin {
             self.fingerprint, found.fingerprint
         ))
     }
+}
+
+/// What a recording is called in the file of pins at `pins`: its path from the folder of the pins if it lies below,
+/// else its whole path; so two recordings of one name in two folders are not mistaken for each other.
+pub fn pinned_name(recording: &Path, pins: &Path) -> String {
+    let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let resolved = |path: &Path| path.canonicalize().unwrap_or_else(|_| whole(path));
+    let recording = resolved(recording);
+    // The pins need not exist yet, their folder does.
+    let folder = whole(pins).parent().map(resolved).unwrap_or_default();
+    let name = recording.strip_prefix(folder).unwrap_or(&recording);
+    name.components()
+        .map(|part| part.as_os_str().to_string_lossy())
+        .collect::<Vec<_>>()
+        .join("/")
+        .replacen("//", "/", 1)
 }
 
 impl Pins {

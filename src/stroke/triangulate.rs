@@ -6,6 +6,9 @@ use glam::Vec3;
 
 use super::{ConvexPolygon, Drops};
 
+/// How often all corners are looked at again when no ear is left; bounds the work for outlines that have none.
+const LOOKS_AGAIN: u32 = 8;
+
 /// Twice the area times the normal, by Newell's sum; robust for bent and concave outlines.
 fn newell_normal(corners: &[Vec3]) -> Vec3 {
     let Some(&first) = corners.first() else { return Vec3::ZERO };
@@ -24,8 +27,7 @@ pub(super) fn flatten(corners: &mut [Vec3]) {
     }
 }
 
-/// Appends a polygon of three or more corners as convex pieces; O(n) for a convex outline, O(n^2) to O(n^3)
-/// otherwise. Fewer than three corners count as degenerate.
+/// Appends a polygon of three or more corners as convex pieces; O(n) for a convex outline, O(n^2) otherwise. Fewer than three corners count as degenerate.
 pub fn split_into_convex(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
     match *corners {
         [] | [_] | [_, _] => drops.degenerate += 1,
@@ -63,20 +65,38 @@ fn push_fan(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
 fn clip_ears(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
     let normal = newell_normal(corners);
     let mut left: Vec<Vec3> = corners.to_vec();
+    let ears_of = |left: &[Vec3]| (0..left.len()).map(|i| is_ear(left, i, normal)).collect::<Vec<bool>>();
+    let mut ears = ears_of(&left);
+    let mut looks_again = LOOKS_AGAIN;
     while left.len() > 3 {
-        let n = left.len();
-        let ear = (0..n).find(|&i| {
-            let (a, b, c) = (left[(i + n - 1) % n], left[i], left[(i + 1) % n]);
-            let turns_left = (b - a).cross(c - b).dot(normal) > 0.0;
-            turns_left
-                && !left.iter().any(|&p| p != a && p != b && p != c && in_triangle(p, [a, b, c], normal))
-        });
+        let mut found = ears.iter().position(|&ear| ear);
+        // Outlines that touch themselves: what was in an ear's way may be gone.
+        if found.is_none() && looks_again > 0 {
+            looks_again -= 1;
+            ears = ears_of(&left);
+            found = ears.iter().position(|&ear| ear);
+        }
         // A self-crossing outline may have no ear: cut any corner, the pieces still cover the outline's corners.
-        let i = ear.unwrap_or(0);
+        let i = found.unwrap_or(0);
+        let n = left.len();
         ConvexPolygon::triangle(left[(i + n - 1) % n], left[i], left[(i + 1) % n]).push_checked(out, drops);
         left.remove(i);
+        ears.remove(i);
+        // Only the two neighbours have got other edges.
+        let n = left.len();
+        for neighbour in [(i + n - 1) % n, i % n] {
+            ears[neighbour] = is_ear(&left, neighbour, normal);
+        }
     }
     ConvexPolygon::triangle(left[0], left[1], left[2]).push_checked(out, drops);
+}
+
+/// Whether corner `i` turns left and no other corner lies in the triangle with its neighbours.
+fn is_ear(left: &[Vec3], i: usize, normal: Vec3) -> bool {
+    let n = left.len();
+    let (a, b, c) = (left[(i + n - 1) % n], left[i], left[(i + 1) % n]);
+    let turns_left = (b - a).cross(c - b).dot(normal) > 0.0;
+    turns_left && !left.iter().any(|&p| p != a && p != b && p != c && in_triangle(p, [a, b, c], normal))
 }
 
 fn in_triangle(p: Vec3, [a, b, c]: [Vec3; 3], normal: Vec3) -> bool {

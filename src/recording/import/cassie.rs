@@ -50,20 +50,21 @@ pub fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, Record
     let mut warnings = Vec::new();
     let first = cassie_json::read(path, on_damage, &mut warnings)?;
     let folder = if matches!(first, Document::History(_)) { "raw_data" } else { "sketch_history" };
-    let second = match sibling(path, folder) {
-        Some(path) => Some(cassie_json::read(&path, on_damage, &mut warnings)?),
-        None => None,
-    };
+    let sibling = sibling(path, folder);
+    let second =
+        sibling.as_deref().map(|path| cassie_json::read(path, on_damage, &mut warnings)).transpose()?;
     let (mut history, mut raw) = (None, None);
-    for document in [Some(first), second].into_iter().flatten() {
+    let mut raw_path = path;
+    for (document, path) in [(Some(first), path), (second, sibling.as_deref().unwrap_or(path))] {
         match document {
-            Document::History(strokes) => history = history.or(Some(strokes)),
-            Document::Raw(data) => raw = raw.or(Some(data)),
+            Some(Document::History(strokes)) => history = history.or(Some(strokes)),
+            Some(Document::Raw(data)) if raw.is_none() => (raw, raw_path) = (Some(data), path),
+            Some(Document::Raw(_)) | None => {}
         }
     }
     let skipped = warnings.len() as u64;
     let raw = raw.unwrap_or_default();
-    let heads = head_path(path, &raw.states, &mut warnings);
+    let heads = head_path(raw_path, &raw.states, &mut warnings);
     let strokes = history.map_or_else(|| strokes_of_raw(raw), strokes_of_history);
     let events = merge(heads, strokes).into_iter();
     let stream = Cassie { events, notes: Notes { warnings, skipped } };
