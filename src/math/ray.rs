@@ -35,20 +35,28 @@ impl Ray {
         (near <= far * (1.0 + 4.0 * f32::EPSILON)).then_some(near)
     }
 
-    /// Where the ray meets a triangle, from either side (Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle
-    /// Intersection", 1997); `None` for a miss or a degenerate triangle.
-    pub fn meet_triangle(&self, [a, b, c]: [Vec3; 3]) -> Option<f32> {
-        let (ab, ac) = (b - a, c - a);
-        let p = self.direction.cross(ac);
-        let determinant = ab.dot(p);
-        if determinant == 0.0 || !determinant.is_finite() {
+    /// Where the ray meets a triangle, from either side; `None` for a miss or a degenerate triangle. A ray through an
+    /// edge that two triangles share meets at least one of them (Sven Woop, Carsten Benthin, Ingo Wald, "Watertight
+    /// Ray/Triangle Intersection", 2013).
+    pub fn meet_triangle(&self, corners: [Vec3; 3]) -> Option<f32> {
+        let along = self.direction.abs().max_position();
+        let (x, y) = ((along + 1) % 3, (along + 2) % 3);
+        let inverse = self.direction[along].recip();
+        let (shear_x, shear_y) = (self.direction[x] * inverse, self.direction[y] * inverse);
+        // The ray becomes the third axis: what is left is whether the origin lies in a flat triangle.
+        let [a, b, c] = corners.map(|corner| {
+            let p = corner - self.origin;
+            (p[x] - shear_x * p[along], p[y] - shear_y * p[along], p[along] * inverse)
+        });
+        // Of a shared edge both triangles compute the same number but for its sign; glam and rustc fuse nothing.
+        let side = |from: (f32, f32, f32), to: (f32, f32, f32)| to.0 * from.1 - to.1 * from.0;
+        let (u, v, w) = (side(b, c), side(c, a), side(a, b));
+        let is_between = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+        let area = u + v + w;
+        if !is_between || area == 0.0 || !area.is_finite() {
             return None;
         }
-        let to_origin = self.origin - a;
-        let u = to_origin.dot(p) / determinant;
-        let q = to_origin.cross(ab);
-        let v = self.direction.dot(q) / determinant;
-        let t = ac.dot(q) / determinant;
-        (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0).then_some(t)
+        let t = (u * a.2 + v * b.2 + w * c.2) / area;
+        (t >= 0.0).then_some(t)
     }
 }
