@@ -5,10 +5,12 @@
 mod camera;
 mod frame;
 mod replay;
+mod rig;
 pub mod verify;
 mod view;
 
 pub use camera::{CameraChoice, CameraPath, Moment};
 pub use frame::Pipeline;
 pub use replay::{Budget, Lane, LaneFrame, Replay, STRETCHES, stretch_of_frame};
+pub use rig::{Eye, MAX_SCREENS, Rig, RigError, Screen, Stereo};
 pub use view::{Projection, View, WINDOW_MARGIN};

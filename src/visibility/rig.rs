@@ -1,0 +1,332 @@
+//! Screens around a tracked head: Robert Kooima, "Generalized Perspective Projection", 2009.
+//!
+//! A screen is a rectangle in the room, given by three of its corners. The view of an eye through it is the pyramid
+//! from the eye to the rectangle; its axis stands on the screen's plane and need not go through the rectangle.
+//!
+//! Differences from the paper: the projection is kept as the tangents of [`Projection`], from which the frustum, the
+//! clip matrix and everything else follow, instead of a matrix; an eye on or behind the screen's plane gives no view.
+
+use std::path::Path;
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{Projection, View};
+use crate::math::{COORDINATE_LIMIT_M, rotate};
+
+/// Most screens of a rig: a room has six walls, a tiled one a few more.
+pub const MAX_SCREENS: usize = 16;
+/// An eye nearer to a screen's plane than this, metres, sees nothing on it: the pyramid would be flat.
+const NEAREST_EYE_M: f32 = 1.0e-3;
+/// Cosine of the angle between a screen's sides that still counts as square.
+const SQUARE: f32 = 1.0e-3;
+
+/// What is wrong with a rig.
+#[derive(Debug, Error)]
+pub enum RigError {
+    /// The file cannot be read.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The text is not a rig.
+    #[error("{path}, line {line}: expected a rig; {found}")]
+    Text {
+        /// The file.
+        path: String,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong there.
+        found: String,
+    },
+    /// A number is wrong.
+    #[error("rig `{rig}`: expected {expected}")]
+    Invalid {
+        /// The rig's name.
+        rig: String,
+        /// What was expected.
+        expected: String,
+    },
+}
+
+/// How the two eyes' pictures reach the eyes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Stereo {
+    /// One eye, between the two.
+    #[default]
+    Mono,
+    /// The left eye's picture in the left half of the window, the right eye's in the right one (passive projectors
+    /// behind polarisers, headsets that pose as screens).
+    SideBySide,
+    /// Left in red, right in cyan, for coloured glasses at a desk.
+    Anaglyph,
+    /// A window for each screen and eye (a projector for each).
+    Windows,
+}
+
+/// An eye of the tracked head.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Eye {
+    /// The left one.
+    Left,
+    /// Between the two.
+    Middle,
+    /// The right one.
+    Right,
+}
+
+impl Stereo {
+    /// The eyes that are drawn.
+    pub fn eyes(self) -> &'static [Eye] {
+        match self {
+            Self::Mono => &[Eye::Middle],
+            Self::SideBySide | Self::Anaglyph | Self::Windows => &[Eye::Left, Eye::Right],
+        }
+    }
+}
+
+/// A rectangle that shows the world, in the room's space, metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Screen {
+    /// Its name.
+    pub name: String,
+    /// As seen from in front of it.
+    pub lower_left: Vec3,
+    /// As seen from in front of it.
+    pub lower_right: Vec3,
+    /// As seen from in front of it.
+    pub upper_left: Vec3,
+}
+
+impl Screen {
+    /// Width divided by height.
+    pub fn aspect(&self) -> f32 {
+        self.lower_left.distance(self.lower_right) / self.lower_left.distance(self.upper_left)
+    }
+
+    /// The view of an eye through the screen, both in the room's space; `None` for an eye that is not in front of it.
+    pub fn view(&self, eye: Vec3, near_m: f32, far_m: f32) -> Option<View> {
+        let (along, upwards) = (self.lower_right - self.lower_left, self.upper_left - self.lower_left);
+        let (right, up) = (along.normalize_or_zero(), upwards.normalize_or_zero());
+        let towards_eye = right.cross(up).normalize_or_zero();
+        let to_corner = self.lower_left - eye;
+        let distance_m = -to_corner.dot(towards_eye);
+        if distance_m.is_nan() || distance_m < NEAREST_EYE_M {
+            return None;
+        }
+        let left = to_corner.dot(right) / distance_m;
+        let bottom = to_corner.dot(up) / distance_m;
+        let projection = Projection {
+            left,
+            right: left + along.length() / distance_m,
+            bottom,
+            top: bottom + upwards.length() / distance_m,
+            near_m,
+            far_m,
+        };
+        let world_from_view = Quat::from_rotation_axes(right, up, towards_eye).normalize();
+        Some(View { eye_in_world: eye, world_from_view, projection })
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        let corners = [self.lower_left, self.lower_right, self.upper_left];
+        if corners.iter().any(|p| !(p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M)) {
+            return Err("finite corners");
+        }
+        let right = (self.lower_right - self.lower_left).normalize_or_zero();
+        let up = (self.upper_left - self.lower_left).normalize_or_zero();
+        if right == Vec3::ZERO || up == Vec3::ZERO {
+            return Err("three different corners");
+        }
+        if right.dot(up).abs() > SQUARE { Err("corners at right angles") } else { Ok(()) }
+    }
+}
+
+/// Screens around one tracked head. The room's space is the tracker's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rig {
+    /// Its name.
+    pub name: String,
+    /// The screens.
+    pub screens: Vec<Screen>,
+    /// Distance of the eyes, metres.
+    #[serde(default = "usual_eye_separation_m")]
+    pub eye_separation_m: f32,
+    /// How the two pictures reach the eyes.
+    #[serde(default)]
+    pub stereo: Stereo,
+    /// Where the head is until a tracker says otherwise.
+    pub head: Vec3,
+}
+
+fn usual_eye_separation_m() -> f32 {
+    0.064
+}
+
+/// The rigs that come with the program, by name.
+const SHIPPED: &[(&str, &str)] = &[
+    ("desktop", include_str!("rigs/desktop.ron")),
+    ("dual-wall", include_str!("rigs/dual-wall.ron")),
+    ("cave4", include_str!("rigs/cave4.ron")),
+];
+
+impl Rig {
+    /// The names of the rigs that come with the program.
+    pub fn shipped() -> impl Iterator<Item = &'static str> {
+        SHIPPED.iter().map(|(name, _)| *name)
+    }
+
+    /// The shipped rig of this name, or the one in this file.
+    ///
+    /// # Errors
+    /// The file cannot be read or is not a rig.
+    pub fn open(name_or_path: &str) -> Result<Self, RigError> {
+        if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == name_or_path) {
+            return Self::parse(text, name);
+        }
+        let text = std::fs::read_to_string(Path::new(name_or_path))
+            .map_err(|source| RigError::Io { path: name_or_path.to_owned(), source })?;
+        Self::parse(&text, name_or_path)
+    }
+
+    /// A rig from its text; `path` is what errors call it.
+    ///
+    /// # Errors
+    /// The text is not a rig, or a number in it is wrong.
+    pub fn parse(text: &str, path: &str) -> Result<Self, RigError> {
+        let rig: Self = ron::from_str(text).map_err(|error| RigError::Text {
+            path: path.to_owned(),
+            line: error.span.start.line,
+            found: error.code.to_string(),
+        })?;
+        rig.check()?;
+        Ok(rig)
+    }
+
+    fn check(&self) -> Result<(), RigError> {
+        let invalid = |expected: String| Err(RigError::Invalid { rig: self.name.clone(), expected });
+        if self.screens.is_empty() || self.screens.len() > MAX_SCREENS {
+            return invalid(format!("1 to {MAX_SCREENS} screens"));
+        }
+        if !(0.0..=1.0).contains(&self.eye_separation_m) {
+            return invalid("an eye separation of 0 to 1 m".to_owned());
+        }
+        if !(self.head.is_finite() && self.head.abs().max_element() <= COORDINATE_LIMIT_M) {
+            return invalid("a finite place for the head".to_owned());
+        }
+        for screen in &self.screens {
+            if let Err(expected) = screen.check() {
+                return invalid(format!("{expected} of screen `{}`", screen.name));
+            }
+        }
+        Ok(())
+    }
+
+    /// Where an eye is in the room, for a head at this place.
+    pub fn eye_in_room(&self, eye: Eye, head: Vec3, room_from_head: Quat) -> Vec3 {
+        let sideways = match eye {
+            Eye::Left => -0.5,
+            Eye::Middle => 0.0,
+            Eye::Right => 0.5,
+        };
+        head + rotate(room_from_head, Vec3::X * (sideways * self.eye_separation_m))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec4;
+
+    fn to_screen(view: &View, p: Vec3) -> Vec3 {
+        let clip: Vec4 = view.clip_from_world() * p.extend(1.0);
+        clip.truncate() / clip.w
+    }
+
+    #[test]
+    fn the_corners_of_a_screen_are_the_corners_of_its_picture() {
+        for name in Rig::shipped() {
+            let rig = Rig::open(name).expect("a shipped rig");
+            for head in [rig.head, rig.head + Vec3::new(0.11, -0.07, 0.05)] {
+                for screen in &rig.screens {
+                    let eye = rig.eye_in_room(Eye::Left, head, Quat::IDENTITY);
+                    let view = screen.view(eye, 0.01, 100.0).expect("the head stands before every screen");
+                    let corners = [
+                        (screen.lower_left, -1.0, -1.0),
+                        (screen.lower_right, 1.0, -1.0),
+                        (screen.upper_left, -1.0, 1.0),
+                    ];
+                    for (corner, x, y) in corners {
+                        let seen = to_screen(&view, corner);
+                        assert!((seen.x - x).abs() < 1.0e-4 && (seen.y - y).abs() < 1.0e-4, "{name}: {seen}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_straight_look_at_the_middle_is_the_symmetric_projection() {
+        let screen = Screen {
+            name: String::new(),
+            lower_left: Vec3::new(-1.0, -0.5, -2.0),
+            lower_right: Vec3::new(1.0, -0.5, -2.0),
+            upper_left: Vec3::new(-1.0, 0.5, -2.0),
+        };
+        let view = screen.view(Vec3::ZERO, 0.1, 10.0).expect("a view");
+        let fov_degrees = 2.0 * (0.25f32).atan().to_degrees();
+        let plain = Projection::symmetric(fov_degrees, 2.0, 0.1, 10.0);
+        assert!((view.projection.right - plain.right).abs() < 1.0e-6);
+        assert!((view.projection.bottom - plain.bottom).abs() < 1.0e-6);
+        assert!(view.forward_in_world().distance(Vec3::NEG_Z) < 1.0e-6);
+    }
+
+    #[test]
+    fn neighbouring_screens_meet_at_their_common_edge() {
+        let rig = Rig::open("dual-wall").expect("a shipped rig");
+        let [a, b] = &rig.screens[..] else { panic!("two screens") };
+        assert!(a.lower_right.distance(b.lower_left) < 1.0e-6, "they share an edge");
+        let (a_along, b_along) = (a.lower_right - a.lower_left, b.lower_right - b.lower_left);
+        assert!(a_along.dot(b_along).abs() < 1.0e-4, "at a right angle");
+        let eye = rig.head;
+        let on_edge = a.lower_right + Vec3::Y * 0.7;
+        let (in_a, in_b) = (
+            to_screen(&a.view(eye, 0.01, 100.0).expect("a view"), on_edge),
+            to_screen(&b.view(eye, 0.01, 100.0).expect("a view"), on_edge),
+        );
+        assert!((in_a.x - 1.0).abs() < 1.0e-4 && (in_b.x + 1.0).abs() < 1.0e-4, "{in_a} {in_b}");
+        assert!((in_a.y - in_b.y).abs() < 1.0e-4);
+    }
+
+    #[test]
+    fn an_eye_behind_or_on_a_screen_sees_nothing() {
+        let rig = Rig::open("desktop").expect("a shipped rig");
+        let screen = &rig.screens[0];
+        assert!(screen.view(screen.lower_left, 0.01, 10.0).is_none());
+        assert!(screen.view(screen.lower_left + Vec3::NEG_Z, 0.01, 10.0).is_none());
+        assert!(screen.view(Vec3::NAN, 0.01, 10.0).is_none());
+    }
+
+    #[test]
+    fn wrong_rigs_are_refused_with_a_reason() {
+        let screen = "(name: \"a\", lower_left: (0,0,0), lower_right: (1,0,0), upper_left: (0,1,0))";
+        let rig = |screens: &str, more: &str| {
+            Rig::parse(&format!("(name: \"r\", head: (0,0,1), screens: [{screens}]{more})"), "r.ron")
+        };
+        assert!(rig(screen, "").is_ok());
+        let reason = |outcome: Result<Rig, RigError>| outcome.expect_err("a wrong rig").to_string();
+        assert!(reason(rig("", "")).contains("1 to 16 screens"));
+        assert!(reason(rig(&screen.replace("(1,0,0)", "(1,1,0)"), "")).contains("right angles"));
+        assert!(reason(rig(&screen.replace("(1,0,0)", "(0,0,0)"), "")).contains("different corners"));
+        assert!(reason(rig(&screen.replace("(1,0,0)", "(inf,0,0)"), "")).contains("finite"));
+        assert!(reason(rig(screen, ", eye_separation_m: -1")).contains("eye separation"));
+        assert!(reason(rig(screen, ",\n\n huh: 1")).contains("line 3"));
+        assert!(reason(Rig::open("no/such/rig.ron")).contains("no/such/rig.ron"));
+    }
+}
