@@ -1,10 +1,12 @@
 //! Pictures: what the renderer draws, on whatever adapter there is. Without one each test says so and passes, but
-//! fails where the environment variable `CI` is `true`.
+//! fails where `CI` is set and `OSP_GPU_TESTS` is 1.
 #![cfg(feature = "render")]
 #![expect(clippy::print_stderr, reason = "a test that is left out says why")]
 
 #[path = "render/pictures.rs"]
 mod pictures;
+#[path = "support/required.rs"]
+mod required;
 #[path = "render/scenes.rs"]
 mod scenes;
 #[path = "render/shaders.rs"]
