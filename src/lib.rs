@@ -38,8 +38,12 @@
 
 pub use glam;
 
+#[cfg(feature = "window")]
+pub mod app;
 #[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(feature = "formats")]
+pub mod export;
 pub mod index;
 pub mod math;
 pub mod metrics;

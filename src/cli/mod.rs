@@ -12,6 +12,10 @@ mod info;
 #[cfg(feature = "render")]
 mod render;
 mod replay;
+#[cfg(feature = "window")]
+mod send;
+#[cfg(feature = "window")]
+mod sketch;
 mod synth;
 mod verify;
 
@@ -51,6 +55,10 @@ enum Command {
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
     Verify(verify::VerifyArgs),
+    #[cfg(feature = "window")]
+    Sketch(sketch::SketchArgs),
+    #[cfg(feature = "window")]
+    Send(send::SendArgs),
 }
 
 /// How a command ended, other than by bad input.
@@ -70,6 +78,10 @@ pub fn run() -> ExitCode {
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),
         Command::Verify(args) => verify::run(&args),
+        #[cfg(feature = "window")]
+        Command::Sketch(args) => sketch::run(&args),
+        #[cfg(feature = "window")]
+        Command::Send(args) => send::run(&args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -79,6 +79,14 @@ pub(super) struct ReplayArgs {
     /// Skip damaged pieces and count them, instead of stopping at the first.
     #[arg(long)]
     lenient: bool,
+    /// Play the session in a window, with its times and counts.
+    #[cfg(feature = "window")]
+    #[arg(long)]
+    window: bool,
+    /// With --window: write one line of JSON for each frame shown.
+    #[cfg(feature = "window")]
+    #[arg(long, value_name = "FILE", requires = "window")]
+    trace: Option<PathBuf>,
 }
 
 pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
@@ -103,6 +111,10 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
+    #[cfg(feature = "window")]
+    if args.window {
+        return in_window(args);
+    }
     // Whatever is wrong with the arguments is said before the work, not after it.
     args.chart.as_deref().map(ChartFormat::of).transpose()?;
     for path in args.chart.iter().chain(&args.pin) {
@@ -176,6 +188,21 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
 
 /// Why a session has no fingerprint to compare or to pin.
 const INCOMPLETE: &str = "no index looked at every frame, so the session has no fingerprint: raise --budget";
+
+/// Plays the first session in a window with the first index.
+#[cfg(feature = "window")]
+fn in_window(args: &ReplayArgs) -> anyhow::Result<Outcome> {
+    use crate::app::{Autosaves, Player, Studio, Subject, WindowOptions, run};
+    let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
+    let player = Player::open(file, args.pace, args.camera)?;
+    for remark in player.remarks() {
+        complain(&format!("warning: {remark}"));
+    }
+    let index = args.index.first().copied().unwrap_or(IndexKind::Osp);
+    let studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
+    run(studio, WindowOptions { trace: args.trace.clone(), ..WindowOptions::default() })?;
+    Ok(Outcome::Done)
+}
 
 fn compare(pins: &Pins, found: Option<&Pin>) -> Option<String> {
     let Some(found) = found else {

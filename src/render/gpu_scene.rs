@@ -107,6 +107,19 @@ impl GpuScene {
         }
     }
 
+    /// Forgets the polygons from `count` on: their numbers are given out again.
+    pub(super) fn truncate(&mut self, count: usize) {
+        if count >= self.uploaded {
+            return;
+        }
+        for i in count..self.uploaded {
+            for words in [&mut self.moved, &mut self.transparent] {
+                words[i / 64] &= !(1 << (i % 64));
+            }
+        }
+        self.uploaded = count;
+    }
+
     /// Sends what is new or has moved; returns the bytes sent.
     pub(super) fn flush(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
         let mut bytes = 0;

@@ -114,6 +114,12 @@ impl Renderer {
         self.scene.note(changes);
     }
 
+    /// Forgets the polygons from number `count` on, because the scene has been taken back to when it had so many (0 for
+    /// another scene): they are sent anew when they come again.
+    pub fn forget_from(&mut self, count: usize) {
+        self.scene.truncate(count);
+    }
+
     /// Sends the polygons that are new or have moved; returns the bytes sent.
     pub fn send(&mut self, scene: &Scene) -> u64 {
         self.scene.flush(&self.gpu, scene)

@@ -85,7 +85,7 @@ impl GpuTimer {
     }
 
     /// To be called after submission.
-    pub(super) fn submitted(&mut self) {
+    pub fn submitted(&mut self) {
         if let Some(queries) = &mut self.queries
             && let Some(at) = queries.current.take()
         {

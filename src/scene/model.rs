@@ -108,7 +108,7 @@ pub struct SceneCounts {
 }
 
 /// A model that grows by events. See [`crate::scene`].
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// In the stroke's own space (which is the world's until it is moved or grouped).
     polygons: Paged<ConvexPolygon>,

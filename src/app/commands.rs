@@ -1,0 +1,151 @@
+use std::{fs::File, io::BufWriter, path::Path};
+
+use super::{
+    command::Command,
+    document::Document,
+    player::Jump,
+    studio::{Studio, Subject},
+};
+use crate::{export::write_glb, recording::Event};
+
+impl Studio {
+    /// Does what a person asked for; what went wrong is told in [`Studio::messages`].
+    pub fn command(&mut self, command: Command) {
+        let t = self.now_secs();
+        match command {
+            Command::Undo => {
+                self.finish_gestures();
+                self.events.push(Event::Undo { t });
+            }
+            Command::Redo => {
+                self.finish_gestures();
+                self.events.push(Event::Redo { t });
+            }
+            Command::Tool(tool) => {
+                self.finish_gestures();
+                self.tool = tool;
+                if let super::studio::ToolChoice::Draw(tool) = tool {
+                    self.brush.tool = tool;
+                }
+            }
+            Command::Widen(steps) => self.brush.widen(steps),
+            Command::Width(width_m) if width_m.is_finite() => {
+                let (narrowest, widest) = super::pen::Brush::WIDTHS_M;
+                self.brush.width_m = width_m.clamp(narrowest, widest);
+            }
+            Command::Width(_) => {}
+            Command::Color(color) => self.brush.color = color.map(|c| c.clamp(0.0, 1.0)),
+            Command::Snap(snap) => self.snap = snap,
+            Command::EraseSelected => {
+                self.finish_gestures();
+                let strokes = self.selection.strokes().to_vec();
+                self.selection.clear();
+                self.events.extend(strokes.into_iter().map(|stroke| Event::Erase { t, stroke }));
+            }
+            Command::SelectAll => {
+                let scene = self.subject.scene();
+                let all = scene.strokes().iter().filter(|stroke| stroke.is_visible());
+                self.selection.set(all.filter_map(|stroke| stroke.id()));
+            }
+            Command::SelectNone => self.selection.clear(),
+            Command::ShowAll => {
+                let bounds = self.subject.bounds();
+                self.navigator.show_all(&bounds);
+            }
+            Command::LookAtPointer => self.look_at_pointer(self.last_aspect),
+            Command::Freeze(freeze) => {
+                self.frozen = freeze.then(|| self.views().iter().map(|view| view.view).collect());
+            }
+            Command::Index(kind) => self.switch_index(kind),
+            Command::Stages(stages) => self.culling.set_stages(stages),
+            Command::Layers(layers) => self.layers = layers,
+            Command::New => self.replace(Subject::Sketch(Box::new(Document::new(&self.autosaves)))),
+            Command::Open(path) => {
+                if let Err(error) = self.open(&path) {
+                    self.say(error.to_string());
+                }
+            }
+            Command::SaveAs(path) => self.save_as(&path),
+            Command::ExportGltf(path) => self.export_gltf(&path),
+            Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {
+                self.control(&command)
+            }
+        }
+        self.apply_events();
+    }
+
+    fn switch_index(&mut self, kind: crate::index::IndexKind) {
+        // Everything that the scene holds is filed below; what was waiting for the old index is in it.
+        if let Subject::Sketch(document) = &mut self.subject {
+            document.take_changes(&mut self.pending.changes);
+        }
+        let bounds = self.subject.bounds();
+        self.culling.reindex(kind, self.subject.scene(), &bounds);
+        if let Some(done) = self.culling.reindexed() {
+            self.say(format!(
+                "{}: {} polygons filed in {:.1} ms",
+                done.kind.name(),
+                done.polygons,
+                done.took.as_secs_f64() * 1.0e3
+            ));
+        }
+    }
+
+    fn save_as(&mut self, path: &Path) {
+        self.finish_gestures();
+        let outcome = match &mut self.subject {
+            Subject::Sketch(document) => document.save_as(path).map(|_| ()),
+            Subject::Replay(_) => {
+                self.say("a replay is saved already: open it with `osp sketch` to change it".to_owned());
+                return;
+            }
+        };
+        match outcome {
+            Ok(()) => self.say(format!("saved as {}; it goes on there", path.display())),
+            Err(error) => self.say(error.to_string()),
+        }
+    }
+
+    fn export_gltf(&mut self, path: &Path) {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let outcome = File::create(path)
+            .map_err(Into::into)
+            .and_then(|file| write_glb(self.subject.scene(), &name, BufWriter::new(file)));
+        match outcome {
+            Ok(counts) => self.say(format!("{} polygons exported to {}", counts.polygons, path.display())),
+            Err(error) => self.say(format!("{}: {error}", path.display())),
+        }
+    }
+
+    fn control(&mut self, command: &Command) {
+        let Subject::Replay(player) = &mut self.subject else { return };
+        let jump = match *command {
+            Command::Play(run) => player.play(run),
+            Command::Seek(frame) => Some(player.seek(frame)),
+            Command::Step(by) => {
+                player.play(false);
+                Some(player.seek(player.position().saturating_add_signed(by)))
+            }
+            Command::Speed(speed) => {
+                player.set_speed(speed);
+                None
+            }
+            _ => None,
+        };
+        if self.follows_replay_camera {
+            let view = player.view();
+            self.navigator.go_to(view.eye_in_world, view.world_from_view);
+        }
+        if let Some(jump) = jump {
+            self.take_jump(jump);
+        }
+    }
+
+    fn take_jump(&mut self, jump: Jump) {
+        // At once: after another jump the scene may not have these polygons any more.
+        self.culling.follow(self.subject.scene(), &jump.changes);
+        let keep = self.pending.keep.map_or(jump.polygon_count, |keep| keep.min(jump.polygon_count));
+        self.pending.keep = Some(keep);
+        self.pending.changes.extend(jump.moved.into_iter().map(crate::scene::Change::Update));
+    }
+}

@@ -1,0 +1,165 @@
+use glam::Vec3;
+
+use crate::{
+    index::{Node, SpatialIndex, Visit, Visitor},
+    math::{Aabb, Frustum, rotate},
+    render::{Depth, LineBatch, LineColor},
+    scene::{PolygonId, Scene},
+    visibility::View,
+};
+
+/// Boxes drawn at most; a picture of more shows nothing.
+const MAX_BOXES: usize = 20_000;
+/// Polygon edges drawn at most.
+const MAX_EDGES: usize = 60_000;
+
+/// Pictures of the structures behind the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LayerChoice {
+    /// The boxes of the index's nodes, coloured by depth.
+    pub nodes: bool,
+    /// Deepest level of the boxes.
+    pub node_depth: u32,
+    /// Polygons that lie across a split of the root: they cannot be filed deeper.
+    pub straddlers: bool,
+    /// Polygons that were culled, tinted by the reason (to be seen with the culling camera frozen).
+    pub culled: bool,
+    /// The grid on the floor.
+    pub grid: bool,
+}
+
+impl Default for LayerChoice {
+    fn default() -> Self {
+        Self { nodes: false, node_depth: 6, straddlers: false, culled: true, grid: true }
+    }
+}
+
+/// A colour for a depth: neighbouring depths are told apart.
+fn depth_color(depth: u32) -> LineColor {
+    const COLORS: [LineColor; 7] = [
+        [240, 240, 240, 200],
+        [255, 130, 90, 190],
+        [250, 200, 80, 180],
+        [130, 220, 110, 170],
+        [80, 200, 220, 160],
+        [110, 140, 255, 150],
+        [220, 120, 240, 150],
+    ];
+    COLORS[depth as usize % COLORS.len()]
+}
+
+/// Draws the boxes of an index's nodes down to a depth, as many as the frustum sees.
+pub(super) fn draw_nodes(
+    index: &dyn SpatialIndex,
+    frustum: &Frustum,
+    max_depth: u32,
+    out: &mut LineBatch,
+) -> usize {
+    struct Boxes<'a> {
+        out: &'a mut LineBatch,
+        max_depth: u32,
+        count: usize,
+    }
+    impl Visitor for Boxes<'_> {
+        fn node(&mut self, node: &Node<'_>) -> Visit {
+            if self.count >= MAX_BOXES {
+                return Visit::Skip;
+            }
+            if node.bounds.is_valid() {
+                self.count += 1;
+                self.out.aabb(node.bounds, depth_color(node.depth), Depth::Hidden);
+            }
+            if node.depth >= self.max_depth { Visit::Skip } else { Visit::Descend }
+        }
+
+        fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+    }
+    let mut boxes = Boxes { out, max_depth, count: 0 };
+    index.traverse(frustum, &mut boxes);
+    boxes.count
+}
+
+/// Draws the outlines of polygons, moved by `by`.
+pub(super) fn draw_outlines(
+    scene: &Scene,
+    ids: impl Iterator<Item = PolygonId>,
+    by: Vec3,
+    color: LineColor,
+    out: &mut LineBatch,
+) {
+    for id in ids.take(MAX_EDGES / 4) {
+        let polygon = scene.polygon(id).map(|p| p + by);
+        out.outline(polygon.vertices(), color, Depth::Through);
+    }
+}
+
+/// Draws the pyramid that a view sees, as far as `length_m`.
+pub(super) fn draw_view(view: &View, length_m: f32, out: &mut LineBatch) {
+    let color = [255, 214, 90, 255];
+    let ends = view.corner_directions().map(|direction| view.eye_in_world + direction * length_m);
+    for end in ends {
+        out.line(view.eye_in_world, end, color, Depth::Hidden);
+    }
+    out.outline(&ends, color, Depth::Hidden);
+    let near = view.corner_directions().map(|direction| view.eye_in_world + direction * (length_m * 0.15));
+    out.outline(&near, color, Depth::Hidden);
+}
+
+/// Draws a grid on the floor whose cells suit the distance of the eye.
+pub(super) fn draw_grid(eye: Vec3, target: Vec3, distance_m: f32, out: &mut LineBatch) {
+    /// Cells from the middle to the border.
+    const CELLS: i32 = 20;
+    let cell = 10.0f32.powf((distance_m * 0.4).max(1.0e-6).log10().floor());
+    let middle = Vec3::new((target.x / cell).round() * cell, 0.0, (target.z / cell).round() * cell);
+    if !middle.is_finite() || eye.y.abs() > cell * 1000.0 {
+        return;
+    }
+    let reach = cell * CELLS as f32;
+    for i in -CELLS..=CELLS {
+        let along = i as f32 * cell;
+        for (side, across) in [(Vec3::X, Vec3::Z), (Vec3::Z, Vec3::X)] {
+            let at = middle + side * along;
+            let world = if side == Vec3::X { at.x } else { at.z };
+            let color: LineColor = match () {
+                () if world.abs() < cell * 0.01 && side == Vec3::X => [90, 110, 190, 150],
+                () if world.abs() < cell * 0.01 => [190, 90, 90, 150],
+                () if ((world / cell).round() as i64) % 10 == 0 => [150, 155, 165, 90],
+                () => [140, 145, 155, 38],
+            };
+            out.line(at - across * reach, at + across * reach, color, Depth::Hidden);
+        }
+    }
+}
+
+/// Draws the plane that is drawn on: a square around `at` that faces the viewer.
+pub(super) fn draw_plane(view: &View, at: Vec3, half_m: f32, out: &mut LineBatch) {
+    let q = view.world_from_view;
+    let (right, up) = (rotate(q, Vec3::X) * half_m, rotate(q, Vec3::Y) * half_m);
+    out.face(&[at - right - up, at + right - up, at + right + up, at - right + up], [120, 170, 255, 12]);
+    for i in -4..=4 {
+        let part = i as f32 * 0.25;
+        let color = if i == 0 { [120, 170, 255, 90] } else { [120, 170, 255, 34] };
+        out.line(at + right * part - up, at + right * part + up, color, Depth::Hidden);
+        out.line(at + up * part - right, at + up * part + right, color, Depth::Hidden);
+    }
+}
+
+/// Draws the pointer in space: a circle as wide as the brush.
+pub(super) fn draw_cursor(view: &View, at: Vec3, radius_m: f32, color: LineColor, out: &mut LineBatch) {
+    const CORNERS: usize = 24;
+    let q = view.world_from_view;
+    let (right, up) = (rotate(q, Vec3::X) * radius_m, rotate(q, Vec3::Y) * radius_m);
+    let corners: [Vec3; CORNERS] = std::array::from_fn(|i| {
+        let angle = i as f32 / CORNERS as f32 * std::f32::consts::TAU;
+        at + right * angle.cos() + up * angle.sin()
+    });
+    out.outline(&corners, color, Depth::Through);
+}
+
+/// Polygons whose boxes lie across one of the three planes through the middle of `root`.
+pub(super) fn straddlers(scene: &Scene, root: &Aabb) -> Vec<PolygonId> {
+    let middle = root.center();
+    let lies_across =
+        |bounds: &Aabb| (0..3).any(|axis| bounds.min[axis] < middle[axis] && middle[axis] < bounds.max[axis]);
+    scene.visible_ids().filter(|&id| lies_across(scene.bounds(id))).collect()
+}

@@ -1,0 +1,48 @@
+//! The sketch and replay window.
+//!
+//! ```text
+//! pointer, keys, tracker ──> Studio ──> Event ──> Document ──> Scene ──> Culling ──> Painter
+//!                              │                  (its file)             (index)     (GPU)
+//! egui ──────────────────── Interface
+//! ```
+//!
+//! What is drawn becomes the same [`Event`](crate::recording::Event)s that a replay reads, and takes the same way
+//! through the scene and the index. [`Studio`] is everything but the window and the GPU; [`ui`] is everything that is
+//! laid out by egui; [`run`] puts both into a window.
+
+mod command;
+mod commands;
+mod culling;
+mod document;
+#[cfg(feature = "gamepad")]
+mod gamepad;
+mod gestures;
+mod journal;
+mod layers;
+mod navigator;
+mod painter;
+mod pen;
+mod player;
+mod room;
+mod selection;
+mod stats;
+mod studio;
+mod trace;
+pub mod tracker;
+pub mod ui;
+mod window;
+
+pub use command::Command;
+pub use culling::{Culling, PickCounts, Reindexed, Stages};
+pub use document::{Document, Opened};
+pub use gestures::{Button, Held, Input};
+pub use journal::{Autosaves, Journal};
+pub use layers::LayerChoice;
+pub use navigator::Navigator;
+pub use pen::{Brush, Pen, Snap};
+pub use player::{Jump, Player};
+pub use room::{Room, RoomView};
+pub use selection::Selection;
+pub use stats::{FrameStage, FrameTimes, History};
+pub use studio::{FrameReport, Studio, Subject, ToolChoice};
+pub use window::{WindowError, WindowOptions, run};

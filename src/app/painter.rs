@@ -1,0 +1,383 @@
+use std::sync::Arc;
+
+use egui::{ClippedPrimitive, TexturesDelta};
+use egui_wgpu::ScreenDescriptor;
+use winit::window::Window;
+
+use super::{room::RoomView, studio::Studio};
+use crate::{
+    metrics::StageClock,
+    render::{
+        Acquired, Area, Gpu, GpuTimer, Layer, LinePass, RenderError, Renderer, RendererConfig, ShowPass,
+        Shown, Style, Target, ViewSlot, WindowSurface,
+    },
+    visibility::Stereo,
+};
+
+/// How polygons look that culling leaves out.
+const LEFT_OUT: Style = Style { tint: [0.9, 0.12, 0.1], amount: 0.8, opacity: 0.35, glow: 0.0 };
+
+/// What egui wants on the window.
+#[derive(Debug)]
+pub(super) struct Panels {
+    pub(super) primitives: Vec<ClippedPrimitive>,
+    pub(super) textures: TexturesDelta,
+    pub(super) pixels_per_point: f32,
+}
+
+/// What painting a frame took, nanoseconds.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PaintTimes {
+    /// Sending new polygons, sorting, sending the lists.
+    pub(super) send_ns: u64,
+    /// What the GPU took for the model, or, where it cannot tell, the time to hand over and show the frame.
+    pub(super) draw_ns: u64,
+    /// The frame reached the screen.
+    pub(super) is_shown: bool,
+}
+
+/// Why painting stopped.
+#[derive(Debug)]
+pub(super) enum PaintError {
+    /// The surface is gone; a new one may do.
+    SurfaceLost,
+    /// The device is gone; a new one may do.
+    Render(RenderError),
+}
+
+impl From<RenderError> for PaintError {
+    fn from(error: RenderError) -> Self {
+        Self::Render(error)
+    }
+}
+
+/// What one view needs on the GPU.
+struct Pane {
+    slot: ViewSlot,
+    target: Target,
+    shown: Shown,
+    lines: LinePass,
+    timer: GpuTimer,
+}
+
+/// A window for one screen and eye of a rig.
+struct Extra {
+    window: Arc<Window>,
+    surface: WindowSurface,
+    show: ShowPass,
+}
+
+/// Draws frames onto the window.
+pub(super) struct Painter {
+    gpu: Arc<Gpu>,
+    renderer: Renderer,
+    surface: WindowSurface,
+    show: ShowPass,
+    egui: egui_wgpu::Renderer,
+    panes: Vec<Pane>,
+    extras: Vec<Extra>,
+    clock: StageClock,
+    draw_ns: u64,
+}
+
+impl Painter {
+    /// A painter for a window. The scene is sent with the first frame.
+    pub(super) fn new(
+        window: &Arc<Window>,
+        display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
+    ) -> Result<Self, RenderError> {
+        let description = wgpu::InstanceDescriptor::new_with_display_handle_from_env(display);
+        let instance = wgpu::Instance::new(description);
+        let surface = create_surface(&instance, window)?;
+        let gpu = Arc::new(Gpu::for_surface(instance, &surface)?);
+        let size = window.inner_size();
+        let surface = WindowSurface::new(&gpu, surface, size.width, size.height)?;
+        let show = ShowPass::new(&gpu, surface.format());
+        let egui =
+            egui_wgpu::Renderer::new(gpu.device(), surface.format(), egui_wgpu::RendererOptions::default());
+        let renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
+        gpu.check()?;
+        Ok(Self {
+            gpu,
+            renderer,
+            surface,
+            show,
+            egui,
+            panes: Vec::new(),
+            extras: Vec::new(),
+            clock: StageClock::default(),
+            draw_ns: 0,
+        })
+    }
+
+    pub(super) fn adapter(&self) -> String {
+        self.gpu.name()
+    }
+
+    pub(super) fn max_texture_side(&self) -> usize {
+        self.gpu.device().limits().max_texture_dimension_2d as usize
+    }
+
+    pub(super) fn resize(&mut self, width: u32, height: u32) {
+        self.surface.resize(width, height);
+    }
+
+    /// Adds a window that shows one view of a rig: the first added one the first view, and so on.
+    pub(super) fn add_window(&mut self, window: Arc<Window>) -> Result<(), RenderError> {
+        let surface = create_surface(self.gpu.instance(), &window)?;
+        let size = window.inner_size();
+        let surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
+        let show = ShowPass::new(&self.gpu, surface.format());
+        self.extras.push(Extra { window, surface, show });
+        Ok(())
+    }
+
+    pub(super) fn resize_extra(&mut self, window: winit::window::WindowId, width: u32, height: u32) {
+        for extra in self.extras.iter_mut().filter(|extra| extra.window.id() == window) {
+            extra.surface.resize(width, height);
+        }
+    }
+
+    /// Makes the window's surface anew after it was lost.
+    pub(super) fn replace_surface(&mut self, window: &Arc<Window>) -> Result<(), RenderError> {
+        let surface = create_surface(self.gpu.instance(), window)?;
+        let size = window.inner_size();
+        self.surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
+        Ok(())
+    }
+
+    /// Draws a frame. `model` is the part of the window that shows the model, pixels.
+    #[expect(clippy::iter_over_hash_type, reason = "textures do not depend on each other")]
+    pub(super) fn paint(
+        &mut self,
+        studio: &mut Studio,
+        model: Area,
+        mut panels: Panels,
+    ) -> Result<PaintTimes, PaintError> {
+        // First, whatever becomes of the frame: egui sends each texture once.
+        for (id, deltas) in panels.textures.set.drain() {
+            for delta in &deltas {
+                self.egui.update_texture(self.gpu.device(), self.gpu.queue(), id, delta);
+            }
+        }
+        let freed = std::mem::take(&mut panels.textures.free);
+        let outcome = self.paint_frame(studio, model, &panels);
+        for id in &freed {
+            self.egui.free_texture(id);
+        }
+        outcome
+    }
+
+    fn paint_frame(
+        &mut self,
+        studio: &mut Studio,
+        model: Area,
+        panels: &Panels,
+    ) -> Result<PaintTimes, PaintError> {
+        let start = self.clock.start();
+        self.follow(studio);
+        let views = studio.views().to_vec();
+        for (i, view) in views.iter().enumerate() {
+            self.prepare(studio, i, view, model)?;
+        }
+        self.panes.truncate(views.len().max(1));
+        let send_ns = self.clock.since(start).ns;
+        self.paint_extras()?;
+
+        let is_shown = match self.surface.acquire(&self.gpu)? {
+            Acquired::Frame(frame) => {
+                self.show_frame(frame, studio, &views, model, panels);
+                true
+            }
+            Acquired::Nothing => false,
+            Acquired::Lost => return Err(PaintError::SurfaceLost),
+        };
+        // Lets the times of earlier frames come back; that nothing is waiting is no error.
+        let _ = self.gpu.device().poll(wgpu::PollType::Poll);
+        self.gpu.check()?;
+        let times = self.panes.iter_mut().filter_map(|pane| pane.timer.take_ns());
+        if let Some(ns) = times.reduce(|a, b| a + b) {
+            self.draw_ns = ns;
+        }
+        Ok(PaintTimes { send_ns, draw_ns: self.draw_ns, is_shown })
+    }
+
+    /// The GPU scene follows the studio's.
+    fn follow(&mut self, studio: &mut Studio) {
+        let pending = studio.take_pending();
+        if pending.is_other_scene {
+            self.renderer.forget_from(0);
+        }
+        if let Some(keep) = pending.keep {
+            self.renderer.forget_from(keep);
+        }
+        self.renderer.follow(&pending.changes);
+        studio.give_back(pending);
+        self.renderer.send(studio.scene());
+    }
+
+    /// Makes the pane of a view ready.
+    fn prepare(
+        &mut self,
+        studio: &Studio,
+        i: usize,
+        view: &RoomView,
+        model: Area,
+    ) -> Result<(), RenderError> {
+        let (width, height) = match self.extras.get(i) {
+            Some(extra) if studio.room().stereo() == Stereo::Windows => extra.surface.size(),
+            _ => {
+                let part = part_of(model, view);
+                (part.width as u32, part.height as u32)
+            }
+        };
+        let (width, height) = (width.max(1), height.max(1));
+        if self.panes.len() <= i {
+            let target = Target::new(&self.gpu, width, height)?;
+            let shown = self.show.bind(&self.gpu, &target);
+            self.panes.push(Pane {
+                slot: self.renderer.create_view_slot(),
+                target,
+                shown,
+                lines: LinePass::new(&self.gpu),
+                timer: GpuTimer::new(&self.gpu),
+            });
+        }
+        let pane = &mut self.panes[i];
+        if pane.target.size() != (width, height) {
+            pane.target = Target::new(&self.gpu, width, height)?;
+            pane.shown = self.show.bind(&self.gpu, &pane.target);
+        }
+        let layers =
+            [Layer::plain(studio.culling().drawn(i)), Layer { ids: studio.culled(), style: LEFT_OUT }];
+        self.renderer.prepare(&mut pane.slot, studio.scene(), &view.view, &layers);
+        pane.lines.prepare(&self.gpu, &view.view, studio.lines());
+        Ok(())
+    }
+
+    fn show_frame(
+        &mut self,
+        frame: wgpu::SurfaceTexture,
+        studio: &Studio,
+        views: &[RoomView],
+        model: Area,
+        panels: &Panels,
+    ) {
+        let gpu = &self.gpu;
+        let (width, height) = (frame.texture.width(), frame.texture.height());
+        let screen =
+            ScreenDescriptor { size_in_pixels: [width, height], pixels_per_point: panels.pixels_per_point };
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut commands =
+            self.egui.update_buffers(gpu.device(), gpu.queue(), &mut encoder, &panels.primitives, &screen);
+        let in_windows = studio.room().stereo() == Stereo::Windows && !self.extras.is_empty();
+        if !in_windows {
+            encode_panes(&self.renderer, &mut self.panes, &mut encoder);
+        }
+        let window = frame.texture.create_view(&Default::default());
+        {
+            let mut pass = encoder
+                .begin_render_pass(&wgpu::RenderPassDescriptor {
+                    label: Some("window"),
+                    color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                        view: &window,
+                        depth_slice: None,
+                        resolve_target: None,
+                        ops: wgpu::Operations {
+                            load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                            store: wgpu::StoreOp::Store,
+                        },
+                    })],
+                    ..Default::default()
+                })
+                .forget_lifetime();
+            // With a window for each screen, this one shows the first as a preview.
+            let shown = if in_windows { &views[..views.len().min(1)] } else { views };
+            for (pane, view) in self.panes.iter().zip(shown) {
+                let area = if in_windows { model } else { part_of(model, view) };
+                self.show.draw(&mut pass, &pane.shown, within(area, width, height), view.channels);
+            }
+            self.egui.render(&mut pass, &panels.primitives, &screen);
+        }
+        commands.push(encoder.finish());
+        let start = self.clock.start();
+        gpu.queue().submit(commands);
+        for pane in &mut self.panes {
+            pane.timer.submitted();
+        }
+        gpu.queue().present(frame);
+        if self.panes.first().is_some_and(|pane| !pane.timer.is_available()) {
+            self.draw_ns = self.clock.since(start).ns;
+        }
+    }
+
+    /// Draws the windows of a rig's screens.
+    fn paint_extras(&mut self) -> Result<(), PaintError> {
+        if self.extras.is_empty() {
+            return Ok(());
+        }
+        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        encode_panes(&self.renderer, &mut self.panes, &mut encoder);
+        let mut frames = Vec::new();
+        for (extra, pane) in self.extras.iter_mut().zip(&self.panes) {
+            let Acquired::Frame(frame) = extra.surface.acquire(&self.gpu)? else { continue };
+            let window = frame.texture.create_view(&Default::default());
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("screen"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &window,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })],
+                ..Default::default()
+            });
+            let (width, height) = (frame.texture.width() as f32, frame.texture.height() as f32);
+            let area = Area { x: 0.0, y: 0.0, width, height };
+            extra.show.draw(&mut pass, &pane.shown, area, crate::render::Channels::All);
+            drop(pass);
+            frames.push(frame);
+        }
+        self.gpu.queue().submit([encoder.finish()]);
+        for frame in frames {
+            self.gpu.queue().present(frame);
+        }
+        Ok(())
+    }
+}
+
+fn encode_panes(renderer: &Renderer, panes: &mut [Pane], encoder: &mut wgpu::CommandEncoder) {
+    for pane in panes {
+        let Pane { slot, target, lines, timer, .. } = pane;
+        renderer.encode(encoder, target, slot, timer, |pass| lines.draw(pass));
+    }
+}
+
+fn create_surface(
+    instance: &wgpu::Instance,
+    window: &Arc<Window>,
+) -> Result<wgpu::Surface<'static>, RenderError> {
+    instance.create_surface(Arc::clone(window)).map_err(|error| {
+        // Without a driver this is the first thing that fails.
+        RenderError::Surface(error.to_string().replace('\n', " "))
+    })
+}
+
+/// The part of the model's area that a view has, whole pixels.
+fn part_of(model: Area, view: &RoomView) -> Area {
+    let x = (model.x + view.from.x * model.width).round();
+    let right = (model.x + view.to.x * model.width).round();
+    let y = (model.y + (1.0 - view.to.y) * model.height).round();
+    let bottom = (model.y + (1.0 - view.from.y) * model.height).round();
+    Area { x, y, width: right - x, height: bottom - y }
+}
+
+/// The area cut to a window: a window that has just shrunk may be smaller than the area laid out for it.
+fn within(area: Area, width: u32, height: u32) -> Area {
+    let (width, height) = (width as f32, height as f32);
+    let (x, y) = (area.x.clamp(0.0, width), area.y.clamp(0.0, height));
+    Area { x, y, width: area.width.min(width - x), height: area.height.min(height - y) }
+}

@@ -1,0 +1,240 @@
+use glam::{Quat, Vec2, Vec3};
+
+use super::navigator::{pixel_m, ray_through};
+use crate::{
+    math::rotate,
+    recording::{Event, NormalRule, StrokeId, Tool},
+    visibility::View,
+};
+
+/// Samples of a ribbon or tube are at least this many pixels apart: a mouse counts whole pixels, and the direction
+/// between neighbouring ones is noise.
+const SAMPLE_PX: f32 = 2.5;
+/// Corners of a wall are this many pixels apart: it is cut into convex pieces, each corner costs one.
+const CORNER_PX: f32 = 14.0;
+/// A stroke that goes on drawing at least this part of its width apart does not fold over itself.
+const SAMPLE_WIDTH: f32 = 0.15;
+/// Part of the width that is left at pressure 0.
+const THINNEST: f32 = 0.1;
+
+/// What the pen draws with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Brush {
+    /// The tool.
+    pub tool: Tool,
+    /// Full width, metres.
+    pub width_m: f32,
+    /// Red, green, blue, opacity, sRGB.
+    pub color: [f32; 4],
+}
+
+impl Brush {
+    /// Limits of the width, metres.
+    pub const WIDTHS_M: (f32, f32) = (1.0e-4, 100.0);
+
+    /// Makes it wider or narrower by steps.
+    pub fn widen(&mut self, steps: f32) {
+        self.width_m = (self.width_m * 1.15f32.powf(steps)).clamp(Self::WIDTHS_M.0, Self::WIDTHS_M.1);
+    }
+}
+
+impl Default for Brush {
+    fn default() -> Self {
+        Self { tool: Tool::Ribbon, width_m: 0.04, color: [0.95, 0.62, 0.2, 1.0] }
+    }
+}
+
+/// How a stroke finds its depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Snap {
+    /// It starts on what is under the cursor (else at the point looked at) and stays on a plane parallel to the window.
+    #[default]
+    Start,
+    /// It lies on what is under the cursor all the way, and on the plane elsewhere.
+    Surface,
+    /// It is on the plane through the point looked at.
+    Off,
+}
+
+/// A sample of the pointer.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    p: Vec3,
+    q: Quat,
+    pressure: f32,
+}
+
+/// A stroke in the making.
+#[derive(Clone, Debug)]
+struct Drawing {
+    stroke: StrokeId,
+    brush: Brush,
+    /// A point of the plane that is drawn on.
+    anchor: Vec3,
+    last: Sample,
+    /// Where the pointer is, if that was too near for a sample.
+    pending: Option<Sample>,
+    /// The session knows of it: a press without a movement is no stroke.
+    has_begun: bool,
+    /// The corners of a wall so far: it shows only once it is closed.
+    outline: Vec<Vec3>,
+}
+
+/// Draws with a pointer on a plane that faces the viewer.
+#[derive(Clone, Debug, Default)]
+pub struct Pen {
+    drawing: Option<Drawing>,
+}
+
+/// Where the pointer is and what it sees.
+#[derive(Clone, Copy, Debug)]
+pub struct PenPoint<'a> {
+    /// The view it is over.
+    pub view: &'a View,
+    /// -1 to 1 from left to right and from the lower to the upper border.
+    pub at: Vec2,
+    /// Height of the window, pixels.
+    pub height_px: f32,
+    /// What is under it.
+    pub surface: Option<Vec3>,
+    /// The point looked at.
+    pub target: Vec3,
+    /// 0 to 1; 1 where nothing measures it.
+    pub pressure: f32,
+}
+
+impl PenPoint<'_> {
+    /// The point under the pointer on the plane through `anchor` parallel to the window.
+    fn on_plane(&self, anchor: Vec3) -> Vec3 {
+        let ray = ray_through(self.view, self.at);
+        let forward = self.view.forward_in_world();
+        // The ray's parameter is the distance along the view.
+        let distance_m = (anchor - ray.origin).dot(forward).max(self.view.projection.near_m * 2.0);
+        ray.origin + ray.direction * distance_m
+    }
+
+    /// The ribbon's normal is the pose's x axis: it looks at the viewer, the stroke lies like paint on the window.
+    fn orientation(&self) -> Quat {
+        let q = self.view.world_from_view;
+        let (right, up, back) = (rotate(q, Vec3::X), rotate(q, Vec3::Y), rotate(q, Vec3::Z));
+        Quat::from_rotation_axes(back, up, -right).normalize()
+    }
+
+    fn sample(&self, p: Vec3) -> Sample {
+        Sample { p, q: self.orientation(), pressure: self.pressure }
+    }
+
+    fn distance_m(&self, p: Vec3) -> f32 {
+        (p - self.view.eye_in_world).dot(self.view.forward_in_world())
+    }
+}
+
+impl Pen {
+    /// Whether a stroke is being drawn.
+    pub fn is_drawing(&self) -> bool {
+        self.drawing.is_some()
+    }
+
+    /// The stroke being drawn.
+    pub fn stroke(&self) -> Option<StrokeId> {
+        self.drawing.as_ref().map(|drawing| drawing.stroke)
+    }
+
+    /// A point of the plane that the stroke in the making is drawn on.
+    pub fn anchor(&self) -> Option<Vec3> {
+        self.drawing.as_ref().map(|drawing| drawing.anchor)
+    }
+
+    /// The corners so far of a wall in the making.
+    pub fn outline(&self) -> &[Vec3] {
+        self.drawing.as_ref().map_or(&[], |drawing| &drawing.outline)
+    }
+
+    /// Where a stroke that began here would begin.
+    pub fn aim(point: &PenPoint<'_>, snap: Snap) -> Vec3 {
+        match (snap, point.surface) {
+            (Snap::Start | Snap::Surface, Some(surface)) => surface,
+            _ => point.on_plane(point.target),
+        }
+    }
+
+    /// Begins a stroke.
+    pub fn press(
+        &mut self,
+        t: f64,
+        stroke: StrokeId,
+        brush: Brush,
+        snap: Snap,
+        point: &PenPoint<'_>,
+        out: &mut Vec<Event>,
+    ) {
+        self.release(t, out);
+        let anchor = Self::aim(point, snap);
+        let outline = if brush.tool == Tool::Wall { vec![anchor] } else { Vec::new() };
+        let last = point.sample(anchor);
+        self.drawing =
+            Some(Drawing { stroke, brush, anchor, last, pending: None, has_begun: false, outline });
+    }
+
+    /// Goes on with the stroke.
+    pub fn drag(&mut self, t: f64, snap: Snap, point: &PenPoint<'_>, out: &mut Vec<Event>) {
+        let Some(drawing) = &mut self.drawing else { return };
+        let p = match (snap, point.surface) {
+            (Snap::Surface, Some(surface)) => surface,
+            _ => point.on_plane(drawing.anchor),
+        };
+        let is_wall = drawing.brush.tool == Tool::Wall;
+        let pixels = if is_wall { CORNER_PX } else { SAMPLE_PX };
+        let by_pixels = pixels * pixel_m(point.view, point.distance_m(p), point.height_px);
+        let apart_m = if is_wall { by_pixels } else { by_pixels.max(SAMPLE_WIDTH * drawing.brush.width_m) };
+        let sample = point.sample(p);
+        if p.distance(drawing.last.p) < apart_m {
+            drawing.pending = Some(sample);
+            return;
+        }
+        drawing.begin(t, out);
+        drawing.pending = None;
+        drawing.last = sample;
+        if is_wall {
+            drawing.outline.push(p);
+        }
+        out.push(sample.event(t, drawing.stroke));
+    }
+
+    /// Ends the stroke, if there is one, where the pointer is.
+    pub fn release(&mut self, t: f64, out: &mut Vec<Event>) {
+        let Some(drawing) = self.drawing.take().filter(|drawing| drawing.has_begun) else { return };
+        let stroke = drawing.stroke;
+        if let Some(sample) = drawing.pending.filter(|_| drawing.brush.tool != Tool::Wall) {
+            out.push(sample.event(t, stroke));
+        }
+        out.push(Event::End { t, stroke });
+    }
+}
+
+impl Drawing {
+    /// Tells the session of the stroke and its first sample.
+    fn begin(&mut self, t: f64, out: &mut Vec<Event>) {
+        if std::mem::replace(&mut self.has_begun, true) {
+            return;
+        }
+        let [r, g, b, a] = self.brush.color;
+        out.push(Event::Begin {
+            t,
+            stroke: self.stroke,
+            tool: self.brush.tool,
+            width: self.brush.width_m,
+            color: (r, g, b, a),
+            normal: NormalRule::LocalX,
+            thinnest: THINNEST,
+        });
+        out.push(self.last.event(t, self.stroke));
+    }
+}
+
+impl Sample {
+    fn event(self, t: f64, stroke: StrokeId) -> Event {
+        let Self { p, q, pressure } = self;
+        Event::Point { t, stroke, p, q, pressure }
+    }
+}

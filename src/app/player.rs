@@ -1,0 +1,408 @@
+use std::path::{Path, PathBuf};
+
+use crate::{
+    math::Aabb,
+    recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
+    scene::{Change, PolygonId, Scene},
+    visibility::{CameraChoice, CameraPath, Moment, View},
+};
+
+/// Snapshots kept at most.
+const MAX_SNAPSHOTS: usize = 32;
+/// Polygons in all snapshots together, at most; one takes about a hundred bytes.
+const MAX_SNAPSHOT_POLYGONS: usize = 4_000_000;
+
+/// What a jump to another frame means for an index and for a GPU scene.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Jump {
+    /// For the index: from the model before to the model now.
+    pub changes: Vec<Change>,
+    /// Polygons that are elsewhere now, visible or not.
+    pub moved: Vec<PolygonId>,
+    /// Polygons that exist now; numbers from here on will be given out again.
+    pub polygon_count: usize,
+}
+
+/// The model as it was after some frames.
+#[derive(Debug)]
+struct Snapshot {
+    frames: u64,
+    scene: Scene,
+    moment: Moment,
+}
+
+/// A recorded session that can be played, stopped, and entered at any frame.
+#[derive(Debug)]
+pub struct Player {
+    path: PathBuf,
+    header: Header,
+    events: Vec<Event>,
+    /// Where in `events` each frame ends.
+    frame_ends: Vec<usize>,
+    snapshots: Vec<Snapshot>,
+    bounds: Aabb,
+    camera: CameraPath,
+    remarks: Vec<String>,
+    scene: Scene,
+    moment: Moment,
+    changes: Vec<Change>,
+    is_playing: bool,
+    speed: f64,
+    /// Part of a frame that is due.
+    due: f64,
+}
+
+impl Player {
+    /// Reads a session of any format, whole, and stands before its first frame. A damaged one is played up to the
+    /// damage, which is in the remarks.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is of no known format.
+    pub fn open(path: &Path, pace: Pace, camera: CameraChoice) -> Result<Self, RecordingError> {
+        let mut session = recording::open(path, &OpenOptions::default())?;
+        let header = session.header.clone();
+        let (mut events, mut frame_ends) = (Vec::new(), Vec::new());
+        let mut remarks = Vec::new();
+        let mut pacer = Pacer::new(&mut session, pace);
+        let mut frame = Vec::new();
+        loop {
+            let read = pacer.next_frame(&mut frame);
+            let is_over = !matches!(read, Ok(true));
+            if let Err(error) = read {
+                remarks.push(format!("{error}: what comes before it is played"));
+            }
+            if !frame.is_empty() || !is_over {
+                events.append(&mut frame);
+                frame_ends.push(events.len());
+            }
+            if is_over {
+                break;
+            }
+        }
+        remarks.extend(session.events.notes().warnings);
+        let mut player = Self::new(path.to_owned(), header, events, frame_ends, camera);
+        player.remarks = remarks;
+        Ok(player)
+    }
+
+    fn new(
+        path: PathBuf,
+        header: Header,
+        events: Vec<Event>,
+        frame_ends: Vec<usize>,
+        camera: CameraChoice,
+    ) -> Self {
+        let mut player = Self {
+            path,
+            events,
+            frame_ends,
+            snapshots: Vec::new(),
+            bounds: Aabb::EMPTY,
+            camera: CameraPath::new(camera, header.camera, &Aabb::EMPTY),
+            header,
+            remarks: Vec::new(),
+            scene: Scene::new(),
+            moment: Moment::default(),
+            changes: Vec::new(),
+            is_playing: false,
+            speed: 1.0,
+            due: 0.0,
+        };
+        player.take_snapshots();
+        player.camera = CameraPath::new(camera, player.header.camera, &player.bounds);
+        player
+    }
+
+    /// Plays the whole session once; keeps the model at evenly spaced frames and the box of everything.
+    fn take_snapshots(&mut self) {
+        let (mut scene, mut moment, mut changes) = (Scene::new(), Moment::default(), Vec::new());
+        let mut spacing = 1;
+        let mut kept_polygons = 0;
+        for frame in 0..self.frame_count() {
+            if frame.is_multiple_of(spacing) {
+                kept_polygons += scene.polygon_count();
+                self.snapshots.push(Snapshot { frames: frame, scene: scene.clone(), moment });
+            }
+            while self.snapshots.len() > 2
+                && (self.snapshots.len() > MAX_SNAPSHOTS || kept_polygons > MAX_SNAPSHOT_POLYGONS)
+            {
+                spacing *= 2;
+                self.snapshots.retain(|snapshot| snapshot.frames.is_multiple_of(spacing));
+                kept_polygons = self.snapshots.iter().map(|s| s.scene.polygon_count()).sum();
+            }
+            changes.clear();
+            play(&self.events[self.events_of(frame)], &mut scene, &mut moment, &mut changes);
+            for change in &changes {
+                if let Change::Insert(id) | Change::Update(id) = *change {
+                    self.bounds = self.bounds.union(scene.bounds(id));
+                }
+            }
+        }
+    }
+
+    fn events_of(&self, frame: u64) -> std::ops::Range<usize> {
+        let at = frame as usize;
+        let start = if at == 0 { 0 } else { self.frame_ends[at - 1] };
+        start..self.frame_ends[at]
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What the session says of itself.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// What was noticed while it was read, a line each.
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    /// Box of everything in the session.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// The model at this frame.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Frames of the session.
+    pub fn frame_count(&self) -> u64 {
+        self.frame_ends.len() as u64
+    }
+
+    /// Frames played: 0 before the first.
+    pub fn position(&self) -> u64 {
+        self.moment.frame
+    }
+
+    /// Whether it runs.
+    pub fn is_playing(&self) -> bool {
+        self.is_playing
+    }
+
+    /// Recorded frames for each one shown.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Sets how many recorded frames are played for each one shown.
+    pub fn set_speed(&mut self, speed: f64) {
+        self.speed = if speed.is_finite() { speed.clamp(0.01, 1000.0) } else { 1.0 };
+    }
+
+    /// Lets it run, or stand. At the end, running begins at the beginning.
+    pub fn play(&mut self, run: bool) -> Option<Jump> {
+        self.is_playing = run && self.frame_count() > 0;
+        (self.is_playing && self.position() == self.frame_count()).then(|| self.seek(0))
+    }
+
+    /// The replay camera's view here.
+    pub fn view(&self) -> View {
+        self.camera.view(&self.moment)
+    }
+
+    /// Goes on as far as one shown frame takes it. What has changed is appended to `out`.
+    pub fn advance(&mut self, out: &mut Vec<Change>) {
+        if !self.is_playing {
+            return;
+        }
+        self.due += self.speed;
+        while self.due >= 1.0 {
+            self.due -= 1.0;
+            if !self.step(out) {
+                self.is_playing = false;
+                self.due = 0.0;
+            }
+        }
+    }
+
+    /// Plays one frame; `false` at the end.
+    pub fn step(&mut self, out: &mut Vec<Change>) -> bool {
+        let frame = self.position();
+        if frame == self.frame_count() {
+            return false;
+        }
+        let range = self.events_of(frame);
+        play(&self.events[range], &mut self.scene, &mut self.moment, out);
+        true
+    }
+
+    /// Goes to the model as it is after `frames` frames.
+    pub fn seek(&mut self, frames: u64) -> Jump {
+        let frames = frames.min(self.frame_count());
+        let best = self.snapshots.iter().rev().find(|snapshot| snapshot.frames <= frames);
+        let is_ahead = frames >= self.position();
+        let (mut scene, mut moment) = match best {
+            Some(snapshot) if !(is_ahead && snapshot.frames <= self.position()) => {
+                (snapshot.scene.clone(), snapshot.moment)
+            }
+            _ if is_ahead => (self.scene.clone(), self.moment),
+            _ => (Scene::new(), Moment::default()),
+        };
+        self.changes.clear();
+        while moment.frame < frames {
+            let range = self.events_of(moment.frame);
+            play(&self.events[range], &mut scene, &mut moment, &mut self.changes);
+        }
+        let jump = difference(&self.scene, &scene);
+        (self.scene, self.moment, self.due) = (scene, moment, 0.0);
+        jump
+    }
+}
+
+fn play(events: &[Event], scene: &mut Scene, moment: &mut Moment, changes: &mut Vec<Change>) {
+    for event in events {
+        moment.note(event);
+        scene.apply(event, changes);
+    }
+    moment.frame += 1;
+}
+
+/// From one model of a session to another one of the same session.
+fn difference(from: &Scene, to: &Scene) -> Jump {
+    let (old, new) = (from.polygon_count(), to.polygon_count());
+    let mut jump = Jump { polygon_count: new, ..Jump::default() };
+    for id in (0..old.max(new) as u32).map(PolygonId) {
+        let (in_old, in_new) = (id.index() < old, id.index() < new);
+        let was_visible = in_old && from.is_visible(id);
+        let is_visible = in_new && to.is_visible(id);
+        let has_moved = in_old && in_new && from.polygon(id) != to.polygon(id);
+        if has_moved {
+            jump.moved.push(id);
+        }
+        match (was_visible, is_visible) {
+            (true, false) => jump.changes.push(Change::Remove(id)),
+            (false, true) => jump.changes.push(Change::Insert(id)),
+            (true, true) if has_moved => jump.changes.push(Change::Update(id)),
+            _ => {}
+        }
+    }
+    jump
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        index::{BruteForce, SpatialIndex},
+        recording::{NormalRule, StrokeId, Tool},
+    };
+    use glam::{Quat, Vec3};
+
+    /// A session with everything that changes a model.
+    fn player() -> Player {
+        let t = 0.0;
+        let mut events = Vec::new();
+        for number in 0..30u32 {
+            let stroke = StrokeId(number);
+            let (tool, normal) = (Tool::Ribbon, NormalRule::LocalX);
+            events.push(Event::Begin {
+                t,
+                stroke,
+                tool,
+                width: 0.1,
+                color: (1.0, 1.0, 1.0, 1.0),
+                normal,
+                thinnest: 1.0,
+            });
+            for i in 0..12 {
+                let p = Vec3::new(i as f32 * 0.1, number as f32 * 0.2, (i * number) as f32 * 0.01);
+                events.push(Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 });
+            }
+            events.push(Event::End { t, stroke });
+            match number % 6 {
+                1 => events.push(Event::Erase { t, stroke: StrokeId(number / 2) }),
+                2 => events.push(Event::Move { t, strokes: vec![StrokeId(number / 3)], by: Vec3::X }),
+                3 => events.extend([Event::Undo { t }, Event::Undo { t }, Event::Redo { t }]),
+                4 => events.push(Event::Undo { t }),
+                _ => {}
+            }
+        }
+        let frame_ends: Vec<usize> = (0..events.len()).step_by(7).chain([events.len()]).collect();
+        Player::new(PathBuf::new(), Header::new("", ""), events, frame_ends, CameraChoice::Orbit)
+    }
+
+    fn follow(index: &mut BruteForce, scene: &Scene, changes: &[Change]) {
+        for change in changes {
+            match *change {
+                Change::Insert(id) => index.insert(id, scene.bounds(id)),
+                Change::Remove(id) => index.remove(id),
+                Change::Update(id) => index.update(id, scene.bounds(id)),
+            }
+            .expect("a change that fits the index");
+        }
+    }
+
+    fn assert_same(index: &BruteForce, scene: &Scene, fresh: &Scene) {
+        let ids = |scene: &Scene| scene.visible_ids().collect::<Vec<_>>();
+        assert_eq!(ids(scene), ids(fresh));
+        assert_eq!(scene.polygon_count(), fresh.polygon_count());
+        assert!(scene.visible_ids().all(|id| scene.polygon(id) == fresh.polygon(id)));
+        assert_eq!(index.len(), ids(fresh).len());
+    }
+
+    #[test]
+    fn a_jump_leads_where_playing_leads() {
+        let mut player = player();
+        let frames = player.frame_count();
+        assert!(player.snapshots.len() > 8 && player.snapshots.len() <= MAX_SNAPSHOTS);
+        let mut index = BruteForce::new();
+        // What a GPU scene would hold.
+        let mut held: Vec<crate::stroke::ConvexPolygon> = Vec::new();
+        let mut position = 0;
+        for round in 0..60u64 {
+            position = (position * 7 + round * 31 + 5) % (frames + 1);
+            let jump = player.seek(position);
+            assert_eq!(player.position(), position);
+            follow(&mut index, player.scene(), &jump.changes);
+            held.truncate(jump.polygon_count);
+            for id in &jump.moved {
+                held[id.index()] = player.scene().polygon(*id);
+            }
+            // And on from there, frame by frame.
+            for _ in 0..3 {
+                let mut changes = Vec::new();
+                player.step(&mut changes);
+                follow(&mut index, player.scene(), &changes);
+                for change in &changes {
+                    if let Change::Update(id) = *change
+                        && id.index() < held.len()
+                    {
+                        held[id.index()] = player.scene().polygon(id);
+                    }
+                }
+            }
+            let scene = player.scene();
+            held.extend((held.len()..scene.polygon_count()).map(|i| scene.polygon(PolygonId(i as u32))));
+            let (mut fresh, mut moment) = (Scene::new(), Moment::default());
+            for frame in 0..player.position() {
+                play(&player.events[player.events_of(frame)], &mut fresh, &mut moment, &mut Vec::new());
+            }
+            assert_same(&index, scene, &fresh);
+            assert!(scene.visible_ids().all(|id| held[id.index()] == scene.polygon(id)), "at {position}");
+            position = player.position();
+        }
+    }
+
+    #[test]
+    fn it_stops_at_the_end_and_begins_again() {
+        let mut player = player();
+        assert_eq!(player.play(true), None);
+        player.set_speed(2.5);
+        let mut shown = 0;
+        while player.is_playing() {
+            player.advance(&mut Vec::new());
+            shown += 1;
+        }
+        assert_eq!(player.position(), player.frame_count());
+        assert!((shown as f64 - player.frame_count() as f64 / 2.5).abs() < 2.0);
+        assert!(player.play(true).is_some_and(|jump| jump.polygon_count == 0));
+        assert_eq!(player.position(), 0);
+    }
+}

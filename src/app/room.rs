@@ -1,0 +1,200 @@
+use glam::{Quat, Vec2, Vec3};
+
+use super::{
+    navigator::Navigator,
+    tracker::{HandsState, Message},
+};
+use crate::{
+    math::{Aabb, rotate},
+    render::Channels,
+    visibility::{Eye, Projection, Rig, Screen, Stereo, View},
+};
+
+/// Nearest distance drawn on a rig's screens, metres.
+const NEAR_M: f32 = 0.02;
+
+/// One picture of a frame: what an eye sees on a screen, and where on the window it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoomView {
+    /// What it shows.
+    pub view: View,
+    /// Which screen of the rig.
+    pub screen: usize,
+    /// Which eye.
+    pub eye: Eye,
+    /// Left and lower corner of its part of the window, 0 to 1.
+    pub from: Vec2,
+    /// Right and upper corner.
+    pub to: Vec2,
+    /// Which colours of the window it has.
+    pub channels: Channels,
+}
+
+/// Where the screens are: one window on a desk, or the screens of a rig around a tracked head.
+#[derive(Clone, Debug, Default)]
+pub struct Room {
+    rig: Option<Rig>,
+    stereo: Stereo,
+}
+
+impl Room {
+    /// A room with the screens of a rig.
+    pub fn new(rig: Rig) -> Self {
+        Self { stereo: rig.stereo, rig: Some(rig) }
+    }
+
+    /// The rig, if there is one.
+    pub fn rig(&self) -> Option<&Rig> {
+        self.rig.as_ref()
+    }
+
+    /// How the two eyes' pictures reach the eyes.
+    pub fn stereo(&self) -> Stereo {
+        self.stereo
+    }
+
+    /// Changes how the two eyes' pictures reach the eyes.
+    pub fn set_stereo(&mut self, stereo: Stereo) {
+        self.stereo = stereo;
+    }
+
+    /// Turn of the room in the world: only about +y, so that the floor stays level.
+    fn world_from_room(navigator: &Navigator) -> Quat {
+        let back = rotate(navigator.world_from_view(), Vec3::Z);
+        Quat::from_rotation_y(back.x.atan2(back.z))
+    }
+
+    /// A point of the room in the world. Flying moves the room; its place for the head is where the camera is.
+    pub fn to_world(&self, navigator: &Navigator, p: Vec3) -> Vec3 {
+        match &self.rig {
+            None => p,
+            Some(rig) => navigator.eye() + rotate(Self::world_from_room(navigator), p - rig.head),
+        }
+    }
+
+    fn turn_to_world(&self, navigator: &Navigator, q: Quat) -> Quat {
+        match &self.rig {
+            None => q,
+            Some(_) => (Self::world_from_room(navigator) * q).normalize(),
+        }
+    }
+
+    /// A tracker's message with world positions. The head stays in the room: it decides what the screens show.
+    pub fn message_to_world(&self, navigator: &Navigator, message: Message) -> Message {
+        let point = |p| self.to_world(navigator, p);
+        match message {
+            Message::Hand { hand, p, q, pressure } => {
+                Message::Hand { hand, p: point(p), q: self.turn_to_world(navigator, q), pressure }
+            }
+            Message::Erase { p } => Message::Erase { p: point(p) },
+            Message::Head { .. } | Message::Brush { .. } | Message::Undo | Message::Redo => message,
+        }
+    }
+
+    /// The views of a frame on a window `aspect` times as wide as high.
+    pub fn views(
+        &self,
+        navigator: &Navigator,
+        hands: &HandsState,
+        aspect: f32,
+        bounds: &Aabb,
+    ) -> Vec<RoomView> {
+        let mut views = Vec::new();
+        self.views_into(navigator, hands, aspect, bounds, &mut views);
+        views
+    }
+
+    /// [`Room::views`] into memory that is kept.
+    pub fn views_into(
+        &self,
+        navigator: &Navigator,
+        hands: &HandsState,
+        aspect: f32,
+        bounds: &Aabb,
+        out: &mut Vec<RoomView>,
+    ) {
+        out.clear();
+        let eyes = self.stereo.eyes();
+        let screens = self.rig.as_ref().map_or(1, |rig| rig.screens.len());
+        for screen in 0..screens {
+            for (number, &eye) in eyes.iter().enumerate() {
+                let column = |part: f32| (screen as f32 + part) / screens as f32;
+                let (left, right) = match self.stereo {
+                    Stereo::SideBySide => (number as f32 * 0.5, (number + 1) as f32 * 0.5),
+                    Stereo::Mono | Stereo::Anaglyph | Stereo::Windows => (0.0, 1.0),
+                };
+                let channels = match (self.stereo, eye) {
+                    (Stereo::Anaglyph, Eye::Left) => Channels::Red,
+                    (Stereo::Anaglyph, Eye::Right) => Channels::Cyan,
+                    _ => Channels::All,
+                };
+                let (from, to) = (Vec2::new(column(left), 0.0), Vec2::new(column(right), 1.0));
+                let view = match &self.rig {
+                    Some(rig) => self.on_screen(rig, &rig.screens[screen], eye, navigator, hands, bounds),
+                    None => Some(at_desk(eye, navigator, hands, aspect * (to.x - from.x), bounds)),
+                };
+                // An eye behind a screen sees nothing on it: that part of the window stays dark.
+                if let Some(view) = view {
+                    out.push(RoomView { view, screen, eye, from, to, channels });
+                }
+            }
+        }
+    }
+
+    fn on_screen(
+        &self,
+        rig: &Rig,
+        screen: &Screen,
+        eye: Eye,
+        navigator: &Navigator,
+        hands: &HandsState,
+        bounds: &Aabb,
+    ) -> Option<View> {
+        let (head, turn) = hands.head.unwrap_or((rig.head, Quat::IDENTITY));
+        let eye_in_room = rig.eye_in_room(eye, head, turn);
+        let eye_in_world = self.to_world(navigator, eye_in_room);
+        let in_room = screen.view(eye_in_room, NEAR_M, far_m(eye_in_world, bounds))?;
+        let world_from_view = self.turn_to_world(navigator, in_room.world_from_view);
+        Some(View { eye_in_world, world_from_view, ..in_room })
+    }
+
+    /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).
+    pub fn under(&self, views: &[RoomView], at: Vec2) -> Option<(View, Vec2)> {
+        let part = at * 0.5 + 0.5;
+        let found = views.iter().find(|v| part.cmpge(v.from).all() && part.cmple(v.to).all());
+        let found = found.or_else(|| views.first())?;
+        let on_screen = (part - found.from) / (found.to - found.from) * 2.0 - 1.0;
+        Some((found.view, on_screen))
+    }
+}
+
+/// The view of an eye before a plain window.
+fn at_desk(eye: Eye, navigator: &Navigator, hands: &HandsState, aspect: f32, bounds: &Aabb) -> View {
+    let mut view = navigator.view(aspect, bounds);
+    if let Some((p, q)) = hands.head {
+        (view.eye_in_world, view.world_from_view) = (p, q);
+        view.projection.far_m = view.projection.far_m.max(far_m(p, bounds));
+    }
+    // A thirtieth of the distance is comfortable; both eyes look at the plane of what is looked at.
+    let distance_m = navigator.distance_m();
+    let half_m = distance_m / 60.0;
+    let sideways_m = match eye {
+        Eye::Left => -half_m,
+        Eye::Middle => return view,
+        Eye::Right => half_m,
+    };
+    view.eye_in_world += rotate(view.world_from_view, Vec3::X * sideways_m);
+    let shift = sideways_m / distance_m;
+    let Projection { left, right, .. } = view.projection;
+    view.projection = Projection { left: left - shift, right: right - shift, ..view.projection };
+    view
+}
+
+/// Far enough for everything.
+fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
+    let farthest_m = match bounds.is_empty() {
+        true => 0.0,
+        false => bounds.corners().iter().map(|p| p.distance(eye)).fold(0.0, f32::max),
+    };
+    (farthest_m * 1.05).max(100.0)
+}

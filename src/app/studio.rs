@@ -1,0 +1,597 @@
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
+
+use glam::{Quat, Vec2, Vec3};
+
+use super::{
+    culling::Culling,
+    document::{Document, Opened},
+    gestures::Gestures,
+    journal::Autosaves,
+    layers::{self, LayerChoice},
+    navigator::Navigator,
+    pen::{Brush, Pen, Snap},
+    player::Player,
+    room::{Room, RoomView},
+    selection::Selection,
+    tracker::{Hands, Tracker},
+};
+use crate::{
+    index::IndexKind,
+    math::{Aabb, Ray},
+    metrics::{FrameRecord, StageClock},
+    recording::{Event, StrokeId, Tool},
+    render::LineBatch,
+    scene::{Change, PolygonId, Scene},
+    visibility::View,
+};
+
+/// What the pointer does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToolChoice {
+    /// Draws.
+    Draw(Tool),
+    /// Erases the strokes that it touches.
+    Erase,
+    /// Selects strokes and moves them.
+    Select,
+}
+
+/// What is on the window: a session being drawn, or one being replayed.
+#[derive(Debug)]
+pub enum Subject {
+    /// A session being drawn.
+    Sketch(Box<Document>),
+    /// A session being replayed.
+    Replay(Box<Player>),
+}
+
+impl Subject {
+    /// The model.
+    pub fn scene(&self) -> &Scene {
+        match self {
+            Self::Sketch(document) => document.scene(),
+            Self::Replay(player) => player.scene(),
+        }
+    }
+
+    /// Box of everything.
+    pub fn bounds(&self) -> Aabb {
+        match self {
+            Self::Sketch(document) => document.bounds(),
+            Self::Replay(player) => player.bounds(),
+        }
+    }
+}
+
+/// What a frame was.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FrameReport {
+    /// What the index did.
+    pub record: FrameRecord,
+    /// Making polygons of what came since the last frame, nanoseconds.
+    pub strokes_ns: u64,
+    /// Input samples that became part of this frame.
+    pub samples: u64,
+    /// Polygons drawn.
+    pub drawn: u64,
+}
+
+/// What a frame's picture needs to know of the polygons.
+#[derive(Debug, Default)]
+pub(super) struct Pending {
+    /// Another model: everything is to be sent again.
+    pub(super) is_other_scene: bool,
+    /// Only so many polygons are what they were; later numbers are given out again.
+    pub(super) keep: Option<usize>,
+    /// For the GPU scene.
+    pub(super) changes: Vec<Change>,
+}
+
+/// Everything behind the window but the window: the session, the tools, the camera and the culling.
+///
+/// Input becomes [`Event`]s, events change the [`Scene`], the index follows: the same path as in a replay.
+#[derive(Debug)]
+pub struct Studio {
+    pub(super) subject: Subject,
+    pub(super) autosaves: Autosaves,
+    pub(super) culling: Culling,
+    pub(super) navigator: Navigator,
+    pub(super) frozen: Option<Vec<View>>,
+    pub(super) room: Room,
+    pub(super) tool: ToolChoice,
+    pub(super) brush: Brush,
+    pub(super) snap: Snap,
+    pub(super) pen: Pen,
+    pub(super) selection: Selection,
+    pub(super) gestures: Gestures,
+    pub(super) layers: LayerChoice,
+    pub(super) follows_replay_camera: bool,
+    pub(super) tracker: Option<Tracker>,
+    pub(super) hands: Hands,
+    pub(super) messages: Vec<String>,
+    pub(super) pending: Pending,
+    pub(super) events: Vec<Event>,
+    changes: Vec<Change>,
+    samples: u64,
+    strokes_ns: u64,
+    clock: StageClock,
+    started: Instant,
+    /// Time stamp of the session when the window opened: a session that goes on takes up its time.
+    resumed_secs: f64,
+    pub(super) lines: LineBatch,
+    report: FrameReport,
+    views: Vec<RoomView>,
+    culled: Vec<PolygonId>,
+    pub(super) last_aspect: f32,
+}
+
+impl Studio {
+    /// A studio around a session.
+    pub fn new(subject: Subject, autosaves: Autosaves, index: IndexKind) -> Self {
+        let resumed_secs = match &subject {
+            Subject::Sketch(document) => document.last_secs(),
+            Subject::Replay(_) => 0.0,
+        };
+        let mut studio = Self {
+            subject,
+            autosaves,
+            culling: Culling::new(index),
+            navigator: Navigator::default(),
+            frozen: None,
+            room: Room::default(),
+            tool: ToolChoice::Draw(Tool::Ribbon),
+            brush: Brush::default(),
+            snap: Snap::default(),
+            pen: Pen::default(),
+            selection: Selection::default(),
+            gestures: Gestures::default(),
+            layers: LayerChoice::default(),
+            follows_replay_camera: true,
+            tracker: None,
+            hands: Hands::default(),
+            messages: Vec::new(),
+            pending: Pending::default(),
+            events: Vec::new(),
+            changes: Vec::new(),
+            samples: 0,
+            strokes_ns: 0,
+            clock: StageClock::default(),
+            started: Instant::now(),
+            resumed_secs,
+            lines: LineBatch::new(),
+            report: FrameReport::default(),
+            views: Vec::new(),
+            culled: Vec::new(),
+            last_aspect: 1.0,
+        };
+        studio.meet_subject();
+        studio
+    }
+
+    /// Files a new subject and looks at it.
+    pub(super) fn meet_subject(&mut self) {
+        // Everything is filed at once; what the subject reports of how it came to be is not needed.
+        if let Subject::Sketch(document) = &mut self.subject {
+            let mut filed = Vec::new();
+            document.take_changes(&mut filed);
+        }
+        self.pending = Pending { is_other_scene: true, ..Pending::default() };
+        self.selection = Selection::default();
+        self.pen = Pen::default();
+        self.gestures = Gestures::default();
+        self.frozen = None;
+        let bounds = self.subject.bounds();
+        let kind = self.culling.kind();
+        self.culling.reindex(kind, self.subject.scene(), &bounds);
+        self.navigator = Navigator::default();
+        self.navigator.show_all(&bounds);
+        if let Subject::Sketch(document) = &self.subject
+            && let Some(camera) = document.header().camera
+        {
+            self.navigator.go_to(camera.p, camera.q);
+        }
+    }
+
+    /// Opens a session for drawing in the place of the one at hand.
+    ///
+    /// # Errors
+    /// The file cannot be read; the session at hand stays.
+    pub fn open(&mut self, path: &Path) -> Result<(), crate::recording::RecordingError> {
+        let (document, opened) = Document::open(path, &self.autosaves)?;
+        self.tell(opened);
+        self.replace(Subject::Sketch(Box::new(document)));
+        Ok(())
+    }
+
+    pub(super) fn replace(&mut self, subject: Subject) {
+        self.finish_gestures();
+        if let Subject::Sketch(old) = std::mem::replace(&mut self.subject, subject) {
+            old.close();
+        }
+        self.started = Instant::now();
+        self.resumed_secs = match &self.subject {
+            Subject::Sketch(document) => document.last_secs(),
+            Subject::Replay(_) => 0.0,
+        };
+        self.meet_subject();
+    }
+
+    pub(super) fn tell(&mut self, opened: Opened) {
+        self.messages.extend(opened.remarks);
+    }
+
+    /// Listens to a tracker from now on.
+    pub fn set_tracker(&mut self, tracker: Tracker) {
+        self.tracker = Some(tracker);
+    }
+
+    /// Shows the model on the screens of a rig.
+    pub fn set_room(&mut self, room: Room) {
+        self.room = room;
+    }
+
+    /// The tracker, if one is listened to.
+    pub fn tracker(&self) -> Option<&Tracker> {
+        self.tracker.as_ref()
+    }
+
+    /// What is on the window.
+    pub fn subject(&self) -> &Subject {
+        &self.subject
+    }
+
+    /// The model.
+    pub fn scene(&self) -> &Scene {
+        self.subject.scene()
+    }
+
+    /// The culling.
+    pub fn culling(&self) -> &Culling {
+        &self.culling
+    }
+
+    /// What to draw with.
+    pub fn brush(&self) -> Brush {
+        self.brush
+    }
+
+    /// What the pointer does.
+    pub fn tool(&self) -> ToolChoice {
+        self.tool
+    }
+
+    /// How strokes find their depth.
+    pub fn snap(&self) -> Snap {
+        self.snap
+    }
+
+    /// Which pictures of the structures are shown.
+    pub fn layers(&self) -> LayerChoice {
+        self.layers
+    }
+
+    /// Whether the culling camera stands still.
+    pub fn is_frozen(&self) -> bool {
+        self.frozen.is_some()
+    }
+
+    /// The selected strokes.
+    pub fn selection(&self) -> &Selection {
+        &self.selection
+    }
+
+    /// The camera.
+    pub fn navigator(&self) -> &Navigator {
+        &self.navigator
+    }
+
+    /// The screens.
+    pub fn room(&self) -> &Room {
+        &self.room
+    }
+
+    /// Whether a replay moves the camera.
+    pub fn follows_replay_camera(&self) -> bool {
+        self.follows_replay_camera
+    }
+
+    /// Lets a replay move the camera, or not.
+    pub fn follow_replay_camera(&mut self, follow: bool) {
+        self.follows_replay_camera = follow;
+    }
+
+    /// What there is to tell, oldest first.
+    pub fn messages(&self) -> &[String] {
+        &self.messages
+    }
+
+    /// Adds something to tell.
+    pub fn say(&mut self, message: String) {
+        /// Messages kept.
+        const KEPT: usize = 50;
+        if self.messages.len() >= KEPT {
+            self.messages.remove(0);
+        }
+        self.messages.push(message);
+    }
+
+    /// What the last frame was.
+    pub fn report(&self) -> FrameReport {
+        self.report
+    }
+
+    /// The views of the last frame, one for each screen and eye.
+    pub fn views(&self) -> &[RoomView] {
+        &self.views
+    }
+
+    /// What is drawn on top of the model in the last frame.
+    pub fn lines(&self) -> &LineBatch {
+        &self.lines
+    }
+
+    /// Polygons that the last frame left out; empty unless they are to be shown.
+    pub fn culled(&self) -> &[PolygonId] {
+        &self.culled
+    }
+
+    /// Time in the session, seconds.
+    pub(super) fn now_secs(&self) -> f64 {
+        self.resumed_secs + self.started.elapsed().as_secs_f64()
+    }
+
+    /// Whether the picture changes by itself, so that frames have to follow each other.
+    pub fn is_moving(&self) -> bool {
+        let is_playing = matches!(&self.subject, Subject::Replay(player) if player.is_playing());
+        is_playing || self.gestures.flight != Vec3::ZERO
+    }
+
+    /// When a frame is due even if nothing comes: a tracker's stroke may have to be ended, a file be tried again.
+    pub fn next_frame_in(&self) -> Option<Duration> {
+        let is_failing =
+            matches!(&self.subject, Subject::Sketch(document) if document.journal().failure().is_some());
+        (self.hands.is_drawing() || is_failing).then_some(Duration::from_millis(300))
+    }
+
+    /// Whether the pointer is dragging something.
+    pub fn is_dragging(&self) -> bool {
+        self.gestures.is_dragging()
+    }
+
+    /// Takes the events that are waiting: into the session, into the model.
+    pub(super) fn apply_events(&mut self) {
+        let start = self.clock.start();
+        let mut events = std::mem::take(&mut self.events);
+        match &mut self.subject {
+            Subject::Sketch(document) => {
+                for event in events.drain(..) {
+                    self.samples += u64::from(event.is_sample());
+                    if !document.apply(event) {
+                        self.samples -= 1;
+                    }
+                }
+            }
+            // Nothing is drawn into a recording that is being replayed.
+            Subject::Replay(_) => events.clear(),
+        }
+        self.events = events;
+        self.strokes_ns += self.clock.since(start).ns;
+    }
+
+    pub(super) fn new_stroke(&mut self) -> Option<StrokeId> {
+        match &mut self.subject {
+            Subject::Sketch(document) => Some(document.new_stroke()),
+            Subject::Replay(_) => None,
+        }
+    }
+
+    /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).
+    pub(super) fn view_at(&self, at: Vec2, aspect: f32) -> Option<(View, Vec2)> {
+        let views = self.room.views(&self.navigator, &self.hands.state(), aspect, &self.subject.bounds());
+        self.room.under(&views, at)
+    }
+
+    /// The polygon under a ray, leaving out a stroke.
+    pub(super) fn pick(&mut self, ray: &Ray, without: Option<StrokeId>) -> Option<(PolygonId, f32)> {
+        let waiting = match &self.subject {
+            Subject::Sketch(document) => document.changes(),
+            Subject::Replay(_) => &[],
+        };
+        self.culling.pick(self.subject.scene(), waiting, ray, without)
+    }
+
+    /// One frame for a window of this size in pixels: takes what has come, files it, culls, and leaves the views and
+    /// what to draw in each.
+    pub fn frame(&mut self, size_px: Vec2, frame_secs: f32) -> FrameReport {
+        self.listen();
+        self.fly(frame_secs);
+        let aspect = size_px.x / size_px.y.max(1.0);
+        self.last_aspect = aspect;
+        self.changes.clear();
+        let start = self.clock.start();
+        match &mut self.subject {
+            Subject::Sketch(document) => {
+                document.retry();
+                document.take_changes(&mut self.changes);
+            }
+            Subject::Replay(player) => {
+                let first = self.changes.len();
+                player.advance(&mut self.changes);
+                self.samples += (self.changes.len() - first) as u64;
+                if self.follows_replay_camera && player.is_playing() {
+                    let view = player.view();
+                    self.navigator.go_to(view.eye_in_world, view.world_from_view);
+                }
+            }
+        }
+        self.strokes_ns += self.clock.since(start).ns;
+        self.pending.changes.extend_from_slice(&self.changes);
+
+        let bounds = self.subject.bounds();
+        self.room.views_into(&self.navigator, &self.hands.state(), aspect, &bounds, &mut self.views);
+        let eyes: Vec<View> = self.views.iter().map(|view| view.view).collect();
+        let cull_views = match &self.frozen {
+            Some(frozen) if frozen.len() == eyes.len() => frozen,
+            _ => &eyes,
+        };
+        let record = self.culling.frame(self.subject.scene(), &self.changes, cull_views);
+        self.find_culled();
+        self.draw_lines(size_px);
+        self.report = FrameReport {
+            record,
+            strokes_ns: std::mem::take(&mut self.strokes_ns),
+            samples: std::mem::take(&mut self.samples),
+            drawn: (0..self.views.len()).map(|i| self.culling.drawn(i).len() as u64).sum(),
+        };
+        self.report
+    }
+
+    /// Polygons that are left out, to be tinted: only worth it when the eye is elsewhere than the culling camera.
+    fn find_culled(&mut self) {
+        self.culled.clear();
+        if self.layers.culled && self.frozen.is_some() {
+            self.culling.left_out(self.subject.scene(), &mut self.culled);
+        }
+    }
+
+    fn draw_lines(&mut self, size_px: Vec2) {
+        self.lines.clear();
+        let Some(first) = self.views.first() else { return };
+        let view = first.view;
+        let scene = self.subject.scene();
+        if self.layers.grid {
+            layers::draw_grid(
+                view.eye_in_world,
+                self.navigator.target(),
+                self.navigator.distance_m(),
+                &mut self.lines,
+            );
+        }
+        if let Some(frozen) = &self.frozen {
+            for view in frozen {
+                layers::draw_view(view, self.navigator.distance_m().max(0.2) * 0.8, &mut self.lines);
+            }
+        }
+        if self.layers.nodes {
+            let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
+            layers::draw_nodes(self.culling.index(), &frustum, self.layers.node_depth, &mut self.lines);
+        }
+        if self.layers.straddlers {
+            let ids = layers::straddlers(scene, &self.culling.root());
+            layers::draw_outlines(scene, ids.into_iter(), Vec3::ZERO, [255, 90, 200, 200], &mut self.lines);
+        }
+        let by = self.gestures.moving_by();
+        for stroke in self.selection.strokes() {
+            if let Some(stroke) = scene.stroke(*stroke).filter(|stroke| stroke.is_visible()) {
+                layers::draw_outlines(scene, stroke.polygon_ids(), by, [255, 220, 90, 220], &mut self.lines);
+            }
+        }
+        self.draw_pen(&view, size_px);
+        if let Some((p, _, pressure)) = self.hands.state().hand {
+            let p = self.room.to_world(&self.navigator, p);
+            let color = if pressure > 0.0 { [255, 160, 60, 255] } else { [160, 220, 255, 255] };
+            layers::draw_cursor(&view, p, self.brush.width_m * 0.5, color, &mut self.lines);
+        }
+    }
+
+    fn draw_pen(&mut self, view: &View, size_px: Vec2) {
+        let aspect = size_px.x / size_px.y.max(1.0);
+        let Some(at) = self.gestures.pointer() else { return };
+        let Some((_, aim)) = self.aim(at, size_px.y, aspect) else { return };
+        let [r, g, b, _] = self.brush.color.map(|c| (c.clamp(0.0, 1.0) * 255.0) as u8);
+        match self.tool {
+            ToolChoice::Draw(_) => {
+                if let Some(anchor) = self.pen.anchor() {
+                    layers::draw_plane(view, anchor, self.navigator.distance_m() * 0.5, &mut self.lines);
+                }
+                for pair in self.pen.outline().windows(2) {
+                    self.lines.line(pair[0], pair[1], [r, g, b, 255], crate::render::Depth::Through);
+                }
+                layers::draw_cursor(view, aim, self.brush.width_m * 0.5, [r, g, b, 255], &mut self.lines);
+            }
+            ToolChoice::Erase => {
+                let radius_m = self.navigator.distance_m() * 0.012;
+                layers::draw_cursor(view, aim, radius_m, [255, 90, 90, 255], &mut self.lines);
+            }
+            ToolChoice::Select => {}
+        }
+    }
+
+    /// What the tracker has said since the last frame.
+    fn listen(&mut self) {
+        let Some(tracker) = &self.tracker else { return };
+        let t = self.now_secs();
+        let mut erased = Vec::new();
+        while let Some(message) = tracker.take() {
+            let message = self.room.message_to_world(&self.navigator, message);
+            let Subject::Sketch(document) = &mut self.subject else { continue };
+            let erase = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
+            // The stroke to erase may be among those that have just been drawn.
+            erased.extend(erase.map(|p| (self.events.len(), p)));
+        }
+        self.hands.rest(t, &mut self.events);
+        if erased.is_empty() {
+            self.apply_events();
+            return;
+        }
+        let mut events = std::mem::take(&mut self.events);
+        let mut taken = 0;
+        for (until, p) in erased {
+            self.events.extend(events.drain(..until - taken));
+            taken = until;
+            self.apply_events();
+            self.erase_near(t, p);
+        }
+        self.events.append(&mut events);
+        self.apply_events();
+    }
+
+    /// Erases the stroke nearest to a point, if one is within reach.
+    fn erase_near(&mut self, t: f64, p: Vec3) {
+        /// How far from the point a stroke may be, metres: about a finger's width.
+        const REACH_M: f32 = 0.01;
+        let scene = self.subject.scene();
+        let reach = Aabb::cube(p, 2.0 * REACH_M);
+        let near = scene.visible_ids().filter(|&id| scene.bounds(id).intersects(&reach));
+        let distance = |id: &PolygonId| scene.bounds(*id).distance_squared(p);
+        let nearest = near.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        if let Some(stroke) = nearest.and_then(|id| scene.stroke_of(id).id()) {
+            self.events.push(Event::Erase { t, stroke });
+            self.apply_events();
+        }
+    }
+
+    /// What the GPU scene has to follow since this was last called.
+    pub(super) fn take_pending(&mut self) -> Pending {
+        std::mem::take(&mut self.pending)
+    }
+
+    /// Gives back the memory of what was taken.
+    pub(super) fn give_back(&mut self, mut pending: Pending) {
+        pending.changes.clear();
+        if self.pending.changes.is_empty() {
+            self.pending.changes = pending.changes;
+        }
+    }
+
+    /// The GPU has forgotten everything.
+    pub fn send_all_again(&mut self) {
+        self.pending = Pending { is_other_scene: true, ..Pending::default() };
+    }
+
+    /// Ends the session on purpose.
+    pub fn close(mut self) {
+        self.finish_gestures();
+        if let Subject::Sketch(document) = self.subject {
+            document.close();
+        }
+    }
+
+    /// The pose of the tracked head, world space.
+    pub fn head(&self) -> Option<(Vec3, Quat)> {
+        self.hands.state().head
+    }
+}

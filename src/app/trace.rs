@@ -1,0 +1,72 @@
+use std::{
+    fs::File,
+    io::{self, Write},
+    path::Path,
+};
+
+use serde_json::json;
+
+use super::{
+    stats::{FrameStage, FrameTimes},
+    studio::{Studio, Subject, ToolChoice},
+};
+
+/// Writes one line of JSON for each frame: for measurements, and for tests that drive the window from outside.
+#[derive(Debug)]
+pub(super) struct Trace {
+    out: File,
+    frame: u64,
+}
+
+impl Trace {
+    pub(super) fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self { out: File::create(path)?, frame: 0 })
+    }
+
+    pub(super) fn write(
+        &mut self,
+        studio: &Studio,
+        times: &FrameTimes,
+        is_shown: bool,
+        window: (u32, u32),
+    ) -> io::Result<()> {
+        let report = studio.report();
+        let counts = studio.scene().counts();
+        let (events, position) = match studio.subject() {
+            Subject::Sketch(document) => (document.event_count(), 0),
+            Subject::Replay(player) => (0, player.position()),
+        };
+        let tool = match studio.tool() {
+            ToolChoice::Draw(tool) => format!("{tool:?}").to_lowercase(),
+            ToolChoice::Erase => "erase".to_owned(),
+            ToolChoice::Select => "select".to_owned(),
+        };
+        let ms = |stage| times.get(stage) as f64 * 1.0e-6;
+        let stages: serde_json::Map<String, serde_json::Value> =
+            FrameStage::ALL.iter().map(|&stage| (stage.name().to_owned(), json!(ms(stage)))).collect();
+        let line = json!({
+            "frame": self.frame,
+            "shown": is_shown,
+            "window": [window.0, window.1],
+            "events": events,
+            "position": position,
+            "samples": report.samples,
+            "strokes": counts.strokes,
+            "polygons": report.record.polygons,
+            "inserted": report.record.inserted,
+            "removed": report.record.removed,
+            "visible": report.record.visible,
+            "drawn": report.drawn,
+            "views": studio.views().len(),
+            "index": studio.culling().kind().name(),
+            "frozen": studio.is_frozen(),
+            "tool": tool,
+            "selected": studio.selection().strokes().len(),
+            "message": studio.messages().last(),
+            "ms": stages,
+        });
+        self.frame += 1;
+        // A line at once, so that whoever follows the file sees whole frames.
+        self.out.write_all(format!("{line}\n").as_bytes())
+    }
+}

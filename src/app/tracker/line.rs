@@ -1,0 +1,81 @@
+use std::fmt::Write as _;
+
+use glam::{Quat, Vec3};
+
+use super::message::{BrushChoice, Message, normal_name, normal_of, tool_name, tool_of};
+use crate::recording::NormalRule;
+
+/// Reads a line. `Ok(None)`: it says nothing (empty, or a comment).
+///
+/// # Errors
+/// What was expected instead.
+pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
+    let mut words = Words(line.split_ascii_whitespace());
+    let Some(word) = words.0.next().filter(|word| !word.starts_with('#')) else { return Ok(None) };
+    let message = match word {
+        "head" => Message::Head { p: words.point()?, q: words.turn()? },
+        "hand" => {
+            let (p, q, pressure) = (words.point()?, words.turn()?, words.number()?);
+            Message::Hand { p, q, pressure, hand: words.hand()? }
+        }
+        "brush" => {
+            let tool = words.0.next().and_then(tool_of).ok_or("a tool: ribbon, wall or tube")?;
+            let width_m = words.number()?;
+            let color = (words.number()?, words.number()?, words.number()?, words.number()?);
+            let hand = words.hand()?;
+            let normal = match words.0.next() {
+                Some(name) => normal_of(name).ok_or("a normal: local-x, side-x, travel or transport")?,
+                None => NormalRule::default(),
+            };
+            Message::Brush { hand, brush: BrushChoice { tool, width_m, color, normal } }
+        }
+        "erase" => Message::Erase { p: words.point()? },
+        "undo" => Message::Undo,
+        "redo" => Message::Redo,
+        _ => return Err("head, hand, brush, erase, undo or redo"),
+    };
+    if words.0.next().is_some() {
+        return Err("the end of the line");
+    }
+    message.checked().map(Some).ok_or("finite numbers and unit quaternions")
+}
+
+struct Words<'a>(std::str::SplitAsciiWhitespace<'a>);
+
+impl Words<'_> {
+    fn number(&mut self) -> Result<f32, &'static str> {
+        self.0.next().and_then(|word| word.parse().ok()).ok_or("a number")
+    }
+
+    fn point(&mut self) -> Result<Vec3, &'static str> {
+        Ok(Vec3::new(self.number()?, self.number()?, self.number()?))
+    }
+
+    fn turn(&mut self) -> Result<Quat, &'static str> {
+        Ok(Quat::from_xyzw(self.number()?, self.number()?, self.number()?, self.number()?))
+    }
+
+    fn hand(&mut self) -> Result<u8, &'static str> {
+        self.0.next().map_or(Ok(0), |word| word.parse().map_err(|_| "a hand from 0 to 255"))
+    }
+}
+
+/// Appends a message as a line, with its line end. Numbers read back to the same bits.
+pub fn write_line(message: &Message, out: &mut String) {
+    // Writing to a string does not fail.
+    let _ = match *message {
+        Message::Head { p, q } => {
+            writeln!(out, "head {} {} {} {} {} {} {}", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+        }
+        Message::Hand { hand, p, q, pressure } => {
+            writeln!(out, "hand {} {} {} {} {} {} {} {pressure} {hand}", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+        }
+        Message::Brush { hand, brush: BrushChoice { tool, width_m, color: (r, g, b, a), normal } } => {
+            let (tool, normal) = (tool_name(tool), normal_name(normal));
+            writeln!(out, "brush {tool} {width_m} {r} {g} {b} {a} {hand} {normal}")
+        }
+        Message::Erase { p } => writeln!(out, "erase {} {} {}", p.x, p.y, p.z),
+        Message::Undo => writeln!(out, "undo"),
+        Message::Redo => writeln!(out, "redo"),
+    };
+}

@@ -1,0 +1,37 @@
+//! Poses from outside: a socket, a file or standard input, as lines of text or OSC messages.
+//!
+//! Every tracker has some way to print numbers; ten lines of script make them into this. One message a line, several
+//! lines in a packet if wanted, numbers in metres and unit quaternions `x y z w` (world from tracker), +y up:
+//!
+//! ```text
+//! head  X Y Z  QX QY QZ QW                        the eye moves here
+//! hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]      draws while the pressure is above 0
+//! brush TOOL WIDTH  R G B A  [HAND] [NORMAL]      what the hand draws with next: ribbon, wall or tube
+//! erase X Y Z                                     the stroke at this place
+//! undo
+//! redo
+//! # anything
+//! ```
+//!
+//! `HAND` is 0 to 255 and 0 if left out: each hand draws its own stroke. `NORMAL` says how a ribbon lies to the pose:
+//! `local-x` (default), `side-x`, `travel` or `transport`.
+//!
+//! The same as OSC: addresses `/osp/head`, `/osp/hand`, `/osp/brush`, `/osp/erase`, `/osp/undo`, `/osp/redo`, with the
+//! numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles.
+//!
+//! Every message stands for itself, so that a lost packet costs a sample and nothing else. What is malformed is
+//! counted and dropped. [`Hands`] turns messages into the events of a session; [`Teller`] does the opposite.
+
+mod hands;
+mod line;
+mod message;
+mod osc;
+mod source;
+mod teller;
+
+pub use hands::{Hands, HandsState};
+pub use line::{parse_line, write_line};
+pub use message::{BrushChoice, Message};
+pub use osc::{osc_packet, parse_osc};
+pub use source::{Counts, Tracker, TrackerAddress, TrackerError};
+pub use teller::Teller;

@@ -1,0 +1,216 @@
+use egui::{
+    Align2, Color32, Frame, Grid, KeyboardShortcut, Panel, Rect, RichText, ScrollArea, Sense, Ui, Window,
+};
+use glam::Vec3;
+
+use super::{
+    canvas,
+    dialog::{Answer, Ask, PathDialog},
+    keys::{Action, HINTS, SHORTCUTS},
+    numbers, replay_bar, tools,
+};
+use crate::app::{
+    command::Command,
+    stats::{FrameTimes, History},
+    studio::{Studio, Subject},
+};
+
+/// What was asked for while the panels were shown; done when they are laid out.
+#[derive(Debug, Default)]
+pub(super) struct Wishes {
+    pub(super) commands: Vec<Command>,
+    pub(super) ask: Option<Ask>,
+    pub(super) panel: bool,
+    pub(super) help: bool,
+    pub(super) follow_camera: Option<bool>,
+}
+
+/// Everything on the window beside the model.
+#[derive(Debug, Default)]
+pub struct Interface {
+    history: History,
+    hides_panel: bool,
+    shows_help: bool,
+    dialog: Option<PathDialog>,
+    adapter: String,
+    /// Something was drawn: the newcomer's hint has done its work.
+    has_drawn: bool,
+}
+
+impl Interface {
+    /// The interface of a window that is drawn by the adapter of this name.
+    pub fn new(adapter: String) -> Self {
+        Self { adapter, ..Self::default() }
+    }
+
+    /// Adds the times of a frame.
+    pub fn note_frame(&mut self, times: FrameTimes) {
+        self.history.push(times);
+    }
+
+    /// The times of the last frames.
+    pub fn history(&self) -> &History {
+        &self.history
+    }
+
+    /// Whether the window has just opened: the first frames settle the layout.
+    pub fn is_fresh(&self) -> bool {
+        self.history.frames().len() < 3
+    }
+
+    /// Lays everything out, does what was asked for, and returns the part of the window that is the model's, in points.
+    pub fn show(&mut self, ui: &mut Ui, studio: &mut Studio) -> Rect {
+        let mut wishes = Wishes { panel: !self.hides_panel, help: self.shows_help, ..Wishes::default() };
+        self.shortcuts(ui, studio, &mut wishes);
+        Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
+            ScrollArea::vertical().show(ui, |ui| tools::show(ui, studio, &mut wishes));
+        });
+        if wishes.panel {
+            Panel::right("numbers").resizable(false).exact_size(268.0).show(ui, |ui| {
+                ScrollArea::vertical()
+                    .show(ui, |ui| numbers::show(ui, studio, &self.history, &self.adapter, &mut wishes));
+            });
+        }
+        Panel::bottom("status").resizable(false).show(ui, |ui| {
+            if let Subject::Replay(player) = studio.subject() {
+                replay_bar::show(ui, player, studio.follows_replay_camera(), &mut wishes);
+            }
+            status(ui, studio);
+        });
+        let area = ui.available_rect_before_wrap();
+        let response = ui.allocate_rect(area, Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "model"));
+        canvas::take_pointer(ui, &response, ui.ctx().pixels_per_point(), studio);
+        self.hint(ui, area, studio);
+        if wishes.help {
+            help(ui, &mut wishes.help);
+        }
+        self.take_wishes(ui, studio, wishes);
+        area
+    }
+
+    fn take_wishes(&mut self, ui: &Ui, studio: &mut Studio, wishes: Wishes) {
+        (self.hides_panel, self.shows_help) = (!wishes.panel, wishes.help);
+        if let Some(ask) = wishes.ask {
+            self.dialog = Some(PathDialog::new(ask));
+        }
+        let answer = self.dialog.as_mut().map(|dialog| dialog.show(ui.ctx()));
+        match answer {
+            None | Some(Answer::StillOpen) => {}
+            Some(Answer::Closed) => self.dialog = None,
+            Some(Answer::Chosen(command)) => {
+                self.dialog = None;
+                studio.command(command);
+            }
+        }
+        if let Some(follow) = wishes.follow_camera {
+            studio.follow_replay_camera(follow);
+        }
+        for command in wishes.commands {
+            studio.command(command);
+        }
+    }
+
+    fn shortcuts(&mut self, ui: &Ui, studio: &mut Studio, wishes: &mut Wishes) {
+        if ui.ctx().egui_wants_keyboard_input() || self.dialog.is_some() {
+            studio.set_flight(Vec3::ZERO);
+            return;
+        }
+        for shortcut in SHORTCUTS {
+            if !ui.input_mut(|input| input.consume_shortcut(&shortcut.keys)) {
+                continue;
+            }
+            match shortcut.action {
+                Action::Do(command) => wishes.commands.push(command()),
+                Action::ToggleFreeze => wishes.commands.push(Command::Freeze(!studio.is_frozen())),
+                Action::AskOpen => wishes.ask = Some(Ask::Open),
+                Action::AskSaveAs => wishes.ask = Some(Ask::SaveAs),
+                Action::AskExport => wishes.ask = Some(Ask::Export),
+                Action::TogglePlay => {
+                    if let Subject::Replay(player) = studio.subject() {
+                        wishes.commands.push(Command::Play(!player.is_playing()));
+                    }
+                }
+                Action::TogglePanel => wishes.panel = !wishes.panel,
+                Action::ToggleHelp => wishes.help = !wishes.help,
+            }
+        }
+        studio.set_flight(flight(ui));
+    }
+
+    /// What a newcomer does first.
+    fn hint(&mut self, ui: &Ui, area: Rect, studio: &Studio) {
+        let is_sketch = matches!(studio.subject(), Subject::Sketch(_));
+        self.has_drawn |= studio.scene().polygon_count() > 0;
+        if self.has_drawn || !is_sketch {
+            return;
+        }
+        let at = area.center() - egui::vec2(0.0, area.height() * 0.22);
+        let painter = ui.painter_at(area);
+        let font = egui::FontId::proportional(22.0);
+        painter.text(at, Align2::CENTER_CENTER, "Drag to draw", font, Color32::from_white_alpha(170));
+        let rest = "right button: turn    wheel: nearer, farther    F1: all keys";
+        let font = egui::FontId::proportional(14.0);
+        let below = at + egui::vec2(0.0, 26.0);
+        painter.text(below, Align2::CENTER_CENTER, rest, font, Color32::from_white_alpha(120));
+    }
+}
+
+/// Where the held keys fly to: right, up, back.
+fn flight(ui: &Ui) -> Vec3 {
+    use egui::Key;
+    ui.input(|input| {
+        if input.modifiers.command || input.modifiers.alt {
+            return Vec3::ZERO;
+        }
+        let axis = |forth: Key, back: Key| {
+            f32::from(u8::from(input.key_down(forth))) - f32::from(u8::from(input.key_down(back)))
+        };
+        Vec3::new(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::S, Key::W))
+    })
+}
+
+fn status(ui: &mut Ui, studio: &Studio) {
+    ui.horizontal(|ui| match studio.messages().last() {
+        Some(message) => {
+            let earlier = studio.messages().join("\n");
+            ui.label(message).on_hover_text(earlier);
+        }
+        None => {
+            let hint = "left: draw    right: turn    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys";
+            ui.label(RichText::new(hint).weak());
+        }
+    });
+}
+
+fn help(ui: &Ui, is_open: &mut bool) {
+    Window::new("Keys and pointer")
+        .open(is_open)
+        .collapsible(false)
+        .resizable(false)
+        .frame(Frame::window(ui.style()))
+        .anchor(Align2::CENTER_CENTER, egui::Vec2::ZERO)
+        .show(ui.ctx(), |ui| {
+            ui.columns(2, |columns| {
+                Grid::new("pointer").num_columns(2).show(&mut columns[0], |ui| {
+                    for (how, what) in HINTS {
+                        ui.strong(*how);
+                        ui.label(*what);
+                        ui.end_row();
+                    }
+                });
+                Grid::new("keys").num_columns(2).show(&mut columns[1], |ui| {
+                    for shortcut in SHORTCUTS {
+                        let KeyboardShortcut { modifiers, logical_key } = shortcut.keys;
+                        let is_plain = modifiers.is_none();
+                        ui.strong(match is_plain {
+                            true => logical_key.symbol_or_name().to_owned(),
+                            false => ui.ctx().format_shortcut(&shortcut.keys),
+                        });
+                        ui.label(shortcut.what);
+                        ui.end_row();
+                    }
+                });
+            });
+        });
+}

@@ -1,0 +1,90 @@
+use egui::{Key, KeyboardShortcut, Modifiers};
+
+use crate::app::{command::Command, studio::ToolChoice};
+use crate::recording::Tool;
+
+/// What a shortcut does.
+#[derive(Clone, Copy, Debug)]
+pub enum Action {
+    /// Something that is a command as it stands.
+    Do(fn() -> Command),
+    /// Freeze the culling camera, or let it go.
+    ToggleFreeze,
+    /// Open the dialog for a session to open.
+    AskOpen,
+    /// Open the dialog for a place to save.
+    AskSaveAs,
+    /// Open the dialog for a model to export.
+    AskExport,
+    /// Replay: run or stand.
+    TogglePlay,
+    /// Show or hide the panel with times and counts.
+    TogglePanel,
+    /// Show or hide the list of shortcuts.
+    ToggleHelp,
+}
+
+/// A key and what it does. This table is what the window shows and what it obeys.
+#[derive(Clone, Copy, Debug)]
+pub struct Shortcut {
+    /// The key, with those held.
+    pub keys: KeyboardShortcut,
+    /// What it does, for people.
+    pub what: &'static str,
+    /// What it does.
+    pub action: Action,
+}
+
+const fn key(key: Key, what: &'static str, action: Action) -> Shortcut {
+    Shortcut { keys: KeyboardShortcut::new(Modifiers::NONE, key), what, action }
+}
+
+const fn command_key(key: Key, what: &'static str, action: Action) -> Shortcut {
+    Shortcut { keys: KeyboardShortcut::new(Modifiers::COMMAND, key), what, action }
+}
+
+/// All shortcuts. Those with more keys held come first, so that they are not taken for their simpler kin.
+pub const SHORTCUTS: &[Shortcut] = &[
+    Shortcut {
+        keys: KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z),
+        what: "redo",
+        action: Action::Do(|| Command::Redo),
+    },
+    command_key(Key::Z, "undo", Action::Do(|| Command::Undo)),
+    command_key(Key::Y, "redo", Action::Do(|| Command::Redo)),
+    command_key(Key::N, "new session", Action::Do(|| Command::New)),
+    command_key(Key::O, "open", Action::AskOpen),
+    command_key(Key::S, "save as", Action::AskSaveAs),
+    command_key(Key::E, "export glTF", Action::AskExport),
+    command_key(Key::A, "select all", Action::Do(|| Command::SelectAll)),
+    key(Key::Num1, "draw ribbons", Action::Do(|| Command::Tool(ToolChoice::Draw(Tool::Ribbon)))),
+    key(Key::Num2, "draw walls", Action::Do(|| Command::Tool(ToolChoice::Draw(Tool::Wall)))),
+    key(Key::Num3, "draw tubes", Action::Do(|| Command::Tool(ToolChoice::Draw(Tool::Tube)))),
+    key(Key::X, "erase", Action::Do(|| Command::Tool(ToolChoice::Erase))),
+    key(Key::V, "select and move", Action::Do(|| Command::Tool(ToolChoice::Select))),
+    key(Key::OpenBracket, "narrower brush", Action::Do(|| Command::Widen(-1.0))),
+    key(Key::CloseBracket, "wider brush", Action::Do(|| Command::Widen(1.0))),
+    key(Key::Delete, "erase what is selected", Action::Do(|| Command::EraseSelected)),
+    key(Key::Escape, "select nothing", Action::Do(|| Command::SelectNone)),
+    key(Key::H, "show everything", Action::Do(|| Command::ShowAll)),
+    key(Key::F, "look at what is under the pointer", Action::Do(|| Command::LookAtPointer)),
+    key(Key::C, "freeze the culling camera", Action::ToggleFreeze),
+    key(Key::Space, "replay: run or stand", Action::TogglePlay),
+    key(Key::Period, "replay: one frame on", Action::Do(|| Command::Step(1))),
+    key(Key::Comma, "replay: one frame back", Action::Do(|| Command::Step(-1))),
+    key(Key::F1, "this list", Action::ToggleHelp),
+    key(Key::F2, "times and counts", Action::TogglePanel),
+];
+
+/// What is done by holding keys or with the pointer, for the list in the window.
+pub const HINTS: &[(&str, &str)] = &[
+    ("left button", "the tool: draw, erase, select"),
+    ("right button", "turn about what is looked at"),
+    ("wheel button, Shift + right", "move along the window"),
+    ("Alt + left", "turn, for pens without buttons"),
+    ("Alt + right", "look around"),
+    ("wheel", "nearer, farther"),
+    ("Shift + wheel", "wider or narrower brush"),
+    ("W A S D Q E", "fly"),
+    ("Shift + click", "select more"),
+];

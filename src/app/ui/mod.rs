@@ -1,0 +1,15 @@
+//! What is on the window beside the model: tools, dialogs, times and counts; and what the pointer does on the model.
+//!
+//! Everything here is egui and nothing needs a window or a GPU, so that it can be tested as it is.
+
+mod canvas;
+mod dialog;
+mod interface;
+mod keys;
+mod numbers;
+mod plot;
+mod replay_bar;
+mod tools;
+
+pub use interface::Interface;
+pub use keys::{Action, HINTS, SHORTCUTS, Shortcut};

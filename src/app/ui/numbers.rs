@@ -1,0 +1,204 @@
+use egui::{CollapsingHeader, ComboBox, Grid, RichText, Slider, Ui};
+
+use super::{
+    interface::Wishes,
+    plot::{frame_plot, stage_color},
+};
+use crate::{
+    app::{
+        command::Command,
+        stats::{FrameStage, History},
+        studio::Studio,
+    },
+    index::IndexKind,
+};
+
+fn ms(ns: u64) -> String {
+    format!("{:.2} ms", ns as f64 * 1.0e-6)
+}
+
+/// Thousands apart, so that large counts can be read.
+fn count(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push('\u{202f}');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// Times, counts and switches.
+pub(super) fn show(ui: &mut Ui, studio: &Studio, history: &History, adapter: &str, wishes: &mut Wishes) {
+    ui.add_space(4.0);
+    times(ui, history);
+    ui.separator();
+    counts(ui, studio);
+    ui.separator();
+    switches(ui, studio, wishes);
+    ui.separator();
+    layers(ui, studio, wishes);
+    CollapsingHeader::new("Picking").show(ui, |ui| picking(ui, studio));
+    if let Some(tracker) = studio.tracker() {
+        CollapsingHeader::new("Tracker").default_open(true).show(ui, |ui| {
+            let counts = tracker.counts();
+            table(
+                ui,
+                "tracker",
+                &[
+                    ("messages", count(counts.messages)),
+                    ("malformed", count(counts.malformed)),
+                    ("dropped", count(counts.dropped)),
+                ],
+            );
+            if let Some(address) = tracker.local_address() {
+                ui.label(RichText::new(format!("udp://{address}")).weak());
+            }
+        });
+    }
+    ui.label(RichText::new(adapter).weak().small());
+}
+
+fn times(ui: &mut Ui, history: &History) {
+    let median_ns = history.percentile_ns(0.5);
+    let rate = if median_ns == 0 { 0.0 } else { 1.0e9 / median_ns as f64 };
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(ms(history.last().total_ns())).strong());
+        ui.label(RichText::new(format!("a frame; {rate:.0} frames/s possible")).weak());
+    });
+    frame_plot(ui, history, 84.0);
+    // Columns of fixed width: a grid that follows its numbers asks for another frame each time they change.
+    Grid::new("percentiles").num_columns(4).min_col_width(58.0).spacing([4.0, 0.0]).show(ui, |ui| {
+        let parts = [
+            ("50 %", median_ns),
+            ("95 %", history.percentile_ns(0.95)),
+            ("99 %", history.percentile_ns(0.99)),
+            ("max", history.slowest_ns()),
+        ];
+        for (name, _) in parts {
+            ui.label(RichText::new(name).weak().small());
+        }
+        ui.end_row();
+        for (_, ns) in parts {
+            ui.label(format!("{:.2}", ns as f64 * 1.0e-6));
+        }
+    });
+    let last = history.last();
+    Grid::new("stages").num_columns(3).min_col_width(78.0).spacing([4.0, 0.0]).show(ui, |ui| {
+        for stage in FrameStage::ALL {
+            ui.horizontal(|ui| {
+                let (area, _) = ui.allocate_exact_size(egui::Vec2::splat(9.0), egui::Sense::hover());
+                ui.painter().rect_filled(area, 2.0, stage_color(stage));
+                ui.label(stage.name());
+            });
+            ui.label(ms(last.get(stage)));
+            ui.label(RichText::new(format!("{:.1} %", history.share(stage) * 100.0)).weak());
+            ui.end_row();
+        }
+    });
+}
+
+fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
+    Grid::new(id).num_columns(2).min_col_width(120.0).spacing([4.0, 1.0]).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.label(*name);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
+}
+
+fn counts(ui: &mut Ui, studio: &Studio) {
+    let report = studio.report();
+    let scene = studio.scene().counts();
+    table(
+        ui,
+        "counts",
+        &[
+            ("strokes", count(scene.strokes)),
+            ("polygons", count(report.record.polygons)),
+            ("in view", count(report.record.visible)),
+            ("drawn", count(report.drawn)),
+            ("came, went, moved", {
+                let record = report.record;
+                format!("{} {} {}", count(record.inserted), count(record.removed), count(record.updated))
+            }),
+            ("boxes tested", count(report.record.work.boxes)),
+            ("nodes visited", count(report.record.work.nodes)),
+            ("index memory", format!("{:.1} MB", studio.culling().index().bytes() as f64 / 1.0e6)),
+        ],
+    );
+}
+
+fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let culling = studio.culling();
+    ComboBox::from_label("index").selected_text(culling.kind().name()).show_ui(ui, |ui| {
+        for &kind in IndexKind::ALL {
+            if ui.selectable_label(culling.kind() == kind, kind.name()).clicked() {
+                wishes.commands.push(Command::Index(kind));
+            }
+        }
+    });
+    if let Some(done) = culling.reindexed() {
+        let line =
+            format!("{} polygons filed in {:.2} ms", count(done.polygons), done.took.as_secs_f64() * 1.0e3);
+        ui.label(RichText::new(line).weak().small());
+    }
+    let mut stages = culling.stages();
+    ui.checkbox(&mut stages.frustum, "cull by the view");
+    if stages != culling.stages() {
+        wishes.commands.push(Command::Stages(stages));
+    }
+    let mut is_frozen = studio.is_frozen();
+    let freeze = ui.checkbox(&mut is_frozen, "freeze the culling camera (C)");
+    freeze.on_hover_text("then move away and see what is left out");
+    if is_frozen != studio.is_frozen() {
+        wishes.commands.push(Command::Freeze(is_frozen));
+    }
+}
+
+fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let mut layers = studio.layers();
+    ui.checkbox(&mut layers.grid, "floor");
+    ui.checkbox(&mut layers.culled, "show what is left out (frozen)");
+    ui.checkbox(&mut layers.nodes, "boxes of the index");
+    if layers.nodes {
+        ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest"));
+    }
+    ui.checkbox(&mut layers.straddlers, "polygons across the root's middle");
+    if layers != studio.layers() {
+        wishes.commands.push(Command::Layers(layers));
+    }
+}
+
+fn picking(ui: &mut Ui, studio: &Studio) {
+    let picks = studio.culling().picks();
+    let last = picks.last.map_or("nothing".to_owned(), |id| format!("polygon {}", count(u64::from(id.0))));
+    table(
+        ui,
+        "picks",
+        &[
+            ("last", last),
+            ("took", format!("{:.1} µs", picks.last_ns as f64 * 1.0e-3)),
+            ("rays", count(picks.rays)),
+            ("exact tests", count(picks.tests)),
+            ("all", ms(picks.total_ns)),
+        ],
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_counts_are_grouped() {
+        let plain = |n| count(n).replace('\u{202f}', " ");
+        assert_eq!(
+            [plain(0), plain(999), plain(1000), plain(12_345_678)],
+            ["0", "999", "1 000", "12 345 678"]
+        );
+    }
+}

@@ -1,0 +1,164 @@
+use egui::{Button, Color32, ComboBox, RichText, Slider, Ui, Vec2};
+
+use super::{dialog::Ask, interface::Wishes};
+use crate::{
+    app::{
+        command::Command,
+        pen::{Brush, Snap},
+        studio::{Studio, Subject, ToolChoice},
+    },
+    recording::Tool,
+};
+
+/// Colours to start from, sRGB.
+const SWATCHES: [[u8; 3]; 12] = [
+    [242, 158, 51],
+    [230, 84, 64],
+    [214, 72, 132],
+    [142, 88, 200],
+    [72, 104, 214],
+    [64, 168, 214],
+    [60, 178, 150],
+    [110, 176, 70],
+    [236, 208, 84],
+    [240, 238, 230],
+    [140, 140, 146],
+    [44, 44, 50],
+];
+
+/// Tools, brush, and what is done with the session.
+pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let is_replay = matches!(studio.subject(), Subject::Replay(_));
+    ui.add_space(4.0);
+    ui.add_enabled_ui(!is_replay, |ui| {
+        tool_buttons(ui, studio, wishes);
+        ui.separator();
+        brush(ui, studio, wishes);
+        ui.separator();
+        let scene = studio.scene();
+        ui.horizontal(|ui| {
+            if ui.add_enabled(scene.can_undo(), Button::new("Undo")).clicked() {
+                wishes.commands.push(Command::Undo);
+            }
+            if ui.add_enabled(scene.can_redo(), Button::new("Redo")).clicked() {
+                wishes.commands.push(Command::Redo);
+            }
+        });
+    });
+    ui.separator();
+    file_buttons(ui, is_replay, wishes);
+    ui.separator();
+    if ui.button("Show everything (H)").clicked() {
+        wishes.commands.push(Command::ShowAll);
+    }
+    ui.horizontal(|ui| {
+        ui.toggle_value(&mut wishes.panel, "Times (F2)");
+        ui.toggle_value(&mut wishes.help, "Keys (F1)");
+    });
+    session(ui, studio);
+}
+
+fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let tools = [
+        (ToolChoice::Draw(Tool::Ribbon), "Ribbon (1)", "drag to draw a band"),
+        (ToolChoice::Draw(Tool::Wall), "Wall (2)", "drag around the outline of a flat surface"),
+        (ToolChoice::Draw(Tool::Tube), "Tube (3)", "drag to draw a round tube"),
+        (ToolChoice::Erase, "Erase (X)", "touch a stroke to erase it"),
+        (ToolChoice::Select, "Select (V)", "click strokes, then drag them; Delete erases them"),
+    ];
+    for (tool, name, hint) in tools {
+        let button =
+            Button::selectable(studio.tool() == tool, name).min_size(Vec2::new(ui.available_width(), 24.0));
+        if ui.add(button).on_hover_text(hint).clicked() {
+            wishes.commands.push(Command::Tool(tool));
+        }
+    }
+}
+
+fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let brush = studio.brush();
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = Vec2::splat(3.0);
+        for [r, g, b] in SWATCHES {
+            let color = Color32::from_rgb(r, g, b);
+            let button = Button::new("").fill(color).min_size(Vec2::splat(20.0));
+            let response = ui.add(button);
+            response.widget_info(|| {
+                egui::WidgetInfo::labeled(egui::Role::Button, true, format!("colour {r} {g} {b}"))
+            });
+            if response.clicked() {
+                let [r, g, b] = [r, g, b].map(|c| f32::from(c) / 255.0);
+                wishes.commands.push(Command::Color([r, g, b, brush.color[3]]));
+            }
+        }
+    });
+    ui.horizontal(|ui| {
+        let [r, g, b, a] = brush.color.map(|c| (c * 255.0).round() as u8);
+        let mut color = Color32::from_rgba_unmultiplied(r, g, b, a);
+        if ui.color_edit_button_srgba(&mut color).on_hover_text("any colour and opacity").changed() {
+            let color = color.to_srgba_unmultiplied().map(|c| f32::from(c) / 255.0);
+            wishes.commands.push(Command::Color(color));
+        }
+        ui.label("colour");
+    });
+    let mut width_cm = brush.width_m * 100.0;
+    let slider = Slider::new(&mut width_cm, 0.1..=200.0).logarithmic(true).suffix(" cm").max_decimals(1);
+    ui.spacing_mut().slider_width = 84.0;
+    let label = ui.label("width ([ and ])");
+    if ui.add(slider).labelled_by(label.id).changed() {
+        let (narrowest, widest) = Brush::WIDTHS_M;
+        wishes.commands.push(Command::Width((width_cm / 100.0).clamp(narrowest, widest)));
+    }
+    let snap_name = |snap| match snap {
+        Snap::Start => "start on surfaces",
+        Snap::Surface => "follow surfaces",
+        Snap::Off => "free",
+    };
+    ComboBox::from_label("").selected_text(snap_name(studio.snap())).width(140.0).show_ui(ui, |ui| {
+        for snap in [Snap::Start, Snap::Surface, Snap::Off] {
+            if ui.selectable_label(studio.snap() == snap, snap_name(snap)).clicked() {
+                wishes.commands.push(Command::Snap(snap));
+            }
+        }
+    });
+}
+
+fn file_buttons(ui: &mut Ui, is_replay: bool, wishes: &mut Wishes) {
+    ui.horizontal(|ui| {
+        if ui.button("New").clicked() {
+            wishes.commands.push(Command::New);
+        }
+        if ui.button("Open…").clicked() {
+            wishes.ask = Some(Ask::Open);
+        }
+    });
+    ui.horizontal(|ui| {
+        if ui.add_enabled(!is_replay, Button::new("Save as…")).clicked() {
+            wishes.ask = Some(Ask::SaveAs);
+        }
+        if ui.button("Export…").clicked() {
+            wishes.ask = Some(Ask::Export);
+        }
+    });
+}
+
+/// Where the session is and whether it is safe.
+fn session(ui: &mut Ui, studio: &Studio) {
+    let Subject::Sketch(document) = studio.subject() else { return };
+    let journal = document.journal();
+    ui.add_space(6.0);
+    match journal.failure() {
+        Some(reason) => {
+            let warning = format!("{} events are NOT saved: {reason}", journal.waiting());
+            ui.label(RichText::new(warning).color(Color32::from_rgb(255, 120, 100)).small());
+        }
+        None if document.event_count() == 0 => {
+            ui.label(RichText::new("saves itself as you draw").weak());
+        }
+        None => {
+            let name = journal.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let label = ui.label(RichText::new(format!("saved: {name}")).weak());
+            label.on_hover_text(journal.path().display().to_string());
+        }
+    }
+}

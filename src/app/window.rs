@@ -1,0 +1,384 @@
+use std::{path::PathBuf, sync::Arc, time::Instant};
+
+use glam::Vec2;
+use thiserror::Error;
+use winit::{
+    application::ApplicationHandler,
+    dpi::LogicalSize,
+    event::WindowEvent,
+    event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy},
+    window::{Window, WindowId},
+};
+
+use super::{
+    painter::{PaintError, PaintTimes, Painter, Panels},
+    stats::{FrameStage, FrameTimes},
+    studio::{Studio, Subject},
+    trace::Trace,
+    tracker::{Tracker, TrackerAddress, TrackerError},
+    ui::Interface,
+};
+use crate::{
+    metrics::StageClock,
+    render::{Area, RenderError},
+    visibility::Stereo,
+};
+
+/// Devices opened anew after a loss, at most, before the window gives up.
+const MAX_RECOVERIES: u32 = 5;
+
+/// How the window is opened.
+#[derive(Clone, Debug, Default)]
+pub struct WindowOptions {
+    /// Width and height in points; 1280 by 800 if left out.
+    pub size: Option<(u32, u32)>,
+    /// A tracker to listen to.
+    pub tracker: Option<TrackerAddress>,
+    /// A file that gets one line of JSON for each frame.
+    pub trace: Option<PathBuf>,
+}
+
+/// Why there is no window, or no more.
+#[derive(Debug, Error)]
+pub enum WindowError {
+    /// The system has no display.
+    #[error("no window can be opened: {0}")]
+    NoDisplay(String),
+    /// Nothing can be drawn.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The tracker cannot be listened to.
+    #[error(transparent)]
+    Tracker(#[from] TrackerError),
+    /// The trace cannot be written.
+    #[error("{}: {source}", path.display())]
+    Trace {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+/// Something has come from outside.
+#[derive(Clone, Copy, Debug)]
+struct Wake;
+
+/// Opens a window for a studio and runs it until it is closed.
+///
+/// # Errors
+/// There is no display, nothing that can draw, or something in the options cannot be had.
+pub fn run(mut studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
+    let event_loop = open_event_loop()?;
+    if let Some(address) = &options.tracker {
+        let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
+        // A window that is closing does not hear it any more.
+        let tracker = Tracker::open(address, move || {
+            let _ = proxy.send_event(Wake);
+        })?;
+        if let Some(address) = tracker.local_address() {
+            studio.say(format!("listening to a tracker at udp://{address}"));
+        }
+        studio.set_tracker(tracker);
+    }
+    let trace = match &options.trace {
+        Some(path) => {
+            let trace = Trace::create(path);
+            Some(trace.map_err(|source| WindowError::Trace { path: path.clone(), source })?)
+        }
+        None => None,
+    };
+    let mut app = App { studio: Some(studio), options, trace, live: None, failure: None, recoveries: 0 };
+    let outcome = event_loop.run_app(&mut app);
+    if let Some(studio) = app.studio.take() {
+        studio.close();
+    }
+    match (app.failure, outcome) {
+        (Some(failure), _) => Err(failure),
+        (None, Err(error)) => Err(WindowError::NoDisplay(error.to_string())),
+        (None, Ok(())) => Ok(()),
+    }
+}
+
+/// A system without a display gives an error; one without a keyboard library makes winit panic, which is caught.
+fn open_event_loop() -> Result<EventLoop<Wake>, WindowError> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let opened = std::panic::catch_unwind(|| EventLoop::<Wake>::with_user_event().build());
+    std::panic::set_hook(hook);
+    match opened {
+        Ok(Ok(event_loop)) => Ok(event_loop),
+        Ok(Err(error)) => Err(WindowError::NoDisplay(error.to_string().replace('\n', " "))),
+        Err(panic) => {
+            let said = panic.downcast_ref::<String>().map(String::as_str);
+            let said =
+                said.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("the window system failed");
+            Err(WindowError::NoDisplay(said.replace('\n', " ")))
+        }
+    }
+}
+
+struct App {
+    /// There until the window closes.
+    studio: Option<Studio>,
+    options: WindowOptions,
+    trace: Option<Trace>,
+    live: Option<Live>,
+    failure: Option<WindowError>,
+    recoveries: u32,
+}
+
+/// What exists while there is a window.
+struct Live {
+    window: Arc<Window>,
+    egui: egui_winit::State,
+    interface: Interface,
+    painter: Painter,
+    clock: StageClock,
+    last_frame: Instant,
+    repaint_at: Option<Instant>,
+    #[cfg(feature = "gamepad")]
+    gamepad: Option<super::gamepad::Gamepad>,
+}
+
+impl ApplicationHandler<Wake> for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.live.is_some() {
+            return;
+        }
+        match self.open_window(event_loop) {
+            Ok(live) => self.live = Some(live),
+            Err(error) => self.fail(event_loop, error),
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, Wake: Wake) {
+        if let Some(live) = &self.live {
+            live.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
+        let Some(live) = &mut self.live else { return };
+        if id != live.window.id() {
+            if let WindowEvent::Resized(size) = event {
+                live.painter.resize_extra(id, size.width, size.height);
+            }
+            live.window.request_redraw();
+            return;
+        }
+        // Of its own redrawing egui need not hear: it would ask for the next one.
+        if !matches!(event, WindowEvent::RedrawRequested)
+            && live.egui.on_window_event(&live.window, &event).repaint
+        {
+            live.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => {
+                live.painter.resize(size.width, size.height);
+                live.window.request_redraw();
+            }
+            WindowEvent::Occluded(false) => live.window.request_redraw(),
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.frame(event_loop) {
+                    self.fail(event_loop, error);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(live) = &mut self.live else { return };
+        match live.repaint_at {
+            Some(at) if at <= Instant::now() => {
+                live.repaint_at = None;
+                live.window.request_redraw();
+                event_loop.set_control_flow(ControlFlow::Wait);
+            }
+            Some(at) => event_loop.set_control_flow(ControlFlow::WaitUntil(at)),
+            None => event_loop.set_control_flow(ControlFlow::Wait),
+        }
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        self.live = None;
+    }
+}
+
+impl App {
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: WindowError) {
+        self.failure.get_or_insert(error);
+        event_loop.exit();
+    }
+
+    fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<Live, WindowError> {
+        let (width, height) = self.options.size.unwrap_or((1280, 800));
+        let attributes = Window::default_attributes()
+            .with_title("osp")
+            .with_inner_size(LogicalSize::new(width, height))
+            .with_min_inner_size(LogicalSize::new(480, 320));
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|error| WindowError::NoDisplay(error.to_string()))?;
+        let window = Arc::new(window);
+        let mut painter = Painter::new(&window, Box::new(event_loop.owned_display_handle()))?;
+        if let Some(studio) = &self.studio {
+            open_screens(event_loop, studio, &mut painter)?;
+        }
+        let context = egui::Context::default();
+        context.set_theme(egui::Theme::Dark);
+        let side = painter.max_texture_side();
+        let egui = egui_winit::State::new(
+            context,
+            egui::ViewportId::ROOT,
+            &window,
+            Some(window.scale_factor() as f32),
+            None,
+            Some(side),
+        );
+        window.request_redraw();
+        Ok(Live {
+            interface: Interface::new(painter.adapter()),
+            window,
+            egui,
+            painter,
+            clock: StageClock::default(),
+            last_frame: Instant::now(),
+            repaint_at: None,
+            #[cfg(feature = "gamepad")]
+            gamepad: super::gamepad::Gamepad::open(),
+        })
+    }
+
+    /// One frame, from the input that has come to the picture on the window.
+    fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
+        let (Some(live), Some(studio)) = (&mut self.live, &mut self.studio) else { return Ok(()) };
+        let window_size = live.window.inner_size();
+        let frame_secs = live.last_frame.elapsed().as_secs_f32();
+        live.last_frame = Instant::now();
+
+        // Everything that has come up to here becomes part of this frame.
+        let start = live.clock.start();
+        let input = live.egui.take_egui_input(&live.window);
+        let context = live.egui.egui_ctx().clone();
+        let mut area = egui::Rect::NOTHING;
+        let output = context.run_ui(input, |ui| area = live.interface.show(ui, studio));
+        live.egui.handle_platform_output(&live.window, output.platform_output);
+        let panels = Panels {
+            primitives: context.tessellate(output.shapes, output.pixels_per_point),
+            textures: output.textures_delta,
+            pixels_per_point: output.pixels_per_point,
+        };
+        let panel_ns = live.clock.since(start).ns;
+
+        let model = model_area(area, panels.pixels_per_point);
+        #[cfg(feature = "gamepad")]
+        if let Some(gamepad) = &mut live.gamepad {
+            gamepad.steer(studio, Vec2::new(model.width, model.height), frame_secs);
+        }
+        let report = studio.frame(Vec2::new(model.width, model.height), frame_secs);
+        let painted = match live.painter.paint(studio, model, panels) {
+            Ok(painted) => painted,
+            Err(PaintError::SurfaceLost) => {
+                live.painter.replace_surface(&live.window)?;
+                live.window.request_redraw();
+                PaintTimes::default()
+            }
+            Err(PaintError::Render(error)) => {
+                self.recover(event_loop, error)?;
+                return Ok(());
+            }
+        };
+
+        let mut times = FrameTimes::default();
+        // What the pointer drew was made into polygons while the panels were laid out.
+        let drawn_ns = report.strokes_ns.min(panel_ns);
+        times.set(FrameStage::Strokes, report.strokes_ns);
+        times.set(FrameStage::Insert, report.record.insert.ns);
+        times.set(FrameStage::Cull, report.record.cull.ns);
+        times.set(FrameStage::Send, painted.send_ns);
+        times.set(FrameStage::Panel, panel_ns - drawn_ns);
+        times.set(FrameStage::Draw, painted.draw_ns);
+        live.interface.note_frame(times);
+        if let (Some(trace), Some(path)) = (&mut self.trace, &self.options.trace) {
+            trace
+                .write(studio, &times, painted.is_shown, (window_size.width, window_size.height))
+                .map_err(|source| WindowError::Trace { path: path.clone(), source })?;
+        }
+        set_title(&live.window, studio);
+
+        let delay =
+            output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        if studio.is_moving() || live.interface.is_fresh() {
+            live.window.request_redraw();
+        } else {
+            let delay = delay.into_iter().chain(studio.next_frame_in()).min();
+            live.repaint_at = delay.and_then(|delay| Instant::now().checked_add(delay));
+        }
+        #[cfg(feature = "gamepad")]
+        if live.gamepad.is_some() {
+            let soon = Instant::now() + std::time::Duration::from_millis(16);
+            live.repaint_at = Some(live.repaint_at.map_or(soon, |at| at.min(soon)));
+        }
+        Ok(())
+    }
+
+    /// Opens the device anew after it was lost: the scene is whole, only the GPU has forgotten it.
+    fn recover(&mut self, event_loop: &ActiveEventLoop, error: RenderError) -> Result<(), WindowError> {
+        self.recoveries += 1;
+        if self.recoveries > MAX_RECOVERIES {
+            return Err(error.into());
+        }
+        self.live = None;
+        if let Some(studio) = &mut self.studio {
+            studio.say(format!("{error}; drawing goes on"));
+            studio.send_all_again();
+        }
+        self.live = Some(self.open_window(event_loop)?);
+        Ok(())
+    }
+}
+
+/// A window for each screen and eye, where the rig asks for it.
+fn open_screens(
+    event_loop: &ActiveEventLoop,
+    studio: &Studio,
+    painter: &mut Painter,
+) -> Result<(), WindowError> {
+    let room = studio.room();
+    let Some(rig) = room.rig().filter(|_| room.stereo() == Stereo::Windows) else { return Ok(()) };
+    for screen in &rig.screens {
+        for eye in room.stereo().eyes() {
+            let height = 480.0;
+            let attributes = Window::default_attributes()
+                .with_title(format!("osp: {} {eye:?}", screen.name))
+                .with_inner_size(LogicalSize::new(height * f64::from(screen.aspect()), height));
+            let window = event_loop
+                .create_window(attributes)
+                .map_err(|error| WindowError::NoDisplay(error.to_string()))?;
+            painter.add_window(Arc::new(window))?;
+        }
+    }
+    Ok(())
+}
+
+/// The model's part of the window in whole pixels.
+fn model_area(area: egui::Rect, pixels_per_point: f32) -> Area {
+    let (from, to) = (area.min * pixels_per_point, area.max * pixels_per_point);
+    let (x, y) = (from.x.round().max(0.0), from.y.round().max(0.0));
+    Area { x, y, width: (to.x.round() - x).max(1.0), height: (to.y.round() - y).max(1.0) }
+}
+
+fn set_title(window: &Window, studio: &Studio) {
+    let path = match studio.subject() {
+        Subject::Sketch(document) => document.journal().path(),
+        Subject::Replay(player) => player.path(),
+    };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let title = format!("{name} - osp");
+    if window.title() != title {
+        window.set_title(&title);
+    }
+}

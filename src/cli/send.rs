@@ -1,0 +1,150 @@
+//! `osp send`: a session told to a window as a tracker would.
+
+use std::{
+    net::{ToSocketAddrs, UdpSocket},
+    path::PathBuf,
+    thread,
+    time::{Duration, Instant},
+};
+
+use anyhow::Context;
+use clap::Args;
+
+use super::{
+    Outcome,
+    output::{complain, say},
+    session::OpenSession,
+};
+use crate::{
+    app::tracker::{Teller, osc_packet, write_line},
+    recording::{Pace, Pacer},
+    report::thousands,
+};
+
+/// Bytes of a datagram that pass every network in one piece.
+const PACKET_BYTES: usize = 1200;
+
+/// Play a session as a tracker: its samples go to a window that listens (`osp sketch --tracker udp://…`).
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp send recordings/portrait.ron --to 127.0.0.1:9327
+  osp send sketch.tilt --to 127.0.0.1:9327 --speed 10
+  osp send sketch.tilt --to 192.168.0.7:9000 --osc")]
+pub(super) struct SendArgs {
+    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+    file: PathBuf,
+    /// Who listens.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    to: String,
+    /// How much of the session is sent 90 times a second: `recorded` (by time stamps) or `samples:N`.
+    #[arg(long, default_value = "recorded")]
+    pace: Pace,
+    /// Times as fast.
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = factor)]
+    speed: f64,
+    /// Send OSC messages instead of lines.
+    #[arg(long)]
+    osc: bool,
+    /// Skip damaged pieces, instead of stopping at the first.
+    #[arg(long)]
+    lenient: bool,
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|f: &f64| (0.001..=1000.0).contains(f))
+        .ok_or_else(|| "expected a factor from 0.001 to 1000".to_owned())
+}
+
+pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
+    let to = args.to.to_socket_addrs().with_context(|| args.to.clone())?.next();
+    let to = to.with_context(|| format!("{}: no such address", args.to))?;
+    let from = if to.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
+    let socket = UdpSocket::bind(from).context("a socket")?;
+    socket.connect(to).with_context(|| args.to.clone())?;
+
+    let session = OpenSession::open(&args.file, args.lenient)?;
+    let mut pacer = Pacer::new(session, args.pace);
+    let mut sender = Sender { socket, osc: args.osc, packet: String::new(), packets: 0, refused: 0 };
+    let mut teller = Teller::new();
+    let (mut events, mut messages) = (Vec::new(), Vec::new());
+    let mut sent = 0u64;
+    let start = Instant::now();
+    let mut frames = 0u32;
+    while pacer.next_frame(&mut events)? {
+        frames += 1;
+        messages.clear();
+        events.iter().for_each(|event| teller.tell(event, &mut messages));
+        for message in &messages {
+            sender.send(message)?;
+        }
+        sender.flush()?;
+        sent += messages.len() as u64;
+        let due = Duration::from_secs_f64(f64::from(frames) / Pace::FRAMES_A_SECOND / args.speed);
+        thread::sleep(due.saturating_sub(start.elapsed()));
+    }
+    say(&format!(
+        "{} messages in {} packets sent to {to} in {:.1} s",
+        thousands(sent),
+        thousands(sender.packets),
+        start.elapsed().as_secs_f64()
+    ))?;
+    if teller.left_out() > 0 {
+        let what = "events have no words in a tracker's language (moved strokes, groups, finished polygons)";
+        complain(&format!("warning: {} {what}", thousands(teller.left_out())));
+    }
+    if sender.refused > 0 {
+        complain(&format!(
+            "warning: {} packets were refused: is somebody listening?",
+            thousands(sender.refused)
+        ));
+    }
+    Ok(Outcome::Done)
+}
+
+struct Sender {
+    socket: UdpSocket,
+    osc: bool,
+    /// Lines that are not sent yet.
+    packet: String,
+    packets: u64,
+    refused: u64,
+}
+
+impl Sender {
+    fn send(&mut self, message: &crate::app::tracker::Message) -> anyhow::Result<()> {
+        if self.osc {
+            return self.packet(&osc_packet(message));
+        }
+        let before = self.packet.len();
+        write_line(message, &mut self.packet);
+        if self.packet.len() > PACKET_BYTES {
+            let line = self.packet.split_off(before);
+            self.flush()?;
+            self.packet = line;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> anyhow::Result<()> {
+        if !self.packet.is_empty() {
+            let packet = std::mem::take(&mut self.packet);
+            self.packet(packet.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    fn packet(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
+        self.packets += 1;
+        match self.socket.send(bytes) {
+            Ok(_) => Ok(()),
+            // An answer to an earlier packet: nobody listens (yet).
+            Err(error) if error.kind() == std::io::ErrorKind::ConnectionRefused => {
+                self.refused += 1;
+                Ok(())
+            }
+            Err(error) => Err(error).context("the network"),
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! `osp sketch`: the window to draw in.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Outcome, output::complain, replay::index_parser};
+use crate::{
+    app::{
+        Autosaves, Document, Room, Studio, Subject, WindowOptions, run as run_window, tracker::TrackerAddress,
+    },
+    index::IndexKind,
+    visibility::Rig,
+};
+
+/// Draw in a window: with a mouse or a pen, or with a tracker.
+///
+/// Every sample is in the session's file before the next one comes. Without a file the session gets one among the
+/// autosaves; after a crash the next `osp sketch` brings it back.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp sketch
+  osp sketch house.ron
+  osp sketch painting.tilt --index bvh-sah
+  osp sketch --tracker udp://127.0.0.1:9327
+  osp sketch --rig dual-wall --tracker poses.txt
+
+A tracker sends lines of text (or the same as OSC), metres and unit quaternions, +y up:
+  head  X Y Z  QX QY QZ QW
+  hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]     draws while the pressure is above 0
+  brush TOOL WIDTH  R G B A  [HAND] [NORMAL]     ribbon, wall or tube
+  erase X Y Z | undo | redo
+`osp send SESSION --to 127.0.0.1:9327` plays a session as such a tracker.")]
+pub(super) struct SketchArgs {
+    /// The session to go on with, or to make (.ron); of another format (.tilt, .apa, .json, .poses, .obj) a copy is
+    /// drawn on.
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    window: WindowArgs,
+    /// Listen to a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard
+    /// input.
+    #[arg(long, value_name = "FROM")]
+    tracker: Option<TrackerAddress>,
+    /// The folder for sessions without a name [default: the user's own data folder].
+    #[arg(long, value_name = "DIR")]
+    autosave: Option<PathBuf>,
+}
+
+/// What every window takes.
+#[derive(Args, Debug)]
+pub(super) struct WindowArgs {
+    /// The index that finds what is in view; it can be changed in the window.
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    pub(super) index: IndexKind,
+    /// Show the model on a rig's screens: desktop, dual-wall, cave4, or a file.
+    #[arg(long, value_name = "RIG")]
+    rig: Option<String>,
+    /// How two eyes' pictures reach the eyes: mono, side-by-side, anaglyph, or windows (one for each screen and eye).
+    #[arg(long, value_name = "HOW", value_parser = ["mono", "side-by-side", "anaglyph", "windows"])]
+    stereo: Option<String>,
+    /// Width and height of the window, in points.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    window: Option<(u32, u32)>,
+    /// Write one line of JSON for each frame to a file.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    sides
+        .filter(|(w, h)| (1..=16_384).contains(w) && (1..=16_384).contains(h))
+        .ok_or_else(|| format!("expected WIDTHxHEIGHT; found `{text}`"))
+}
+
+impl WindowArgs {
+    /// The room that the arguments ask for.
+    pub(super) fn room(&self) -> anyhow::Result<Room> {
+        use crate::visibility::Stereo;
+        let mut room = match &self.rig {
+            Some(name) => Room::new(Rig::open(name)?),
+            None => Room::default(),
+        };
+        match self.stereo.as_deref() {
+            Some("mono") => room.set_stereo(Stereo::Mono),
+            Some("side-by-side") => room.set_stereo(Stereo::SideBySide),
+            Some("anaglyph") => room.set_stereo(Stereo::Anaglyph),
+            Some("windows") if self.rig.is_none() => {
+                anyhow::bail!("--stereo windows needs a --rig: its screens are the windows")
+            }
+            Some(_) => room.set_stereo(Stereo::Windows),
+            None => {}
+        }
+        Ok(room)
+    }
+
+    pub(super) fn options(&self, tracker: Option<TrackerAddress>) -> WindowOptions {
+        WindowOptions { size: self.window, tracker, trace: self.trace.clone() }
+    }
+}
+
+pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
+    let room = args.window.room()?;
+    let autosaves = Autosaves::new(args.autosave.clone());
+    let (document, opened) = match &args.file {
+        Some(path) => Document::open(path, &autosaves)?,
+        None => Document::recover_or_new(&autosaves),
+    };
+    let mut studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, args.window.index);
+    studio.set_room(room);
+    for remark in opened.remarks {
+        complain(&remark);
+        studio.say(remark);
+    }
+    run_window(studio, args.window.options(args.tracker.clone()))?;
+    Ok(Outcome::Done)
+}

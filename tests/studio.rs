@@ -1,0 +1,7 @@
+//! The window without a window: what the pointer, the keys and a tracker do to a session.
+#![cfg(feature = "window")]
+
+#[path = "studio/drawing.rs"]
+mod drawing;
+#[path = "studio/hands.rs"]
+mod hands;

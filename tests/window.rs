@@ -1,0 +1,15 @@
+//! The window as a person meets it: a real X server, a real pointer, a real file. Without a display server each test
+//! says so and passes, but fails where `CI` is set and `OSP_GPU_TESTS` is 1.
+#![cfg(all(feature = "window", feature = "cli", target_os = "linux"))]
+#![expect(clippy::print_stderr, reason = "a test that is left out says why")]
+
+#[path = "window/desk.rs"]
+mod desk;
+#[path = "window/replaying.rs"]
+mod replaying;
+#[path = "support/required.rs"]
+mod required;
+#[path = "window/sketching.rs"]
+mod sketching;
+#[path = "window/tracking.rs"]
+mod tracking;

@@ -1,0 +1,308 @@
+//! A display server of our own with a window manager, and a hand for its pointer.
+
+use std::{
+    ffi::OsStr,
+    fs::{self, File},
+    io::{BufRead, BufReader, Read},
+    path::{Path, PathBuf},
+    process::{Child, Command, ExitStatus, Stdio},
+    sync::{Mutex, MutexGuard, PoisonError},
+    thread,
+    time::{Duration, Instant},
+};
+
+use serde_json::Value;
+
+/// How long anything may take: the machine may be busy, and pictures are drawn by its processor.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// One window at a time: each keeps the processor busy.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// A process that ends with the test.
+struct Ours(Child);
+
+impl Drop for Ours {
+    fn drop(&mut self) {
+        // It may have ended on its own.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A display with nothing on it.
+pub(crate) struct Desk {
+    display: String,
+    folder: tempfile::TempDir,
+    _window_manager: Ours,
+    _server: Ours,
+    _turn: MutexGuard<'static, ()>,
+}
+
+impl Desk {
+    /// A display, or a line that says why there is none.
+    pub(crate) fn new() -> Option<Self> {
+        let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+        for tool in ["Xvfb", "xdotool", "openbox", "wmctrl", "import"] {
+            let is_there = std::env::var_os("PATH")
+                .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(tool).is_file()));
+            if !is_there {
+                assert!(!crate::required::nothing_may_be_skipped(), "{tool} is not installed");
+                eprintln!("skipped: {tool} is not installed");
+                return None;
+            }
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1400x1000x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb");
+        let mut number = String::new();
+        let output = server.stdout.take().expect("a pipe");
+        let server = Ours(server);
+        BufReader::new(output).read_line(&mut number).expect("a display number");
+        let display = format!(":{}", number.trim());
+        let window_manager = Command::new("openbox")
+            .env("DISPLAY", &display)
+            .env("HOME", folder.path())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("openbox");
+        Some(Self { display, folder, _window_manager: Ours(window_manager), _server: server, _turn: turn })
+    }
+
+    /// A folder that goes with the desk.
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    fn command(&self, program: impl AsRef<OsStr>) -> Command {
+        let mut command = Command::new(program);
+        command
+            .env("DISPLAY", &self.display)
+            .env("XDG_RUNTIME_DIR", self.folder.path())
+            .env("XDG_DATA_HOME", self.folder.path().join("data"))
+            .env_remove("WAYLAND_DISPLAY");
+        command
+    }
+
+    /// Runs `osp` to its end.
+    pub(crate) fn osp(&self, arguments: &[&str]) -> std::process::Output {
+        self.command(env!("CARGO_BIN_EXE_osp")).args(arguments).output().expect("osp")
+    }
+
+    /// Opens a window of `osp` and waits until it is there.
+    pub(crate) fn open(&self, arguments: &[&str]) -> OspWindow<'_> {
+        let trace = self.folder.path().join(format!("trace-{}.jsonl", arguments.join("-").len()));
+        let _ = fs::remove_file(&trace);
+        let process = self
+            .command(env!("CARGO_BIN_EXE_osp"))
+            .args(arguments)
+            .args(["--trace", trace.to_str().expect("a path")])
+            .stdout(Stdio::null())
+            .stderr(File::create(self.folder.path().join("stderr.txt")).expect("a file"))
+            .spawn()
+            .expect("osp");
+        let mut window = OspWindow {
+            desk: self,
+            process: Some(Ours(process)),
+            trace,
+            read: 0,
+            frames: Vec::new(),
+            id: String::new(),
+        };
+        window.until("the first frames", |frames| frames.len() >= 3);
+        let found = self.command("xdotool").args(["search", "--onlyvisible", "--name", " - osp$"]).output();
+        let found = String::from_utf8(found.expect("xdotool").stdout).expect("text");
+        window.id = found.lines().next().expect("a window").to_owned();
+        window.become_active();
+        window
+    }
+}
+
+/// An open window of `osp`.
+pub(crate) struct OspWindow<'d> {
+    desk: &'d Desk,
+    process: Option<Ours>,
+    trace: PathBuf,
+    /// Bytes of the trace that have been read.
+    read: usize,
+    frames: Vec<Value>,
+    id: String,
+}
+
+impl OspWindow<'_> {
+    /// Waits until keys reach it: the window manager may still be starting.
+    fn become_active(&mut self) {
+        let id = self.id.clone();
+        let (desk, mut asked_at) = (self.desk, None::<Instant>);
+        self.until("the keyboard", |_| {
+            let active = desk.command("xdotool").arg("getactivewindow").output().expect("xdotool");
+            let is_active = String::from_utf8_lossy(&active.stdout).trim() == id;
+            if !is_active && asked_at.is_none_or(|at| at.elapsed() > Duration::from_secs(1)) {
+                desk.command("xdotool").args(["windowactivate", &id]).output().expect("xdotool");
+                asked_at = Some(Instant::now());
+            }
+            is_active
+        });
+    }
+
+    /// The pointer and the keys: arguments of `xdotool`.
+    pub(crate) fn hand(&self, arguments: &[&str]) {
+        let status = self.desk.command("xdotool").args(arguments).status().expect("xdotool");
+        assert!(status.success(), "xdotool {arguments:?}");
+    }
+
+    /// Moves the pointer to a place in the window, pixels.
+    pub(crate) fn point(&self, x: i32, y: i32) {
+        self.hand(&["mousemove", "--window", &self.id, &x.to_string(), &y.to_string()]);
+        // Two events in one frame are one too few for a person's hand.
+        thread::sleep(Duration::from_millis(25));
+    }
+
+    pub(crate) fn press(&self, button: u32) {
+        self.hand(&["mousedown", &button.to_string()]);
+        thread::sleep(Duration::from_millis(40));
+    }
+
+    pub(crate) fn release(&self, button: u32) {
+        self.hand(&["mouseup", &button.to_string()]);
+        thread::sleep(Duration::from_millis(40));
+    }
+
+    pub(crate) fn click(&self, x: i32, y: i32) {
+        self.point(x, y);
+        self.press(1);
+        self.release(1);
+    }
+
+    /// Drags along these places.
+    pub(crate) fn drag(&self, button: u32, places: &[(i32, i32)]) {
+        self.point(places[0].0, places[0].1);
+        self.press(button);
+        for (x, y) in &places[1..] {
+            self.point(*x, *y);
+        }
+        self.release(button);
+    }
+
+    pub(crate) fn key(&self, key: &str) {
+        self.hand(&["key", key]);
+        thread::sleep(Duration::from_millis(40));
+    }
+
+    pub(crate) fn write(&self, text: &str) {
+        self.hand(&["type", "--delay", "15", text]);
+    }
+
+    pub(crate) fn resize(&self, width: u32, height: u32) {
+        self.hand(&["windowsize", &self.id, &width.to_string(), &height.to_string()]);
+    }
+
+    /// The frames so far.
+    pub(crate) fn frames(&mut self) -> &[Value] {
+        let mut text = String::new();
+        if let Ok(mut file) = File::open(&self.trace) {
+            file.read_to_string(&mut text).expect("the trace");
+        }
+        let new = &text[self.read..];
+        let whole = new.rfind('\n').map_or(0, |end| end + 1);
+        for line in new[..whole].lines() {
+            self.frames.push(serde_json::from_str(line).expect("a line of JSON"));
+        }
+        self.read += whole;
+        &self.frames
+    }
+
+    /// Waits until the frames are as expected.
+    pub(crate) fn until(&mut self, what: &str, mut is_so: impl FnMut(&[Value]) -> bool) {
+        let start = Instant::now();
+        while !is_so(self.frames()) {
+            if let Some(process) = &mut self.process
+                && let Some(status) = process.0.try_wait().expect("a process")
+            {
+                panic!("osp ended ({status}) before {what}: {}", self.stderr());
+            }
+            if start.elapsed() > PATIENCE {
+                let last = self.frames.last().map(ToString::to_string).unwrap_or_default();
+                panic!("waited in vain for {what}; last frame {last}; {}", self.stderr());
+            }
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Waits until the last frame is as expected.
+    pub(crate) fn until_last(&mut self, what: &str, is_so: impl Fn(&Value) -> bool) {
+        self.until(what, |frames| frames.last().is_some_and(&is_so));
+    }
+
+    pub(crate) fn last(&mut self) -> Value {
+        self.frames().last().expect("a frame").clone()
+    }
+
+    /// A number of the last frame.
+    pub(crate) fn number(&mut self, name: &str) -> u64 {
+        self.last()[name].as_u64().unwrap_or_else(|| panic!("no number {name}"))
+    }
+
+    fn stderr(&self) -> String {
+        fs::read_to_string(self.desk.folder().join("stderr.txt")).unwrap_or_default()
+    }
+
+    /// A picture of the window: red, green, blue of each pixel, its width and height.
+    pub(crate) fn picture(&self) -> (Vec<[u8; 3]>, usize, usize) {
+        let output = self.desk.command("import").args(["-window", &self.id, "-depth", "8", "ppm:-"]).output();
+        read_ppm(&output.expect("import of ImageMagick").stdout)
+    }
+
+    /// Waits until nothing comes any more.
+    pub(crate) fn settle(&mut self) {
+        let mut seen = (0, Instant::now());
+        self.until("rest", move |frames| {
+            if frames.len() != seen.0 {
+                seen = (frames.len(), Instant::now());
+            }
+            seen.1.elapsed() > Duration::from_millis(700)
+        });
+    }
+
+    /// Closes the window as a person does, and waits for the end.
+    pub(crate) fn close(mut self) -> ExitStatus {
+        let status = self.desk.command("wmctrl").args(["-i", "-c", &self.id]).status().expect("wmctrl");
+        assert!(status.success());
+        let mut process = self.process.take().expect("a process");
+        let start = Instant::now();
+        loop {
+            if let Some(status) = process.0.try_wait().expect("a process") {
+                return status;
+            }
+            assert!(start.elapsed() < PATIENCE, "the window did not close");
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Ends it as a power cut does.
+    pub(crate) fn kill(mut self) {
+        let mut process = self.process.take().expect("a process");
+        process.0.kill().expect("a process that runs");
+        process.0.wait().expect("its end");
+        // The hand lets go of the button that it held: the display has not ended.
+        self.hand(&["mouseup", "1"]);
+    }
+}
+
+/// Reads a binary PPM of 8 bits a channel: three numbers in text, one white space, then the pixels.
+fn read_ppm(bytes: &[u8]) -> (Vec<[u8; 3]>, usize, usize) {
+    let mut fields = bytes.splitn(4, |b| b.is_ascii_whitespace());
+    assert_eq!(fields.next(), Some(&b"P6"[..]), "a PPM");
+    let mut number = || {
+        let text = str::from_utf8(fields.next().expect("a number")).expect("text");
+        text.parse::<usize>().expect("a number")
+    };
+    let (width, height) = (number(), number());
+    let rest = fields.next().expect("the largest value and the pixels");
+    let pixels = rest.strip_prefix(b"255\n").expect("eight bits");
+    (pixels.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect(), width, height)
+}
