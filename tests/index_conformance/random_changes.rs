@@ -129,5 +129,10 @@ fn run(subject: &Subject, config: &IndexConfig, changes: &[Change], seed: u64) {
                 check(&*index, &twin, &frusta, name);
             }
         }
+        // Between two commits, too.
+        if let Err(fault) = index.validate() {
+            panic!("{name}, after {change:?}: {fault}");
+        }
+        assert_eq!(index.len(), twin.index.len(), "{name}, after {change:?}");
     }
 }
