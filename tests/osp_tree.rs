@@ -112,12 +112,13 @@ fn any_box(rng: &mut Rng) -> Aabb {
 #[test]
 fn every_order_of_operations_is_answered_like_brute_force() {
     let rounds = if cfg!(debug_assertions) { 40 } else { 200 };
+    let backends = backends();
     for round in 0..rounds {
         let mut rng = Rng(round);
         let mut osp: Box<dyn SpatialIndex> = match round % 8 {
             0 => IndexKind::BruteSimd.create(&config()),
             1 => IndexKind::TimeOrder.create(&config()),
-            2 => Box::new(tree(Backend::Scalar)),
+            2..=4 => Box::new(tree(backends[round as usize / 8 % backends.len()])),
             _ => Box::new(tree(Backend::detect())),
         };
         let mut reference = BruteForce::new();

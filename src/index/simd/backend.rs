@@ -1,11 +1,17 @@
-#![expect(
-    unsafe_code,
-    reason = "entering a function compiled for an instruction set that was found at run time"
+#![cfg_attr(
+    target_arch = "x86_64",
+    expect(
+        unsafe_code,
+        reason = "entering a function compiled for an instruction set that was found at run time"
+    )
 )]
 
+use std::{mem::MaybeUninit, sync::OnceLock};
+
+#[cfg(target_arch = "aarch64")]
+use super::aarch64_neon::Neon;
 #[cfg(target_arch = "x86_64")]
-use super::x86_avx2::Avx2;
-use std::mem::MaybeUninit;
+use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2};
 
 use super::{Boxes, PreparedPlane, scalar::Scalar};
 
@@ -51,16 +57,35 @@ pub(in crate::index) trait WithKernel {
 pub enum Backend {
     /// Plain Rust, as the compiler vectorises it for the target.
     Scalar,
+    /// x86-64 with SSE2, which all have: four boxes an instruction.
+    Sse2,
+    /// ARM with NEON, which all of 64 bits have: four boxes an instruction.
+    Neon,
     /// x86-64 with AVX2: eight boxes an instruction.
     Avx2,
+    /// x86-64 with AVX-512: sixteen boxes an instruction.
+    Avx512,
 }
+
+/// Names a backend that is taken instead of the best one.
+const OVERRIDE: &str = "OSP_SIMD";
 
 impl Backend {
     /// All of them, the best last.
-    pub const ALL: &'static [Self] = &[Self::Scalar, Self::Avx2];
+    pub const ALL: &'static [Self] = &[Self::Scalar, Self::Sse2, Self::Neon, Self::Avx2, Self::Avx512];
+
+    /// The best one that this processor has, or the one that the environment variable `OSP_SIMD` names if the
+    /// processor has it (asked once).
+    pub fn detect() -> Self {
+        static CHOSEN: OnceLock<Backend> = OnceLock::new();
+        *CHOSEN.get_or_init(|| {
+            let named = std::env::var(OVERRIDE).ok().and_then(|name| Self::from_name(&name));
+            named.filter(|backend| backend.is_available()).unwrap_or_else(Self::best)
+        })
+    }
 
     /// The best one that this processor has.
-    pub fn detect() -> Self {
+    fn best() -> Self {
         Self::ALL.iter().rev().copied().find(|backend| backend.is_available()).unwrap_or(Self::Scalar)
     }
 
@@ -69,9 +94,15 @@ impl Backend {
         match self {
             Self::Scalar => true,
             #[cfg(target_arch = "x86_64")]
+            Self::Sse2 => true,
+            #[cfg(target_arch = "x86_64")]
             Self::Avx2 => Avx2::detect().is_some(),
-            #[cfg(not(target_arch = "x86_64"))]
-            Self::Avx2 => false,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => Avx512::detect().is_some(),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => true,
+            #[allow(unreachable_patterns, reason = "those of the other targets")]
+            _ => false,
         }
     }
 
@@ -79,8 +110,16 @@ impl Backend {
     pub fn name(self) -> &'static str {
         match self {
             Self::Scalar => "scalar",
+            Self::Sse2 => "sse2",
+            Self::Neon => "neon",
             Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
         }
+    }
+
+    /// The backend with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|backend| backend.name() == name)
     }
 
     /// Runs `work` on this kernel; on the plain one if the processor does not have it.
@@ -88,14 +127,30 @@ impl Backend {
     pub(in crate::index) fn run<W: WithKernel>(self, work: W) -> W::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => match Avx512::detect() {
+                // SAFETY: the token exists only where AVX-512 was found.
+                Some(kernel) => unsafe { run_avx512(work, kernel) },
+                None => work.run(Scalar),
+            },
+            #[cfg(target_arch = "x86_64")]
             Self::Avx2 => match Avx2::detect() {
                 // SAFETY: the token exists only where AVX2 was found.
                 Some(kernel) => unsafe { run_avx2(work, kernel) },
                 None => work.run(Scalar),
             },
+            #[cfg(target_arch = "x86_64")]
+            Self::Sse2 => work.run(Sse2::new()),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => work.run(Neon::new()),
             _ => work.run(Scalar),
         }
     }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn run_avx512<W: WithKernel>(work: W, kernel: Avx512) -> W::Output {
+    work.run(kernel)
 }
 
 #[cfg(target_arch = "x86_64")]

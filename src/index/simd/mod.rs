@@ -2,17 +2,28 @@
 //!
 //! A [`Kernel`] is a zero-sized token of an instruction set; whoever holds one knows that the processor has it. The
 //! set is chosen once, when an index is made ([`Backend::detect`]), and [`Backend::run`] enters code compiled for it.
+//! The environment variable `OSP_SIMD` names another than the best.
 //! Every kernel evaluates a plane in the order that [`crate::math`] fixes, without fused multiply-add, so all give
 //! the same answers bit for bit.
 
+#[cfg(target_arch = "aarch64")]
+mod aarch64_neon;
 mod backend;
 mod boxes;
 mod id_writer;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+mod narrow;
 mod planes;
 mod prefetch;
 mod scalar;
+#[cfg(test)]
+mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86_avx2;
+#[cfg(target_arch = "x86_64")]
+mod x86_avx512;
+#[cfg(target_arch = "x86_64")]
+mod x86_sse2;
 
 pub use backend::Backend;
 pub(in crate::index) use backend::{Kernel, WithKernel};

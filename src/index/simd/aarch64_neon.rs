@@ -1,0 +1,65 @@
+#![expect(unsafe_code, reason = "SIMD intrinsics; each is tested against the scalar kernel")]
+
+use std::arch::aarch64::*;
+
+use super::narrow::{Four, Narrow};
+
+/// NEON, which every 64-bit ARM processor that Rust's targets name has.
+pub(super) type Neon = Narrow<float32x4_t>;
+
+impl Four for float32x4_t {
+    type Mask = uint32x4_t;
+
+    #[inline(always)]
+    fn load(numbers: &[f32; 4]) -> Self {
+        // SAFETY: NEON belongs to the targets; the four numbers are there, no alignment is asked for.
+        unsafe { vld1q_f32(numbers.as_ptr()) }
+    }
+
+    #[inline(always)]
+    fn splat(number: f32) -> Self {
+        // SAFETY: NEON belongs to the targets; register arithmetic.
+        unsafe { vdupq_n_f32(number) }
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        // SAFETY: NEON belongs to the targets; register arithmetic.
+        unsafe { vmulq_f32(self, other) }
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        // SAFETY: NEON belongs to the targets; register arithmetic.
+        unsafe { vaddq_f32(self, other) }
+    }
+
+    #[inline(always)]
+    fn negative(self) -> uint32x4_t {
+        // SAFETY: NEON belongs to the targets; register arithmetic.
+        unsafe { vcltzq_f32(self) }
+    }
+
+    #[inline(always)]
+    fn not_negative(self) -> uint32x4_t {
+        // SAFETY: NEON belongs to the targets; register arithmetic.
+        unsafe { vcgezq_f32(self) }
+    }
+
+    #[inline(always)]
+    fn or(a: uint32x4_t, b: uint32x4_t) -> uint32x4_t {
+        // SAFETY: NEON belongs to the targets; register arithmetic.
+        unsafe { vorrq_u32(a, b) }
+    }
+
+    #[inline(always)]
+    fn bits(low: uint32x4_t, high: uint32x4_t) -> u32 {
+        // SAFETY: NEON belongs to the targets; register arithmetic.
+        unsafe {
+            let bytes = vmovn_u16(vcombine_u16(vmovn_u32(low), vmovn_u32(high)));
+            // Lane `i` keeps bit `i`; their sum is the mask.
+            let weights = vcreate_u8(0x8040_2010_0804_0201);
+            u32::from(vaddv_u8(vand_u8(bytes, weights)))
+        }
+    }
+}

@@ -1,0 +1,110 @@
+use std::mem::MaybeUninit;
+
+use super::{Boxes, Kernel, PreparedPlane};
+
+/// Four numbers in a register of an instruction set that every processor of the target has.
+pub(super) trait Four: Copy {
+    /// The outcome of four comparisons.
+    type Mask: Copy;
+
+    fn load(numbers: &[f32; 4]) -> Self;
+    fn splat(number: f32) -> Self;
+    fn mul(self, other: Self) -> Self;
+    fn add(self, other: Self) -> Self;
+
+    /// Lanes below 0; not those of NaN.
+    fn negative(self) -> Self::Mask;
+
+    /// Lanes not below 0; not those of NaN.
+    fn not_negative(self) -> Self::Mask;
+
+    fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+
+    /// Eight outcomes as bits.
+    fn bits(low: Self::Mask, high: Self::Mask) -> u32;
+}
+
+/// The kernel of instruction sets with registers of four numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Narrow<V>(std::marker::PhantomData<V>);
+
+impl<V: Four> Narrow<V> {
+    pub(super) const fn new() -> Self {
+        Self(std::marker::PhantomData)
+    }
+
+    /// Signed distances of the four corners from lane `at` on; the one expression of the crate (see [`crate::math`]).
+    #[inline(always)]
+    fn distances<const N: usize>(plane: &PreparedPlane, rows: [usize; 3], boxes: &Boxes<N>, at: usize) -> V {
+        let row = |axis: usize| {
+            let numbers = boxes.rows[rows[axis] / 8][at..].first_chunk();
+            V::load(numbers.unwrap_or(&[f32::NAN; 4]))
+        };
+        let [nx, ny, nz] = plane.normal.map(V::splat);
+        nx.mul(row(0)).add(ny.mul(row(1))).add(nz.mul(row(2))).add(V::splat(plane.d))
+    }
+
+    #[inline(always)]
+    fn far<const N: usize>(plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> V::Mask {
+        Self::distances(plane, plane.far, boxes, at).negative()
+    }
+
+    #[inline(always)]
+    fn near<const N: usize>(plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> V::Mask {
+        Self::distances(plane, plane.near, boxes, at).not_negative()
+    }
+}
+
+impl<V: Four> Kernel for Narrow<V> {
+    #[inline(always)]
+    fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32 {
+        let half = |at| V::bits(Self::far(plane, boxes, at), Self::far(plane, boxes, at + 4));
+        half(0) | half(8) << 8
+    }
+
+    #[inline(always)]
+    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32 {
+        let mut behind = [0, 4, 8, 12].map(|at| Self::far(&planes[0], boxes, at));
+        let bits = |b: &[V::Mask; 4]| V::bits(b[0], b[1]) | V::bits(b[2], b[3]) << 8;
+        for (i, plane) in planes.iter().enumerate().skip(1) {
+            for (quarter, at) in behind.iter_mut().zip([0, 4, 8, 12]) {
+                *quarter = V::or(*quarter, Self::far(plane, boxes, at));
+            }
+            // Two planes at a time: a look at the result costs as much as a plane.
+            if i % 2 == 1 && bits(&behind) == 0xFFFF {
+                return 0xFFFF;
+            }
+        }
+        bits(&behind)
+    }
+
+    #[inline(always)]
+    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32) {
+        let behind = V::bits(Self::far(plane, boxes, at), Self::far(plane, boxes, at + 4));
+        (behind, V::bits(Self::near(plane, boxes, at), Self::near(plane, boxes, at + 4)))
+    }
+
+    #[inline(always)]
+    fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        if mask == 0xFFFF {
+            self.write_sixteen(first, out);
+            return 16;
+        }
+        super::scalar::Scalar.write_ids(first, mask, out)
+    }
+
+    #[inline(always)]
+    fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]) {
+        super::scalar::Scalar.write_sixteen(first, out);
+    }
+
+    #[inline(always)]
+    fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]) {
+        super::scalar::Scalar.copy(numbers, out);
+    }
+
+    #[inline(always)]
+    fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        super::scalar::Scalar.pack(numbers, mask, out)
+    }
+}

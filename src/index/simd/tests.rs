@@ -1,0 +1,170 @@
+//! Every kernel against the plain one, bit for bit.
+#![allow(clippy::print_stderr, reason = "a skipped test says why")]
+
+use std::mem::MaybeUninit;
+
+use glam::Vec3;
+
+use super::{Backend, Boxes, Kernel, PlaneSet, PreparedPlane, WithKernel};
+use crate::math::{Aabb, Frustum, Plane};
+
+/// What a kernel says about one case.
+#[derive(Debug, PartialEq)]
+struct Said {
+    behind: [u32; 6],
+    behind_any: u32,
+    sides: [(u32, u32); 12],
+    sides_of_eight: [(u32, u32); 6],
+    ids: Vec<u32>,
+    sixteen: Vec<u32>,
+    copied: Vec<u32>,
+    packed: Vec<u32>,
+}
+
+struct Case {
+    planes: [PreparedPlane; 6],
+    boxes: Boxes<16>,
+    first: u32,
+    mask: u32,
+    numbers: [u32; 16],
+}
+
+/// The first `count` places, which must have been written.
+fn written(count_and_places: (usize, [MaybeUninit<u32>; 16])) -> Vec<u32> {
+    let (count, places) = count_and_places;
+    // Every place was set before the kernel wrote to it, see `places`.
+    places[..count].iter().map(|place| read(*place)).collect()
+}
+
+#[expect(unsafe_code, reason = "the place was set by `places`")]
+fn read(place: MaybeUninit<u32>) -> u32 {
+    // SAFETY: `places` has set all.
+    unsafe { place.assume_init() }
+}
+
+fn places() -> [MaybeUninit<u32>; 16] {
+    [MaybeUninit::new(0xDEAD_BEEF); 16]
+}
+
+impl WithKernel for &Case {
+    type Output = Said;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> Said {
+        let mut eight = Boxes::<8>::EMPTY;
+        for lane in 0..8 {
+            eight.set(lane, &self.boxes.get(lane));
+        }
+        let write = |write: &mut dyn FnMut(&mut [MaybeUninit<u32>; 16]) -> usize| {
+            let mut out = places();
+            (write(&mut out), out)
+        };
+        Said {
+            behind: std::array::from_fn(|i| kernel.behind(&self.planes[i], &self.boxes)),
+            behind_any: kernel.behind_any(&self.planes, &self.boxes),
+            sides: std::array::from_fn(|i| kernel.sides(&self.planes[i / 2], &self.boxes, i % 2 * 8)),
+            sides_of_eight: std::array::from_fn(|i| kernel.sides(&self.planes[i], &eight, 0)),
+            ids: written(write(&mut |out| kernel.write_ids(self.first, self.mask, out))),
+            sixteen: written(write(&mut |out| {
+                kernel.write_sixteen(self.first, out);
+                16
+            })),
+            copied: written(write(&mut |out| {
+                kernel.copy(&self.numbers, out);
+                16
+            })),
+            packed: written(write(&mut |out| kernel.pack(&self.numbers, self.mask, out))),
+        }
+    }
+}
+
+/// Steps of a linear congruential generator (Knuth).
+fn next(state: &mut u64) -> u32 {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 32) as u32
+}
+
+fn number(state: &mut u64) -> f32 {
+    match next(state) % 24 {
+        0 => 0.0,
+        1 => -0.0,
+        2 => f32::INFINITY,
+        3 => f32::NEG_INFINITY,
+        4 => f32::NAN,
+        5 => f32::MAX,
+        6 => f32::MIN_POSITIVE / 8.0,
+        7 => 1.0,
+        8 => -1.0,
+        _ => (next(state) as i32 as f32) * 1.0e-9,
+    }
+}
+
+fn case(state: &mut u64) -> Case {
+    let mut point = || Vec3::new(number(state), number(state), number(state));
+    let planes: [Plane; 6] = std::array::from_fn(|_| Plane { normal: point(), d: point().x });
+    let mut boxes = Boxes::<16>::EMPTY;
+    for lane in 0..16 {
+        let (a, b) = (point(), point());
+        boxes.set(lane, &Aabb::new(a.min(b), a.max(b)));
+    }
+    let planes = PlaneSet::new(&Frustum::new(planes));
+    let masks = [0, 0xFFFF, next(state) & 0xFFFF, next(state) & next(state) & 0xFFFF];
+    Case {
+        planes: std::array::from_fn(|i| planes.plane(i)),
+        boxes,
+        first: if next(state).is_multiple_of(8) { u32::MAX - 3 } else { next(state) },
+        mask: masks[next(state) as usize % 4],
+        numbers: std::array::from_fn(|_| next(state)),
+    }
+}
+
+#[test]
+fn every_kernel_says_the_same() {
+    let mut state = 7;
+    let cases: Vec<Case> = (0..3000).map(|_| case(&mut state)).collect();
+    for &backend in Backend::ALL {
+        if !backend.is_available() {
+            eprintln!("skipped: this processor has no {}", backend.name());
+            continue;
+        }
+        for (i, case) in cases.iter().enumerate() {
+            assert_eq!(backend.run(case), Backend::Scalar.run(case), "{}, case {i}", backend.name());
+        }
+    }
+}
+
+/// The plain kernel against the boxes' own arithmetic.
+#[test]
+fn the_plain_kernel_says_what_the_frustum_says() {
+    let mut state = 8;
+    for _ in 0..500 {
+        let case = case(&mut state);
+        let said = Backend::Scalar.run(&case);
+        for lane in 0..16 {
+            let bounds = case.boxes.get(lane);
+            for (i, plane) in case.planes.iter().enumerate() {
+                let [x, y, z] = plane.normal;
+                let plane = Plane { normal: Vec3::new(x, y, z), d: plane.d };
+                let behind = plane.signed_distance(plane.positive_vertex(&bounds)) < 0.0;
+                let inside = plane.signed_distance(plane.negative_vertex(&bounds)) >= 0.0;
+                assert_eq!(said.behind[i] >> lane & 1 == 1, behind);
+                let sides = said.sides[i * 2 + lane / 8];
+                assert_eq!(
+                    (sides.0 >> (lane % 8) & 1 == 1, sides.1 >> (lane % 8) & 1 == 1),
+                    (behind, inside)
+                );
+            }
+        }
+        let ids = (0..16).filter(|lane| case.mask >> lane & 1 == 1).map(|lane| case.first.wrapping_add(lane));
+        assert_eq!(said.ids, ids.collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn names_lead_back() {
+    for &backend in Backend::ALL {
+        assert_eq!(Backend::from_name(backend.name()), Some(backend));
+    }
+    assert_eq!(Backend::from_name("mmx"), None);
+    assert!(Backend::detect().is_available());
+}

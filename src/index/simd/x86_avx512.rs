@@ -1,0 +1,147 @@
+#![expect(unsafe_code, reason = "SIMD intrinsics; each is tested against the scalar kernel")]
+
+use std::{arch::x86_64::*, mem::MaybeUninit};
+
+use super::{Boxes, Kernel, PreparedPlane};
+
+/// AVX-512 (F and VL) with BMI: one register holds sixteen lanes, and comparisons give masks.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::index) struct Avx512(());
+
+impl Avx512 {
+    /// The token, if the processor has the instructions.
+    #[inline]
+    pub(in crate::index) fn detect() -> Option<Self> {
+        let has = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && super::x86_avx2::Avx2::detect().is_some();
+        has.then_some(Self(()))
+    }
+}
+
+/// Signed distances of sixteen corners, given by their rows.
+///
+/// # Safety
+/// AVX-512F is there; the rows are at most 40.
+#[inline(always)]
+unsafe fn distance16(plane: &PreparedPlane, rows: [usize; 3], boxes: &Boxes<16>) -> __m512 {
+    // SAFETY: a row times eight is at most 40, so every load lies within `boxes.rows`.
+    unsafe {
+        let base = boxes.rows.as_ptr().cast::<f32>();
+        let x = _mm512_loadu_ps(base.add(rows[0] * 2));
+        let y = _mm512_loadu_ps(base.add(rows[1] * 2));
+        let z = _mm512_loadu_ps(base.add(rows[2] * 2));
+        let nx = _mm512_mul_ps(_mm512_set1_ps(plane.normal[0]), x);
+        let ny = _mm512_mul_ps(_mm512_set1_ps(plane.normal[1]), y);
+        let nz = _mm512_mul_ps(_mm512_set1_ps(plane.normal[2]), z);
+        _mm512_add_ps(_mm512_add_ps(_mm512_add_ps(nx, ny), nz), _mm512_set1_ps(plane.d))
+    }
+}
+
+/// Signed distances of the eight corners from lane `at` on, given by their rows.
+///
+/// # Safety
+/// AVX-512VL is there; the rows are at most 40; `at + 8 <= N`, and `N` is 8 or 16.
+#[inline(always)]
+unsafe fn distance8<const N: usize>(
+    plane: &PreparedPlane,
+    rows: [usize; 3],
+    boxes: &Boxes<N>,
+    at: usize,
+) -> __m256 {
+    // SAFETY: as above, and the eight lanes are there.
+    unsafe {
+        let base = boxes.rows.as_ptr().cast::<f32>().add(at);
+        let x = _mm256_loadu_ps(base.add(rows[0] * (N / 8)));
+        let y = _mm256_loadu_ps(base.add(rows[1] * (N / 8)));
+        let z = _mm256_loadu_ps(base.add(rows[2] * (N / 8)));
+        let nx = _mm256_mul_ps(_mm256_set1_ps(plane.normal[0]), x);
+        let ny = _mm256_mul_ps(_mm256_set1_ps(plane.normal[1]), y);
+        let nz = _mm256_mul_ps(_mm256_set1_ps(plane.normal[2]), z);
+        _mm256_add_ps(_mm256_add_ps(_mm256_add_ps(nx, ny), nz), _mm256_set1_ps(plane.d))
+    }
+}
+
+impl Kernel for Avx512 {
+    #[inline(always)]
+    fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32 {
+        // SAFETY: the token proves AVX-512F.
+        unsafe {
+            let distances = distance16(plane, plane.far, boxes);
+            u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(distances, _mm512_setzero_ps()))
+        }
+    }
+
+    #[inline(always)]
+    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32 {
+        let mut behind = 0;
+        for pair in planes.chunks_exact(2) {
+            behind |= self.behind(&pair[0], boxes) | self.behind(&pair[1], boxes);
+            if behind == 0xFFFF {
+                break;
+            }
+        }
+        behind
+    }
+
+    #[inline(always)]
+    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32) {
+        assert!(at + 8 <= N);
+        // SAFETY: the token proves AVX-512VL; the eight lanes are there.
+        unsafe {
+            let zero = _mm256_setzero_ps();
+            let behind = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(distance8(plane, plane.far, boxes, at), zero);
+            let inside = _mm256_cmp_ps_mask::<_CMP_GE_OQ>(distance8(plane, plane.near, boxes, at), zero);
+            (u32::from(behind), u32::from(inside))
+        }
+    }
+
+    #[inline(always)]
+    fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        // SAFETY: the token proves AVX-512F; the store fills `out` exactly.
+        unsafe {
+            let ids = _mm512_add_epi32(_mm512_set1_epi32(first as i32), lanes());
+            let chosen = _mm512_maskz_compress_epi32(mask as u16, ids);
+            _mm512_storeu_si512(out.as_mut_ptr().cast(), chosen);
+        }
+        (mask & 0xFFFF).count_ones() as usize
+    }
+
+    #[inline(always)]
+    fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]) {
+        // SAFETY: as above.
+        unsafe {
+            let ids = _mm512_add_epi32(_mm512_set1_epi32(first as i32), lanes());
+            _mm512_storeu_si512(out.as_mut_ptr().cast(), ids);
+        }
+    }
+
+    #[inline(always)]
+    fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]) {
+        // SAFETY: the token proves AVX-512F; both arrays hold sixteen numbers.
+        unsafe {
+            _mm512_storeu_si512(out.as_mut_ptr().cast(), _mm512_loadu_si512(numbers.as_ptr().cast()));
+        }
+    }
+
+    #[inline(always)]
+    fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        // SAFETY: as above.
+        unsafe {
+            let all = _mm512_loadu_si512(numbers.as_ptr().cast());
+            let chosen = _mm512_maskz_compress_epi32(mask as u16, all);
+            _mm512_storeu_si512(out.as_mut_ptr().cast(), chosen);
+        }
+        (mask & 0xFFFF).count_ones() as usize
+    }
+}
+
+/// The numbers of the lanes.
+///
+/// # Safety
+/// AVX-512F is there.
+#[inline(always)]
+unsafe fn lanes() -> __m512i {
+    // SAFETY: register arithmetic.
+    unsafe { _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) }
+}
