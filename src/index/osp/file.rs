@@ -35,7 +35,7 @@ impl Osp {
         }
         if runs.len() > 2 {
             for way in ways[..runs.len()].iter().filter(|way| way.bucket != NONE) {
-                prefetch_lines::<9, _>(self.pages.place(self.buckets[way.bucket].last));
+                self.pages.prefetch(self.buckets[way.bucket].last);
             }
         }
         for (way, (run, bounds)) in ways.iter().zip(runs) {
@@ -177,11 +177,9 @@ impl Osp {
     pub(super) fn append(&mut self, head: u32, run: Run, bounds: Wide, level: u32) -> u32 {
         let last = self.buckets[head].last;
         let page_number = if last != NONE && self.pages[last].runs < 16 { last } else { self.new_page(head) };
-        let page = &mut self.pages[page_number];
-        let lane = usize::from(page.runs);
-        page.runs += 1;
-        page.set_run(lane, run, &bounds.to_box());
+        let lane = self.pages.push_run(page_number, run, &bounds.to_box());
         let bucket = &mut self.buckets[head];
+        bucket.note_runs(&self.pages[page_number]);
         bucket.runs += 1;
         bucket.movable += u32::from(level < bucket.shift);
         bucket.polygons += run.mask.count_ones();
@@ -218,7 +216,7 @@ impl Osp {
             }
             let bucket = &mut self.buckets[head];
             bucket.next = full;
-            bucket.page_count = 0;
+            (bucket.page_count, bucket.single, bucket.counts) = (0, 0, [0; 16]);
             (bucket.bounds, bucket.boxes) = (Wide::EMPTY, Halves::EMPTY);
         }
         let page_number = self.pages.take();
@@ -292,6 +290,13 @@ impl Osp {
         while at != NONE {
             let Bucket { pages, page_count, next, .. } = self.buckets[at];
             for &page in &pages[..page_count as usize] {
+                // Where the moved polygons' places are noted is known now, and needed a little later.
+                for &first in &self.pages[page].first[..usize::from(self.pages[page].runs)] {
+                    self.ids.prefetch(first / 16);
+                }
+                for &first in &self.pages[page].first[..usize::from(self.pages[page].runs)] {
+                    self.ids.prefetch_detail(first / 16);
+                }
                 for i in 0..usize::from(self.pages[page].runs) {
                     self.move_down(number, page, i);
                 }
@@ -305,7 +310,7 @@ impl Osp {
     /// Copies a run of a page to where it belongs at a new node.
     fn move_down(&mut self, number: u32, page: u32, lane: usize) {
         let Node { shift, key: cell, children, own, .. } = self.nodes[number];
-        let (run, bounds) = self.pages[page].run(lane);
+        let (run, bounds) = self.pages.run(page, lane);
         let wide = Wide::from_box(&bounds);
         let key = self.grid.key(wide);
         // A run whose box has shrunk may have its centre in another cell by now; it stays with this one.

@@ -4,7 +4,7 @@ use super::{
     open::OpenBlock,
     pool::{NONE, Pool, Pooled},
 };
-use crate::index::simd::Boxes;
+use crate::index::simd::{Boxes, prefetch};
 
 /// Where every polygon is. Sixteen consecutive ids are a block; a shelf holds 256 blocks and is recycled when its last
 /// polygon is gone, so that ids which only ever grow do not grow the memory.
@@ -153,6 +153,26 @@ impl IdMap {
         if self.shelves[shelf_number].live == 0 {
             self.shelves.give(shelf_number);
             self.directory[number] = NONE;
+        }
+    }
+
+    /// Asks for what [`IdMap::set_place`] will read first.
+    #[inline]
+    pub(super) fn prefetch(&self, block: u32) {
+        if let Some((shelf, at)) = self.shelf(block) {
+            prefetch(&raw const shelf.place[at]);
+            prefetch(&raw const shelf.filed[at]);
+        }
+    }
+
+    /// Asks for what [`IdMap::set_place`] will read then.
+    #[inline]
+    pub(super) fn prefetch_detail(&self, block: u32) {
+        if let Some((shelf, at)) = self.shelf(block)
+            && shelf.place[at] != NONE
+            && shelf.place[at] & DETAILED != 0
+        {
+            prefetch(self.details.place(shelf.place[at] & !DETAILED));
         }
     }
 

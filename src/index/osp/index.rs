@@ -1,8 +1,9 @@
 use super::{
     grid::{FLAT_ENTRIES, Grid, ROOT_SHIFT},
     ids::IdMap,
-    layout::{Bucket, Link, Node, OWN, Page},
+    layout::{Bucket, Link, Node, OWN},
     open::{Gathered, OpenBlock},
+    pages::Pages,
     pool::{NONE, Pool},
     tuning::UPKEEP_PER_COMMIT,
 };
@@ -24,7 +25,7 @@ pub struct Osp {
     pub(super) flat: Vec<u32>,
     pub(super) nodes: Pool<Node>,
     pub(super) buckets: Pool<Bucket>,
-    pub(super) pages: Pool<Page>,
+    pub(super) pages: Pages,
     pub(super) ids: IdMap,
     pub(super) open: OpenBlock,
     /// The highest node; its cell holds all keys.
@@ -60,7 +61,7 @@ impl Osp {
             flat: vec![0; FLAT_ENTRIES],
             nodes: Pool::with_room_for(runs / 96 + NODES_AHEAD),
             buckets: Pool::with_room_for(runs / 48 + NODES_AHEAD),
-            pages: Pool::with_room_for(runs / 10 + AHEAD / 16),
+            pages: Pages::with_room_for(runs / 10 + AHEAD / 16),
             ids: IdMap::with_room_for(polygons),
             open: OpenBlock::new(),
             top: NONE,
@@ -93,7 +94,7 @@ impl Osp {
             return None;
         }
         let place = self.ids.place(id.0)?;
-        let (run, bounds) = self.pages[place / 16].run(place as usize % 16);
+        let (run, bounds) = self.pages.run(place / 16, place as usize % 16);
         Some(if run.is_exact() { bounds } else { self.ids.boxes(run.store).get(lane) })
     }
 

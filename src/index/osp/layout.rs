@@ -2,18 +2,13 @@ use super::{
     grid::Key,
     pool::{NONE, Pooled},
 };
-use crate::{
-    index::simd::{Boxes, Halves, Wide},
-    math::Aabb,
-};
+use crate::index::simd::{Boxes, Halves, Wide};
 
-/// Sixteen runs: their boxes and what they hold.
+/// Sixteen runs: what they hold. Their boxes are kept apart ([`PageBoxes`]), because a page that is inside every plane
+/// is read without them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Page {
-    pub(super) boxes: Halves,
-    /// Per run the number of its polygons' boxes, [`NONE`] for a run of one.
-    pub(super) store: [u32; 16],
     /// Per run the id that bit 0 of its mask stands for.
     pub(super) first: [u32; 16],
     /// Per run its polygons, `first + bit`.
@@ -37,8 +32,6 @@ pub(super) struct Page {
 
 impl Pooled for Page {
     const BLANK: Self = Self {
-        boxes: Halves::EMPTY,
-        store: [NONE; 16],
         first: [0; 16],
         masks: [0; 16],
         exact: 0,
@@ -60,26 +53,28 @@ impl Pooled for Page {
     }
 }
 
+/// The boxes of a page's runs.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct PageBoxes {
+    pub(super) boxes: Halves,
+    /// Per run the number of its polygons' boxes, [`NONE`] for a run of one.
+    pub(super) store: [u32; 16],
+}
+
+impl Pooled for PageBoxes {
+    const BLANK: Self = Self { boxes: Halves::EMPTY, store: [NONE; 16] };
+
+    fn next_free(&self) -> u32 {
+        self.store[0]
+    }
+
+    fn set_next_free(&mut self, next: u32) {
+        self.store[0] = next;
+    }
+}
+
 impl Page {
-    /// A run and its box.
-    #[inline]
-    pub(super) fn run(&self, lane: usize) -> (Run, Aabb) {
-        let run = Run { first: self.first[lane], store: self.store[lane], mask: self.masks[lane] };
-        (run, self.boxes.get(lane))
-    }
-
-    /// Sets a run; it counts as tight.
-    #[inline]
-    pub(super) fn set_run(&mut self, lane: usize, run: Run, bounds: &Aabb) {
-        self.boxes.set(lane, bounds);
-        self.first[lane] = run.first;
-        self.store[lane] = run.store;
-        self.masks[lane] = run.mask;
-        self.exact = self.exact & !(1 << lane) | u16::from(run.is_exact()) << lane;
-        self.note_gaps(lane);
-        self.loose &= !(1 << lane);
-    }
-
     /// Keeps `gaps` right after a run's mask has changed.
     #[inline]
     pub(super) fn note_gaps(&mut self, lane: usize) {
@@ -123,6 +118,10 @@ pub(super) struct Bucket {
     pub(super) shift: u32,
     /// First of the chain only: runs that were short enough for a smaller cell when they came.
     pub(super) movable: u32,
+    /// Per page its runs, once more.
+    pub(super) counts: [u8; 16],
+    /// The pages whose runs are all of one polygon.
+    pub(super) single: u32,
     pub(super) pages: [u32; 16],
     pub(super) boxes: Halves,
 }
@@ -145,6 +144,8 @@ impl Pooled for Bucket {
         last: NONE,
         shift: 0,
         movable: 0,
+        counts: [0; 16],
+        single: 0,
         pages: [NONE; 16],
         boxes: Halves::EMPTY,
     };
@@ -162,6 +163,15 @@ impl Bucket {
     #[inline]
     pub(super) fn used(&self) -> u32 {
         (1 << self.page_count) - 1
+    }
+
+    /// Notes how many runs a page of the bucket has, and whether all are of one polygon.
+    #[inline]
+    pub(super) fn note_runs(&mut self, page: &Page) {
+        let at = usize::from(page.at) % 16;
+        self.counts[at] = page.runs;
+        let single = u32::from(page.exact) & page.used() == page.used();
+        self.single = self.single & !(1 << at) | u32::from(single) << at;
     }
 
     /// Recomputes what is kept twice, after pages have changed.

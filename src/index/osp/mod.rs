@@ -6,6 +6,7 @@ mod ids;
 mod index;
 mod layout;
 mod open;
+mod pages;
 mod pool;
 mod query;
 mod remove;

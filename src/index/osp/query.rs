@@ -8,7 +8,7 @@
 
 use super::{
     index::Osp,
-    layout::{Bucket, Node, Page, Target},
+    layout::{Bucket, Node, Page, PageBoxes, Target},
     pool::NONE,
 };
 use crate::{
@@ -26,6 +26,9 @@ pub(super) trait Answer {
 
     /// The first `runs` runs of a page.
     fn page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32);
+
+    /// The ids of a page of single polygons.
+    fn single<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32);
 
     /// Some runs of a page.
     fn lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32);
@@ -49,6 +52,11 @@ impl Answer for Ids<'_> {
     #[inline(always)]
     fn page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32) {
         self.0.push_page(kernel, page, runs);
+    }
+
+    #[inline(always)]
+    fn single<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32) {
+        self.0.push_copy(kernel, ids, count);
     }
 
     #[inline(always)]
@@ -93,6 +101,7 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
             work: WorkCounts::default(),
             tested: 0,
             buckets: Waiting::new(),
+            whole: Waiting::new(),
             pages: Waiting::new(),
             cut: [const { CutRuns { runs: [CutRun::NONE; 32], len: 0 } }; 7],
             full: 0,
@@ -147,6 +156,14 @@ struct Below {
     planes: u8,
 }
 
+/// A page inside every plane.
+#[derive(Clone, Copy, Default)]
+struct Whole {
+    number: u32,
+    runs: u8,
+    single: bool,
+}
+
 /// A run that planes cut.
 #[derive(Clone, Copy)]
 struct CutRun<'a> {
@@ -177,6 +194,9 @@ const LIST: usize = 16;
 const BUCKETS_WAIT: usize = 8;
 const PAGES_WAIT: usize = 12;
 
+/// Whole pages that wait; a bucket adds sixteen at most, which still fit into a queue of 32.
+const WHOLE_WAIT: usize = 14;
+
 /// Nodes that wait at most: seven at each level, and the chain of levels on top.
 const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
 
@@ -189,6 +209,7 @@ struct Walk<'a, K, A> {
     /// Polygons reported after a test of their own.
     tested: u64,
     buckets: Waiting<Below, 32>,
+    whole: Waiting<Whole, 32>,
     pages: Waiting<Below, 32>,
     cut: [CutRuns<'a>; 7],
     /// The lists that are long enough.
@@ -206,6 +227,12 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     fn page(&self, number: u32) -> &'a Page {
         // SAFETY: as for buckets.
         unsafe { self.osp.pages.known(number) }
+    }
+
+    #[inline(always)]
+    fn page_boxes(&self, number: u32) -> &'a PageBoxes {
+        // SAFETY: as for buckets.
+        unsafe { self.osp.pages.known_boxes(number) }
     }
 
     #[inline(always)]
@@ -252,6 +279,9 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
                     self.full |= u32::from(list.len > 0) << i;
                 }
                 if self.full == 0 {
+                    while self.whole.len() > 0 {
+                        self.next_whole();
+                    }
                     return;
                 }
             }
@@ -335,27 +365,43 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
     }
 
-    /// Takes all pages of a bucket without a test.
+    /// Takes all pages of a bucket without a test, when they have come from memory. Of pages of single polygons only
+    /// the ids are read.
     #[inline(always)]
     fn whole_bucket(&mut self, bucket: &Bucket) {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
-        for &number in pages {
-            prefetch_lines::<2, _>(&raw const self.page(number).first);
-        }
         self.work.nodes += pages.len() as u64;
-        for &number in pages {
-            let page = self.page(number);
-            self.answer.page(self.kernel, runs_of(page), u32::from(page.runs));
+        for (i, &number) in pages.iter().enumerate() {
+            let single = bucket.single >> i & 1 == 1;
+            let page: *const Page = self.page(number);
+            if single {
+                prefetch_lines::<1, _>(page)
+            } else {
+                prefetch_lines::<2, _>(page)
+            }
+            self.whole.push(Whole { number, runs: bucket.counts[i], single });
+        }
+        while self.whole.len() > WHOLE_WAIT {
+            self.next_whole();
+        }
+    }
+
+    #[inline(always)]
+    fn next_whole(&mut self) {
+        let Whole { number, runs, single } = self.whole.pop();
+        let page = self.page(number);
+        if single {
+            self.answer.single(self.kernel, &page.first, u32::from(runs));
+        } else {
+            self.answer.page(self.kernel, runs_of(page), u32::from(runs));
         }
     }
 
     #[inline(always)]
     fn wait_for_page(&mut self, below: Below) {
-        let page: *const Page = self.page(below.number);
-        if below.planes == 0 {
-            prefetch_lines::<2, _>(page.cast::<[u8; 448]>().wrapping_add(1));
-        } else {
-            prefetch_lines::<9, _>(page);
+        prefetch_lines::<2, Page>(self.page(below.number));
+        if below.planes != 0 {
+            prefetch_lines::<7, PageBoxes>(self.page_boxes(below.number));
         }
         self.pages.push(below);
     }
@@ -369,7 +415,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             self.answer.page(self.kernel, runs_of(page), u32::from(page.runs));
             return;
         }
-        let sides = self.planes.sides16(self.kernel, planes, &page.boxes);
+        let boxes = self.page_boxes(number);
+        let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
         self.count(u32::from(page.runs), planes);
         let seen = page.used() & !sides.behind;
         // A run of one has its polygon's own box: it has had its test.
@@ -382,26 +429,26 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         while left != 0 {
             let plane = left.trailing_zeros() as usize % 8;
             left &= left - 1;
-            self.wait_for_one(plane, page, cut & once & sides.cut_by(plane));
+            self.wait_for_one(plane, page, boxes, cut & once & sides.cut_by(plane));
         }
         let mut several = cut & !once;
         while several != 0 {
             let i = several.trailing_zeros() as usize & 15;
             several &= several - 1;
-            self.wait_for_several(page, i, sides.planes_at(planes, i));
+            self.wait_for_several(page, boxes, i, sides.planes_at(planes, i));
         }
     }
 
     /// Appends runs of a page to the list of one plane.
     #[inline(always)]
-    fn wait_for_one(&mut self, plane: usize, page: &Page, runs: u32) {
+    fn wait_for_one(&mut self, plane: usize, page: &Page, of: &PageBoxes, runs: u32) {
         let prepared = self.planes.plane(plane);
         let mut len = self.cut[plane].len;
         let mut left = runs;
         while left != 0 {
             let i = left.trailing_zeros() as usize & 15;
             left &= left - 1;
-            let boxes = self.store(page.store[i]);
+            let boxes = self.store(of.store[i]);
             prepared.prefetch(boxes);
             let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes: 0 };
             self.cut[plane].runs[len % 32] = run;
@@ -412,8 +459,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 
     #[inline(always)]
-    fn wait_for_several(&mut self, page: &Page, i: usize, planes: u8) {
-        let boxes = self.store(page.store[i]);
+    fn wait_for_several(&mut self, page: &Page, of: &PageBoxes, i: usize, planes: u8) {
+        let boxes = self.store(of.store[i]);
         prefetch_lines::<6, _>(boxes);
         let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes };
         let list = &mut self.cut[SEVERAL];

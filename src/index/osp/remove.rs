@@ -45,10 +45,10 @@ impl Osp {
         page.runs -= 1;
         let last = usize::from(page.runs);
         let loose = page.loose >> last & 1;
-        let (run, bounds) = page.run(last);
+        let (run, bounds) = self.pages.run(page_number, last);
         if lane != last {
-            page.set_run(lane, run, &bounds);
-            page.loose |= loose << lane;
+            self.pages.set_run(page_number, lane, run, &bounds);
+            self.pages[page_number].loose |= loose << lane;
             self.note_place(run, page_number * 16 + lane as u32);
         }
         let page = &mut self.pages[page_number];
@@ -56,6 +56,7 @@ impl Osp {
         page.loose &= below;
         page.exact &= below;
         page.gaps &= below;
+        self.buckets[page.bucket].note_runs(page);
     }
 
     fn queue_page(&mut self, page_number: u32) {
@@ -116,8 +117,9 @@ impl Osp {
             self.detach_page(page_number);
             self.release_page(page_number);
         } else {
-            let (at, bounds) = (usize::from(page.at), page.boxes.around(page.used()));
+            let (at, bounds) = (usize::from(page.at), self.pages.boxes(page_number).around(page.used()));
             let bucket = &mut self.buckets[bucket];
+            bucket.note_runs(page);
             bucket.boxes.set(at, &bounds);
             bucket.refresh();
             if page.runs <= 8 {
@@ -128,7 +130,7 @@ impl Osp {
     }
 
     fn tighten_run(&mut self, page_number: u32, lane: usize) {
-        let (mut run, _) = self.pages[page_number].run(lane);
+        let (mut run, _) = self.pages.run(page_number, lane);
         if run.is_exact() {
             self.pages[page_number].loose &= !(1 << lane);
             return;
@@ -143,7 +145,7 @@ impl Osp {
                 self.ids.drop_boxes(block);
             }
         }
-        self.pages[page_number].set_run(lane, run, &bounds);
+        self.pages.set_run(page_number, lane, run, &bounds);
     }
 
     /// Takes a page out of its bucket; the bucket's last page takes its place.
@@ -159,6 +161,7 @@ impl Osp {
         bucket.boxes.set(last, &Aabb::EMPTY);
         bucket.refresh();
         self.pages[moved].at = at as u8;
+        bucket.note_runs(&self.pages[moved]);
     }
 
     /// Moves the runs of a page that is half empty to another of the bucket, if one has room.
@@ -171,12 +174,11 @@ impl Osp {
             return;
         };
         for lane in 0..usize::from(runs) {
-            let (run, bounds) = self.pages[from].run(lane);
-            let page = &mut self.pages[to];
-            let new = usize::from(page.runs);
-            page.runs += 1;
-            page.set_run(new, run, &bounds);
+            let (run, bounds) = self.pages.run(from, lane);
+            let new = self.pages.push_run(to, run, &bounds);
+            let page = &self.pages[to];
             let at = usize::from(page.at);
+            self.buckets[bucket_number].note_runs(page);
             let boxes = &mut self.buckets[bucket_number].boxes;
             boxes.set(at, &boxes.get(at).union(&bounds));
             self.note_place(run, to * 16 + new as u32);
@@ -229,6 +231,7 @@ impl Osp {
             target.page_count += 1;
             let page = &mut self.pages[source.pages[i]];
             (page.bucket, page.at) = (into, at as u8);
+            target.note_runs(page);
         }
         self.buckets[into].refresh();
         self.buckets[into].next = source.next;
@@ -327,7 +330,7 @@ impl Osp {
             for &page_number in &bucket.pages[..bucket.page_count as usize] {
                 let page = &self.pages[page_number];
                 for lane in 0..usize::from(page.runs) {
-                    let (run, bounds) = page.run(lane);
+                    let (run, bounds) = self.pages.run(page_number, lane);
                     out((run, bounds, page.loose >> lane & 1 == 1));
                 }
                 self.release_page(page_number);

@@ -149,6 +149,11 @@ impl Osp {
             for i in 0..bucket.page_count as usize {
                 *pages += 1;
                 let bounds = bucket.boxes.get(i);
+                let runs = self.pages[bucket.pages[i]].runs;
+                ensure!(bucket.counts[i] == runs, "bucket {at} counts the runs of page {i} wrongly");
+                let page = &self.pages[bucket.pages[i]];
+                let single = page.used() & !u32::from(page.exact) == 0;
+                ensure!(bucket.single >> i & 1 == u32::from(single), "bucket {at}, page {i}: single or not");
                 ensure!(
                     above.is_none_or(|b| b.contains(&bounds)),
                     "bucket {at}, page {i}: box above too small"
@@ -172,7 +177,7 @@ impl Osp {
         ensure!(unused == 0, "page {number}: an unused run is marked");
         let mut polygons = 0;
         for lane in 0..usize::from(page.runs) {
-            let (run, run_box) = page.run(lane);
+            let (run, run_box) = self.pages.run(number, lane);
             ensure!(bounds.contains(&run_box), "page {number}: its box does not hold run {lane}");
             let gaps = !(u32::from(run.mask) + 1).is_power_of_two();
             ensure!((page.gaps >> lane & 1 == 1) == gaps, "page {number}: run {lane} is not marked right");

@@ -1,10 +1,6 @@
 //! The walk for visitors: nodes, leaves, pages and runs, one by one.
 
-use super::{
-    index::Osp,
-    layout::{Page, Target},
-    pool::NONE,
-};
+use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
     index::{Node, Visit, Visitor, WorkCounts, simd::Boxes},
     math::{Aabb, Containment, Frustum, PlaneMask},
@@ -108,20 +104,21 @@ impl Walk<'_> {
         while at != NONE {
             let bucket = &self.osp.buckets[at];
             for i in 0..bucket.page_count as usize {
-                let page = &self.osp.pages[bucket.pages[i]];
+                let number = bucket.pages[i];
+                let page = &self.osp.pages[number];
                 let polygons =
                     page.masks[..usize::from(page.runs)].iter().map(|m| m.count_ones() as usize).sum();
                 let place = Place { bounds: bucket.boxes.get(i), depth, polygons, is_leaf: false };
-                self.page(page, &place, mask, asked);
+                self.page(number, &place, mask, asked);
             }
             at = bucket.next;
         }
     }
 
-    fn page(&mut self, page: &Page, place: &Place, mask: PlaneMask, asked: Visit) {
+    fn page(&mut self, number: u32, place: &Place, mask: PlaneMask, asked: Visit) {
         let Some((mask, answer)) = self.ask(place, mask, asked) else { return };
-        for i in 0..usize::from(page.runs) {
-            let (run, bounds) = page.run(i);
+        for i in 0..usize::from(self.osp.pages[number].runs) {
+            let (run, bounds) = self.osp.pages.run(number, i);
             let lanes = u32::from(run.lanes());
             let first = run.first & !15;
             let polygons = lanes.count_ones() as usize;

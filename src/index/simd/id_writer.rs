@@ -72,6 +72,15 @@ impl<'a> IdWriter<'a> {
         self.len += kernel.write_ids(first, mask, unsafe { self.places(0) });
     }
 
+    /// Appends the first `count` ids, at most sixteen.
+    #[inline(always)]
+    pub(in crate::index) fn push_copy<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32) {
+        self.make_room();
+        // SAFETY: there is room now.
+        kernel.copy(ids, unsafe { self.places(0) });
+        self.len += (count as usize).min(16);
+    }
+
     /// Appends the first `runs` runs of a page.
     #[inline(always)]
     pub(in crate::index) fn push_page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32) {
