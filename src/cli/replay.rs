@@ -19,12 +19,16 @@ use crate::{
     index::{IndexConfig, IndexKind},
     math::Aabb,
     metrics::{StageClock, Summary, summarize},
-    recording::{Header, Pace, Pacer},
+    occlusion::{CullerKind, Soundness, oracle::OracleConfig},
+    recording::{Event, Header, Pace, Pacer, RecordingError},
     report::{
-        ChartError, ChartFormat, CsvWriter, Pin, Pins, ReplayReport, RunReport, draw_frame_times,
-        pinned_name, replay_table, thousands,
+        ChartError, ChartFormat, CsvWriter, OcclusionColumns, OcclusionReport, Pin, Pins, ReplayReport,
+        RunReport, draw_frame_times, pinned_name, replay_table, thousands,
     },
-    visibility::{Budget, CameraChoice, CameraPath, Lane, Pipeline, Replay},
+    visibility::{
+        AutoBasis, Budget, CameraChoice, CameraPath, Lane, OcclusionChoice, OcclusionPass, PassConfig,
+        Pipeline, Replay, verify,
+    },
 };
 
 /// Play sessions through several indexes, frame by frame, and say what every frame cost.
@@ -38,12 +42,18 @@ use crate::{
   osp replay sketch.tilt --index osp,octree-rebuild --chart frames.png
   osp replay painting.apa --pace samples:1 --camera inside --csv frames.csv
   osp replay recordings/*.ron --check recordings/fingerprints.pins
+  osp replay recordings/room.ron --occlusion none,msvbsp,auto --verify-frames 8
 
 The table, a line for each index (times of this machine, one thread):
   insert   filing the frame's polygons, a rebuild included, nanoseconds a polygon, median
   cull     one frustum query, median
   frame    both together: median, 95 and 99 per cent, slowest
   visible  polygons the view may see, mean of the frames; culled: the others
+With --occlusion a line for each index and method, and more columns:
+  occluded   polygons in the frustum that are hidden behind others, and culled; mean of the frames
+  occlusion  choosing occluders, building the culler, testing; median of the frames that it was used in
+  used       share of the frames that it was used in
+  with drawing  the frame and the drawing of what is left, at --polygon-ns for each polygon, median
 A slow index is measured on evenly spaced stretches of a long session (--budget); `frames measured` says how many.")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
@@ -76,6 +86,19 @@ pub(super) struct ReplayArgs {
     /// Pin the fingerprints of this run in a file for --check.
     #[arg(long, value_name = "FILE")]
     pin: Option<PathBuf>,
+    /// Cull by occlusion after the frustum, by each of these methods; the indexes are then `osp` alone, unless --index
+    /// names others. `auto` is msvbsp in the frames in which it pays.
+    #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
+    occlusion: Vec<OcclusionChoice>,
+    /// Most occluders of a frame [default: 64; 16 for `auto`].
+    #[arg(long, value_name = "N")]
+    occluders: Option<usize>,
+    /// What drawing one polygon costs, nanoseconds: by it, occlusion tests what is worth a test, and `auto` decides.
+    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = nanoseconds)]
+    polygon_ns: f64,
+    /// Compare what occlusion leaves out with what really cannot be seen, in this many frames.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion")]
+    verify_frames: u64,
     /// Skip damaged pieces and count them, instead of stopping at the first.
     #[arg(long)]
     lenient: bool,
@@ -87,6 +110,33 @@ pub(super) struct ReplayArgs {
     #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE", requires = "window")]
     trace: Option<PathBuf>,
+}
+
+impl ReplayArgs {
+    /// The indexes, each with its method of occlusion culling where any is asked for.
+    fn runs(&self) -> Vec<(IndexKind, Option<OcclusionChoice>)> {
+        let indexes = match (self.index.as_slice(), self.occlusion.as_slice()) {
+            ([], []) => IndexKind::DEFAULT,
+            ([], _) => &[IndexKind::Osp],
+            (indexes, _) => indexes,
+        };
+        let methods: Vec<_> = match self.occlusion.as_slice() {
+            [] => vec![None],
+            methods => methods.iter().copied().map(Some).collect(),
+        };
+        indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
+    }
+}
+
+fn occlusion_parser() -> impl TypedValueParser<Value = OcclusionChoice> {
+    PossibleValuesParser::new(OcclusionChoice::names()).try_map(|name| {
+        OcclusionChoice::from_name(&name).ok_or_else(|| format!("no method is called {name}"))
+    })
+}
+
+fn nanoseconds(text: &str) -> Result<f64, String> {
+    let expected = "expected nanoseconds from 0.001 to 1e9";
+    text.parse().ok().filter(|ns| (0.001..=1.0e9).contains(ns)).ok_or_else(|| expected.to_owned())
 }
 
 pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
@@ -131,7 +181,11 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     let mut csv = match &args.csv {
         Some(path) => {
             let file = File::create(path).with_context(|| path.display().to_string())?;
-            Some(CsvWriter::new(BufWriter::new(file))?)
+            let columns = match args.occlusion.is_empty() {
+                true => OcclusionColumns::Without,
+                false => OcclusionColumns::With,
+            };
+            Some(CsvWriter::new(BufWriter::new(file), columns)?)
         }
         None => None,
     };
@@ -156,6 +210,20 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
                 file.display()
             ));
             outcome = Outcome::CheckFailed;
+        }
+        for run in &report.runs {
+            let Some(occlusion) = &run.occlusion else { continue };
+            let is_sound = OcclusionChoice::from_name(occlusion.method)
+                .is_some_and(|choice| choice.soundness() == Soundness::Sound);
+            let false_culls = occlusion.false_culls.unwrap_or(0);
+            if is_sound && false_culls > 0 {
+                complain(&format!(
+                    "{}: {} culled {false_culls} visible polygons",
+                    file.display(),
+                    run.name()
+                ));
+                outcome = Outcome::CheckFailed;
+            }
         }
         let pin_in = |pins: &Path| {
             let name = pinned_name(file, pins);
@@ -246,23 +314,34 @@ fn replay_file(
         ));
     }
 
-    let kinds = if args.index.is_empty() { IndexKind::DEFAULT } else { &args.index };
+    let kinds = args.runs();
     let session = OpenSession::open(file, args.lenient)?;
     let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
-    let lanes = lanes(args, kinds, &session.header, &summary);
-    let mut runs: Vec<RunReport> =
-        kinds.iter().map(|kind| RunReport::new(kind.name(), summary.frames)).collect();
+    let lanes = lanes(args, &kinds, &session.header, &summary);
+    let mut runs: Vec<RunReport> = Vec::new();
+    for &(index, method) in &kinds {
+        let mut run = RunReport::new(index.name(), summary.frames);
+        run.occlusion = method.map(|method| OcclusionReport::new(method.name(), args.polygon_ns));
+        runs.push(run);
+    }
     let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
 
+    let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
     let mut replay = Replay::new(Pacer::new(session, args.pace), camera, lanes);
     while let Some(outcomes) = replay.step()? {
+        let looked: Vec<bool> = outcomes.iter().map(Option::is_some).collect();
         for (run, frame) in runs.iter_mut().zip(outcomes) {
             let Some(frame) = frame else { continue };
             run.add(frame);
             if let Some(csv) = &mut csv {
-                csv.write(&name, &run.index, frame).context("the CSV file")?;
+                csv.write(&name, run, frame).context("the CSV file")?;
             }
+        }
+        // Evenly spaced, the last frame among them.
+        if replay.frames() * args.verify_frames / summary.frames.max(1) > verified {
+            verified += 1;
+            verify_frame(&replay, &looked, &mut runs);
         }
         progress.inc(1);
     }
@@ -284,12 +363,51 @@ fn replay_file(
     })
 }
 
-fn lanes(args: &ReplayArgs, kinds: &[IndexKind], header: &Header, summary: &Summary) -> Vec<Lane> {
+/// Counts what those that looked at this frame have culled of what can be seen.
+fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
+    let Some(window) = replay.view().and_then(|view| view.window()) else { return };
+    let mut visible = None;
+    for ((lane, run), _) in replay.lanes().iter().zip(runs).zip(looked).filter(|(_, looked)| **looked) {
+        let Some(occlusion) = &mut run.occlusion else { continue };
+        let pipeline = lane.pipeline();
+        // All see the same in the frustum.
+        let visible = visible.get_or_insert_with(|| {
+            let ids = pipeline.in_view().ids();
+            verify::visible_polygons(replay.scene(), &window, ids, OracleConfig::default())
+        });
+        let missing = verify::missing(visible, pipeline.draw_list().ids());
+        *occlusion.false_culls.get_or_insert(0) += missing;
+    }
+}
+
+fn lanes(
+    args: &ReplayArgs,
+    kinds: &[(IndexKind, Option<OcclusionChoice>)],
+    header: &Header,
+    summary: &Summary,
+) -> Vec<Lane> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(header, &summary.bounds), capacity };
     let budget = Budget { ns: (args.budget * 1.0e9) as u64, frames: summary.frames };
     let clock = StageClock::counting(allocations::count);
-    kinds.iter().map(|kind| Lane::new(Pipeline::new(kind.create(&config), capacity, clock), budget)).collect()
+    let lane = |&(index, method): &(IndexKind, Option<OcclusionChoice>)| {
+        let pipeline = Pipeline::new(index.create(&config), capacity, clock);
+        let pipeline = match method {
+            None | Some(OcclusionChoice::Always(CullerKind::None)) => pipeline,
+            Some(choice) => {
+                // What is compared with pinned fingerprints must not depend on the clock.
+                let basis = if args.check.is_some() { AutoBasis::Work } else { AutoBasis::Time };
+                let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);
+                let pass = PassConfig { choice, occluders, polygon_ns, basis };
+                pipeline.with_occlusion(OcclusionPass::new(pass, capacity))
+            }
+        };
+        Lane::new(pipeline, budget)
+    };
+    kinds.iter().map(lane).collect()
 }
 
 /// The recording's own modelling volume, else a cube around everything that it draws.
@@ -332,7 +450,7 @@ fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
     for run in report.runs.iter().filter(|run| !run.is_complete()) {
         lines.push(format!(
             "{} was slow: measured on {} of {} frames, in evenly spaced stretches (--budget {}).",
-            run.index,
+            run.name(),
             thousands(run.measured_frames()),
             thousands(report.frames),
             args.budget
@@ -343,6 +461,10 @@ fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
             "{} refused {} changes: polygons moved beyond all range, which cannot be drawn.",
             run.index, run.refused
         ));
+    }
+    let verified = |run: &RunReport| Some((run.name(), run.occlusion.as_ref()?.false_culls?));
+    for (name, false_culls) in report.runs.iter().filter_map(verified) {
+        lines.push(format!("{name} culled {} visible polygons.", thousands(false_culls)));
     }
     if report.first_disagreement().is_none() {
         lines.push("All indexes saw the same polygons in every frame that they were measured on.".to_owned());

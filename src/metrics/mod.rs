@@ -7,5 +7,5 @@ mod summary;
 
 pub use clock::{Reading, Stage, StageClock};
 pub use fingerprint::{SessionFingerprint, fingerprint_of_frame};
-pub use record::FrameRecord;
+pub use record::{FrameRecord, OcclusionRecord};
 pub use summary::{Summary, summarize};

@@ -20,20 +20,56 @@ pub struct FrameRecord {
     pub cull: Stage,
     /// What culling did.
     pub work: WorkCounts,
-    /// Polygons to draw.
+    /// Polygons that the frustum may see.
     pub visible: u64,
     /// Of the visible set; see [`super::fingerprint_of_frame`].
     pub fingerprint: u64,
+    /// Culling by occlusion, after the frustum.
+    pub occlusion: OcclusionRecord,
+}
+
+/// What culling by occlusion did in a frame. All zero where there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OcclusionRecord {
+    /// Whether it was used: `auto` leaves it out where it does not pay.
+    pub used: bool,
+    /// Polygons that the frustum may see and that are not drawn.
+    pub occluded: u64,
+    /// Following the scene's changes and choosing occluders.
+    pub select: Stage,
+    /// Building the culler.
+    pub build: Stage,
+    /// Walking the index and testing.
+    pub query: Stage,
+    /// Occluders chosen.
+    pub occluders: u64,
+    /// Nodes and polygons tested.
+    pub tests: u64,
+    /// Of the set that is drawn.
+    pub fingerprint: u64,
+}
+
+impl OcclusionRecord {
+    /// All its stages, nanoseconds.
+    pub fn total_ns(&self) -> u64 {
+        self.select.ns + self.build.ns + self.query.ns
+    }
 }
 
 impl FrameRecord {
+    /// Polygons to draw.
+    pub fn drawn(&self) -> u64 {
+        self.visible - self.occlusion.occluded.min(self.visible)
+    }
+
     /// All stages, nanoseconds.
     pub fn total_ns(&self) -> u64 {
-        self.insert.ns + self.cull.ns
+        self.insert.ns + self.cull.ns + self.occlusion.total_ns()
     }
 
     /// Allocations of all stages.
     pub fn allocations(&self) -> u64 {
-        self.insert.allocations + self.cull.allocations
+        let OcclusionRecord { select, build, query, .. } = self.occlusion;
+        [self.insert, self.cull, select, build, query].iter().map(|stage| stage.allocations).sum()
     }
 }

@@ -7,21 +7,23 @@ pub struct AutoConfig {
     pub least_ratio: f64,
     /// Frames in a row in which it does not pay before it is switched off.
     pub patience: u32,
-    /// While it is off, one frame in this many tries it.
+    /// While it is off, at most one frame in this many tries it.
     pub probe_every: u32,
+    /// While it is off, tries may cost this part of what drawing costs, in the long run.
+    pub probe_share: f64,
 }
 
 impl Default for AutoConfig {
-    /// 10 ns a polygon, 1.2 times the cost, 8 frames, one in 32.
+    /// 10 ns a polygon, 1.2 times the cost, 8 frames, at most one in 32 and 1 % of the drawing.
     fn default() -> Self {
-        Self { polygon_ns: 10.0, least_ratio: 1.2, patience: 8, probe_every: 32 }
+        Self { polygon_ns: 10.0, least_ratio: 1.2, patience: 8, probe_every: 32, probe_share: 0.01 }
     }
 }
 
 /// What one frame's occlusion culling cost, over culling by the frustum alone, and what it brought.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Choosing occluders, building, and testing nodes, nanoseconds.
+    /// Following the candidates, choosing among them, building, and testing nodes, nanoseconds.
     pub cost_ns: f64,
     /// Polygons not drawn because of it.
     pub culled: u64,
@@ -30,7 +32,16 @@ pub struct Outcome {
 /// Part of the new value in a moving average.
 const WEIGHT: f64 = 0.2;
 
+/// What the first frame is expected to cost, nanoseconds: choosing among few candidates and building from them.
+const FIRST_COST_NS: f64 = 30_000.0;
+
+/// What becomes of an expected cost in a frame without a try: what was slow once is not taken to be slow for ever.
+const FADING: f64 = 0.998;
+
 /// Decides for every frame whether to cull by occlusion: off while it does not pay, with a try at intervals.
+///
+/// A try has to be earned: every frame without occlusion puts [`AutoConfig::probe_share`] of its drawing aside, and a
+/// frame in which even culling everything would not pay is never tried.
 ///
 /// It has no clock. Given measured costs it adapts to the machine; given costs computed from work counts
 /// ([`super::work_ns`]) it decides the same on every machine, which a replay that is compared by fingerprint needs.
@@ -39,16 +50,29 @@ pub struct AutoSwitch {
     config: AutoConfig,
     cost_ns: f64,
     gain_ns: f64,
+    /// The cost of a frame now, by what is known.
+    expected_ns: f64,
     known: bool,
     losing: u32,
-    /// Frames until the next try; 0 while it is on.
-    until_probe: u32,
+    /// Frames since the last try, while it is off.
+    waited: u32,
+    /// What may be spent on the next try, nanoseconds.
+    saved_ns: f64,
 }
 
 impl AutoSwitch {
     /// A switch that is on, knowing nothing.
     pub fn new(config: AutoConfig) -> Self {
-        Self { config, cost_ns: 0.0, gain_ns: 0.0, known: false, losing: 0, until_probe: 0 }
+        Self {
+            config,
+            cost_ns: 0.0,
+            gain_ns: 0.0,
+            expected_ns: FIRST_COST_NS,
+            known: false,
+            losing: 0,
+            waited: 0,
+            saved_ns: 0.0,
+        }
     }
 
     /// Whether it is on.
@@ -56,13 +80,26 @@ impl AutoSwitch {
         self.losing < self.config.patience
     }
 
-    /// Whether to cull by occlusion in the next frame; asked once a frame, before it.
-    pub fn decide(&mut self) -> bool {
-        if self.is_on() {
+    /// Whether to cull the next frame by occlusion; asked once a frame, before it, with the number of polygons that the
+    /// frustum may see.
+    pub fn decide(&mut self, in_view: u64) -> bool {
+        // Drawing all of them: no method saves more.
+        let all_ns = in_view as f64 * self.config.polygon_ns;
+        let may_pay = all_ns >= self.config.least_ratio * self.expected_ns;
+        if self.is_on() && may_pay {
             return true;
         }
-        self.until_probe = self.until_probe.saturating_sub(1);
-        self.until_probe == 0
+        self.expected_ns *= FADING;
+        if self.is_on() {
+            return false;
+        }
+        self.waited = self.waited.saturating_add(1);
+        self.saved_ns = (self.saved_ns + self.config.probe_share * all_ns).min(self.cost_ns);
+        let probes = may_pay && self.waited >= self.config.probe_every && self.saved_ns >= self.cost_ns;
+        if probes {
+            (self.waited, self.saved_ns) = (0, 0.0);
+        }
+        probes
     }
 
     /// Takes the outcome of a frame in which it was used.
@@ -73,13 +110,11 @@ impl AutoSwitch {
         self.known = true;
         self.cost_ns += weight * (outcome.cost_ns - self.cost_ns);
         self.gain_ns += weight * (gain_ns - self.gain_ns);
+        self.expected_ns = self.cost_ns;
         if self.gain_ns >= self.config.least_ratio * self.cost_ns {
             self.losing = 0;
         } else if self.is_on() {
             self.losing += 1;
-        }
-        if !self.is_on() {
-            self.until_probe = self.config.probe_every.max(1);
         }
     }
 }
@@ -88,10 +123,12 @@ impl AutoSwitch {
 mod tests {
     use super::*;
 
+    const IN_VIEW: u64 = 50_000;
+
     fn play(switch: &mut AutoSwitch, frames: u32, outcome: impl Fn(u32) -> Outcome) -> u32 {
         let mut used = 0;
         for frame in 0..frames {
-            if switch.decide() {
+            if switch.decide(IN_VIEW) {
                 used += 1;
                 switch.note(outcome(frame));
             }
@@ -109,8 +146,16 @@ mod tests {
     fn it_goes_off_when_it_does_not_pay_and_tries_at_intervals() {
         let mut switch = AutoSwitch::new(AutoConfig::default());
         let used = play(&mut switch, 8 + 3200, |_| Outcome { cost_ns: 50_000.0, culled: 100 });
-        assert_eq!(used, 8 + 100);
+        assert_eq!(used, 8 + 100, "1 % of 500 µs pays for 50 µs in 10 frames; one in 32 is the most");
         assert!(!switch.is_on());
+    }
+
+    #[test]
+    fn tries_cost_a_hundredth_of_the_drawing_at_most() {
+        let mut switch = AutoSwitch::new(AutoConfig::default());
+        play(&mut switch, 100, |_| Outcome { cost_ns: 400_000.0, culled: 100 });
+        let used = play(&mut switch, 8000, |_| Outcome { cost_ns: 400_000.0, culled: 100 });
+        assert!((90..=100).contains(&used), "{used} tries of 0.4 ms in 8000 frames of 0.5 ms");
     }
 
     #[test]
@@ -127,5 +172,16 @@ mod tests {
         let mut switch = AutoSwitch::new(AutoConfig::default());
         let outcome = |frame| Outcome { cost_ns: 50_000.0, culled: if frame % 16 == 0 { 0 } else { 10_000 } };
         assert_eq!(play(&mut switch, 1000, outcome), 1000);
+    }
+
+    #[test]
+    fn where_nothing_could_be_gained_nothing_is_tried() {
+        let mut switch = AutoSwitch::new(AutoConfig::default());
+        assert!((0..500).all(|_| !switch.decide(1000)), "10 µs of drawing");
+        assert!(switch.decide(IN_VIEW));
+        // One frame that something else has slowed down is forgotten in time.
+        switch.note(Outcome { cost_ns: 5.0e6, culled: IN_VIEW });
+        assert!((0..200).all(|_| !switch.decide(IN_VIEW)));
+        assert!((0..2000).any(|_| switch.decide(IN_VIEW)));
     }
 }

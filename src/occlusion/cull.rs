@@ -50,6 +50,20 @@ impl Default for CullConfig {
     }
 }
 
+/// Testing a node or a polygon and walking on, nanoseconds: the scale for [`CullConfig::for_drawing`].
+const TEST_NS: f64 = 160.0;
+
+impl CullConfig {
+    /// Tests that are worth it where drawing a polygon costs this much, nanoseconds: a node that costs less to draw than
+    /// four tests is drawn, and polygons are tested one by one only if each costs more than that. (Most tests bring
+    /// nothing, and the nodes above have been tested, too.)
+    pub fn for_drawing(polygon_ns: f64) -> Self {
+        let least_polygons = (4.0 * TEST_NS / polygon_ns).ceil().clamp(1.0, 1.0e6) as usize;
+        let polygon_test = if least_polygons == 1 { PolygonTest::InMixedLeaves } else { PolygonTest::Never };
+        Self { polygon_test, least_polygons, ..Self::default() }
+    }
+}
+
 /// What culling by occlusion did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CullCounts {

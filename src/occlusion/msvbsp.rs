@@ -108,10 +108,11 @@ impl Msvbsp {
             config,
             tree: ShadowTree::new(config.node_budget, config.node_budget, CapRule::Any),
             points: Vec::with_capacity(config.point_budget),
-            pieces: Vec::new(),
-            tasks: Vec::new(),
-            current: Vec::new(),
-            ahead: Vec::new(),
+            // Room that builds within the node budget hardly ever exceed.
+            pieces: Vec::with_capacity(4 * config.node_budget),
+            tasks: Vec::with_capacity(config.node_budget),
+            current: Vec::with_capacity(config.node_budget),
+            ahead: Vec::with_capacity(config.node_budget),
             counts: BuildCounts::default(),
         }
     }

@@ -58,9 +58,10 @@ impl<const N: usize> Points<N> {
         usize::from(self.len)
     }
 
-    /// Point `i`, counted round and round.
+    /// Point `i`, counted round and round, at most twice.
     fn around(&self, i: usize) -> Vec3 {
-        self.points[i % self.len()]
+        let len = self.len();
+        self.points[if i < len { i } else { i - len }]
     }
 }
 

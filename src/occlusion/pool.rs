@@ -9,8 +9,11 @@ use crate::{
 /// Patches that may still grow: strokes drawn at the same time (mirrored, pasted) take turns.
 const OPEN_PATCHES: usize = 6;
 
+/// Polygons left over from candidates that have died that are offered anew in the same frame; more take their turn.
+const ORPHANS: usize = 1024;
+
 /// Polygons looked at again in a frame when many candidates have died.
-const RESCAN_A_FRAME: usize = 1024;
+const RESCAN_A_FRAME: usize = 256;
 
 /// No candidate.
 const NONE: u32 = u32::MAX;
@@ -47,6 +50,17 @@ pub(super) struct Sketch {
     pub(super) radius_m: f32,
     /// Normal (either side) with the area as its length, m^2; zero for a free slot.
     pub(super) area_vector: Vec3,
+}
+
+impl Sketch {
+    /// Whether a polygon may share a corner with the candidate. A wrong answer costs effect only.
+    fn may_touch(&self, polygon: &ConvexPolygon) -> bool {
+        let vertices = polygon.vertices();
+        let first = vertices[0];
+        let reach = vertices.iter().map(|v| v.distance_squared(first)).fold(0.0, f32::max).sqrt();
+        let near = self.radius_m + reach;
+        first.distance_squared(self.center) <= near * near * 1.001
+    }
 }
 
 const FREE: Sketch = Sketch { center: Vec3::ZERO, radius_m: 0.0, area_vector: Vec3::ZERO };
@@ -92,8 +106,15 @@ impl OccluderPool {
             open: [NONE; OPEN_PATCHES],
             threshold_m2: 0.0,
             rescan: usize::MAX,
-            orphans: Vec::new(),
+            orphans: Vec::with_capacity(ORPHANS),
             areas: Vec::with_capacity(room),
+        }
+    }
+
+    /// Makes room for scenes of this many polygons, 4 bytes each.
+    pub fn reserve(&mut self, polygons: usize) {
+        while self.slot_of.len() < polygons {
+            self.slot_of.push(NONE);
         }
     }
 
@@ -116,9 +137,7 @@ impl OccluderPool {
     /// Follows the scene by one frame's changes. Costs a bounded amount for each change, and a bounded amount for the
     /// frame while candidates that have died are being replaced.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
-        while self.slot_of.len() < scene.polygon_count() {
-            self.slot_of.push(NONE);
-        }
+        self.reserve(scene.polygon_count());
         for &change in changes {
             match change {
                 Change::Insert(id) => self.offer(scene, id),
@@ -136,6 +155,19 @@ impl OccluderPool {
             }
         }
         self.replace_the_dead(scene);
+    }
+
+    /// Follows the scene as [`OccluderPool::follow`] does, but only as far as candidates have to go; what came is looked
+    /// at by later calls of `follow`, some of it at a time. For frames in which nothing is asked of the pool.
+    pub fn follow_what_went(&mut self, scene: &Scene, changes: &[Change]) {
+        for &change in changes {
+            if let Change::Remove(id) | Change::Update(id) = change {
+                self.take_out(scene, id);
+            }
+            if let Change::Insert(id) | Change::Update(id) = change {
+                self.rescan = self.rescan.min(id.index());
+            }
+        }
     }
 
     pub(super) fn sketches(&self) -> &[Sketch] {
@@ -166,6 +198,9 @@ impl OccluderPool {
             for k in 0..OPEN_PATCHES {
                 let slot = self.open[k];
                 let Some(patch) = self.patches.get(slot as usize) else { continue };
+                if !self.sketches[slot as usize].may_touch(&polygon) {
+                    continue;
+                }
                 if let Some(joined) = patch.joined(id, &polygon) {
                     self.open[..=k].rotate_right(1);
                     self.put(slot, joined);
@@ -206,6 +241,9 @@ impl OccluderPool {
         for k in 1..OPEN_PATCHES {
             let other = self.open[k];
             let Some(patch) = self.patches.get(other as usize) else { continue };
+            if !self.sketches[other as usize].may_touch(polygon) {
+                continue;
+            }
             if let Some(merged) = self.patches[slot as usize].merged(patch, polygon) {
                 self.release(other);
                 for &id in merged.ids() {
@@ -236,7 +274,13 @@ impl OccluderPool {
         }
         let patch = self.patches[slot as usize];
         self.release(slot);
-        self.orphans.extend(patch.ids().iter().copied().filter(|other| *other != id));
+        for &other in patch.ids().iter().filter(|other| **other != id) {
+            if self.orphans.len() < ORPHANS {
+                self.orphans.push(other);
+            } else {
+                self.rescan = self.rescan.min(other.index());
+            }
+        }
         // Others that were too small before may be large enough now.
         if self.len() < self.config.capacity / 2
             && self.rescan >= scene.polygon_count()

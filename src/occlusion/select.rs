@@ -1,10 +1,17 @@
 use glam::{DVec3, Vec3};
 
-use super::{OccluderPool, ShadowVolume, ViewWindow};
+use super::{OccluderPool, ShadowVolume, ViewWindow, patch::MAX_PATCH};
 use crate::scene::Scene;
 
 /// An occluder inside one of this many better ones is left out. More: fewer useless occluders, more tests.
 const COVERED_BY_FIRST: usize = 8;
+
+/// Room for so many shadows for each candidate that is measured: nearly all have one, some fall apart into their
+/// polygons. Where it runs out, fewer candidates are measured.
+const SHADOWS_EACH: usize = 4;
+
+/// Most shadows of one candidate: two for each polygon.
+const MOST_SHADOWS: usize = 2 * MAX_PATCH;
 
 /// Settings of [`Selector`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,15 +66,21 @@ pub struct Selector {
 }
 
 impl Selector {
-    /// A selector; takes its memory with the first frames.
+    /// A selector; takes its memory now, but for a few bytes for each candidate of the pools that it is used with.
     pub fn new(config: SelectConfig) -> Self {
+        let shadows = SHADOWS_EACH * config.measured * config.occluders + MOST_SHADOWS;
         Self {
             config,
             rough: Vec::new(),
-            shadows: Vec::with_capacity(2 * config.measured * config.occluders),
-            measured: Vec::with_capacity(2 * config.measured * config.occluders),
+            shadows: Vec::with_capacity(shadows),
+            measured: Vec::with_capacity(shadows),
             chosen: Vec::with_capacity(config.occluders),
         }
+    }
+
+    /// Makes room for pools of this many candidates.
+    pub fn reserve(&mut self, candidates: usize) {
+        self.rough.reserve(candidates.saturating_sub(self.rough.len()));
     }
 
     /// The occluders of the last [`Selector::select`], best first.
@@ -92,6 +105,9 @@ impl Selector {
         counts.measured = self.rough.len() as u32;
         self.shadows.clear();
         for &(_, slot) in &self.rough {
+            if self.shadows.len() + MOST_SHADOWS > self.shadows.capacity() {
+                break;
+            }
             pool.patch(slot).push_shadows(scene, window, &mut self.shadows);
         }
         self.measured.clear();

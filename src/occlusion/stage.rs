@@ -42,18 +42,25 @@ impl OcclusionStage {
 
     /// A stage around any culler.
     pub fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
-        Self {
-            config,
-            pool: OccluderPool::new(config.pool),
-            selector: Selector::new(config.select),
-            culler,
-            reuse: ReuseTable::new(),
-        }
+        let mut selector = Selector::new(config.select);
+        // The pool holds twice its capacity before it is trimmed, and may be one over.
+        selector.reserve(2 * config.pool.capacity + 1);
+        Self { config, pool: OccluderPool::new(config.pool), selector, culler, reuse: ReuseTable::new() }
     }
 
-    /// Follows the scene's changes; once a frame, whether it is culled or not.
+    /// Makes room for scenes of this many polygons.
+    pub fn reserve(&mut self, polygons: usize) {
+        self.pool.reserve(polygons);
+    }
+
+    /// Follows the scene's changes; once a frame that is culled.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
         self.pool.follow(scene, changes);
+    }
+
+    /// Instead of [`OcclusionStage::follow`] in a frame that is not culled; much cheaper.
+    pub fn follow_what_went(&mut self, scene: &Scene, changes: &[Change]) {
+        self.pool.follow_what_went(scene, changes);
     }
 
     /// Chooses the occluders for a window.

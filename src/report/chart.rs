@@ -163,12 +163,17 @@ where
         us if us >= 1.0e3 => format!("{} ms", us / 1.0e3),
         us => format!("{us} µs"),
     };
+    let occludes = report.runs.iter().any(|run| run.occlusion.is_some());
+    let what = match occludes {
+        true => "insert + cull + occlusion (median line, slowest frame thin)",
+        false => "insert + cull (median line, slowest frame thin)",
+    };
     chart
         .configure_mesh()
         .light_line_style(RGBColor(240, 240, 240))
         .bold_line_style(RGBColor(220, 220, 220))
         .x_desc("frame")
-        .y_desc("insert + cull (median line, slowest frame thin)")
+        .y_desc(what)
         .x_label_formatter(&whole)
         .y_label_formatter(&tick)
         .label_style(("sans-serif", 16))
@@ -201,7 +206,7 @@ where
                 curve.iter().map(|g| (g.frame, g.median_us)),
                 color.stroke_width(3),
             ))?
-            .label(&run.index)
+            .label(run.name())
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], color.stroke_width(3)));
     }
     chart

@@ -1,11 +1,22 @@
 use std::io::{self, Write};
 
+use super::RunReport;
 use crate::visibility::LaneFrame;
 
 /// Writes one line for each index and frame.
 #[derive(Debug)]
 pub struct CsvWriter<W> {
     out: W,
+    occlusion: OcclusionColumns,
+}
+
+/// Whether the lines say what culling by occlusion did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OcclusionColumns {
+    /// They do not.
+    Without,
+    /// They do, in columns at the end.
+    With,
 }
 
 impl<W: Write> CsvWriter<W> {
@@ -13,23 +24,31 @@ impl<W: Write> CsvWriter<W> {
     ///
     /// # Errors
     /// The output could not be written.
-    pub fn new(mut out: W) -> io::Result<Self> {
-        writeln!(
+    pub fn new(mut out: W, occlusion: OcclusionColumns) -> io::Result<Self> {
+        write!(
             out,
             "recording,index,frame,measured,polygons,inserted,removed,updated,insert_ns,cull_ns,total_ns,visible,culled,nodes,\
              boxes,planes,taken_whole,allocations,fingerprint"
         )?;
-        Ok(Self { out })
+        let more = match occlusion {
+            OcclusionColumns::Without => "",
+            OcclusionColumns::With => {
+                ",occlusion,used,occluded,occlusion_us,select_us,build_us,query_us,occluders,tests,drawn_fingerprint"
+            }
+        };
+        writeln!(out, "{more}")?;
+        Ok(Self { out, occlusion })
     }
 
     /// Writes a frame. `measured` is 0 where the index had skipped frames before: the times are then not the frame's own.
     ///
     /// # Errors
     /// The output could not be written.
-    pub fn write(&mut self, recording: &str, index: &str, frame: &LaneFrame) -> io::Result<()> {
+    pub fn write(&mut self, recording: &str, run: &RunReport, frame: &LaneFrame) -> io::Result<()> {
         let r = &frame.record;
+        let index = &run.index;
         let quoted = recording.replace('"', "\"\"");
-        writeln!(
+        write!(
             self.out,
             "\"{quoted}\",{index},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:016x}",
             r.frame,
@@ -49,7 +68,26 @@ impl<W: Write> CsvWriter<W> {
             r.work.taken_whole,
             r.allocations(),
             r.fingerprint
-        )
+        )?;
+        if self.occlusion == OcclusionColumns::With {
+            let o = &r.occlusion;
+            let us = |ns: u64| ns as f64 / 1000.0;
+            write!(
+                self.out,
+                ",{},{},{},{},{},{},{},{},{},{:016x}",
+                run.occlusion.as_ref().map_or("none", |occlusion| occlusion.method),
+                u8::from(o.used),
+                o.occluded,
+                us(o.total_ns()),
+                us(o.select.ns),
+                us(o.build.ns),
+                us(o.query.ns),
+                o.occluders,
+                o.tests,
+                if o.used { o.fingerprint } else { r.fingerprint }
+            )?;
+        }
+        writeln!(self.out)
     }
 
     /// Hands everything to the system.

@@ -7,8 +7,8 @@ mod run;
 mod table;
 
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
-pub use csv::CsvWriter;
+pub use csv::{CsvWriter, OcclusionColumns};
 pub use pins::{Pin, PinError, Pins, pinned_name};
-pub use run::{ReplayReport, RunReport};
+pub use run::{OcclusionReport, ReplayReport, RunReport};
 pub use table::replay_table;
 pub(crate) use table::thousands;

@@ -4,7 +4,7 @@ use hdrhistogram::Histogram;
 use serde::Serialize;
 
 use crate::{
-    metrics::{FrameRecord, SessionFingerprint},
+    metrics::{FrameRecord, OcclusionRecord, SessionFingerprint},
     visibility::{LaneFrame, STRETCHES, stretch_of_frame},
 };
 
@@ -29,6 +29,28 @@ pub struct RunReport {
     pub bytes: usize,
     /// Changes that the index refused.
     pub refused: u64,
+    /// Culling by occlusion, where it was asked for.
+    pub occlusion: Option<OcclusionReport>,
+}
+
+/// What is reported of culling by occlusion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OcclusionReport {
+    /// Name of the method.
+    pub method: &'static str,
+    /// What drawing a polygon is taken to cost, nanoseconds.
+    pub polygon_ns: f64,
+    /// Visible polygons that were culled, in the frames that were verified; `None` where none was.
+    pub false_culls: Option<u64>,
+    /// Of what was drawn, in all frames looked at.
+    pub fingerprint: SessionFingerprint,
+}
+
+impl OcclusionReport {
+    /// A report without frames.
+    pub fn new(method: &'static str, polygon_ns: f64) -> Self {
+        Self { method, polygon_ns, false_culls: None, fingerprint: SessionFingerprint::new() }
+    }
 }
 
 /// A frame whose times were taken.
@@ -41,6 +63,7 @@ pub(super) struct Measured {
     visible: u64,
     /// Nanoseconds for each polygon of a frame that only inserted.
     insert_ns: Option<f64>,
+    occlusion: OcclusionRecord,
 }
 
 impl RunReport {
@@ -55,6 +78,15 @@ impl RunReport {
             frames: Vec::new(),
             bytes: 0,
             refused: 0,
+            occlusion: None,
+        }
+    }
+
+    /// What the run is called among others: its index, and its method of occlusion culling if it has one.
+    pub fn name(&self) -> String {
+        match &self.occlusion {
+            Some(occlusion) => format!("{} + {}", self.index, occlusion.method),
+            None => self.index.clone(),
         }
     }
 
@@ -63,6 +95,10 @@ impl RunReport {
         let record = &frame.record;
         self.fingerprint.add(record.frame, record.fingerprint);
         self.frames.push((record.frame, record.fingerprint));
+        if let Some(occlusion) = &mut self.occlusion {
+            let drawn = if record.occlusion.used { record.occlusion.fingerprint } else { record.fingerprint };
+            occlusion.fingerprint.add(record.frame, drawn);
+        }
         if !frame.catches_up {
             self.measure(record);
         }
@@ -80,6 +116,7 @@ impl RunReport {
             cull_ns: record.cull.ns,
             visible: record.visible,
             insert_ns: only_inserts.then(|| record.insert.ns as f64 / record.inserted as f64),
+            occlusion: record.occlusion,
         });
     }
 
@@ -144,6 +181,33 @@ impl RunReport {
     /// Polygons culled, mean over the session.
     pub fn culled_mean(&self) -> f64 {
         self.mean(|m| m.polygons - m.visible.min(m.polygons))
+    }
+
+    /// Polygons culled by occlusion, mean over the session.
+    pub fn occluded_mean(&self) -> f64 {
+        self.mean(|m| m.occlusion.occluded)
+    }
+
+    /// A stage of culling by occlusion: median over the frames in which it was used, microseconds.
+    fn occlusion_us(&self, stage: impl Fn(&OcclusionRecord) -> u64) -> f64 {
+        self.quantile(0.5, |m| m.occlusion.used.then(|| stage(&m.occlusion) as f64)) / 1000.0
+    }
+
+    /// All of culling by occlusion, median over the frames in which it was used, microseconds.
+    pub fn occlusion_total_us(&self) -> f64 {
+        self.occlusion_us(OcclusionRecord::total_ns)
+    }
+
+    /// Share of the session's frames in which occlusion was used, per cent.
+    pub fn occlusion_used_percent(&self) -> f64 {
+        self.mean(|m| 100 * u64::from(m.occlusion.used))
+    }
+
+    /// A whole frame and the drawing of what is left in it, by the cost of a polygon; at a quantile from 0 to 1,
+    /// microseconds.
+    pub fn drawn_frame_us(&self, quantile: f64, polygon_ns: f64) -> f64 {
+        let drawn = |m: &Measured| m.visible - m.occlusion.occluded.min(m.visible);
+        self.quantile(quantile, |m| Some(m.total_ns as f64 + drawn(m) as f64 * polygon_ns)) / 1000.0
     }
 
     /// Allocations in insertion and culling over the second half of the session.
@@ -219,6 +283,45 @@ struct JsonRun<'a> {
     frames_measured: u64,
     frames_fingerprinted: usize,
     refused: u64,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    occlusion: Option<JsonOcclusion>,
+}
+
+/// The keys that a run has where occlusion was asked for.
+#[derive(Serialize)]
+struct JsonOcclusion {
+    occlusion: &'static str,
+    occluded_mean: f64,
+    occlusion_used_percent: f64,
+    occlusion_us: f64,
+    occlusion_select_us: f64,
+    occlusion_build_us: f64,
+    occlusion_query_us: f64,
+    polygon_ns: f64,
+    frame_drawn_us: JsonQuantiles,
+    drawn_fingerprint: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    false_culls: Option<u64>,
+}
+
+impl JsonOcclusion {
+    fn of(run: &RunReport) -> Option<Self> {
+        let occlusion = run.occlusion.as_ref()?;
+        let drawn = |quantile| run.drawn_frame_us(quantile, occlusion.polygon_ns);
+        Some(Self {
+            occlusion: occlusion.method,
+            occluded_mean: run.occluded_mean(),
+            occlusion_used_percent: run.occlusion_used_percent(),
+            occlusion_us: run.occlusion_total_us(),
+            occlusion_select_us: run.occlusion_us(|o| o.select.ns),
+            occlusion_build_us: run.occlusion_us(|o| o.build.ns),
+            occlusion_query_us: run.occlusion_us(|o| o.query.ns),
+            polygon_ns: occlusion.polygon_ns,
+            frame_drawn_us: JsonQuantiles::of(drawn),
+            drawn_fingerprint: format!("{:016x}", occlusion.fingerprint.value()),
+            false_culls: occlusion.false_culls,
+        })
+    }
 }
 
 #[derive(Serialize)]
@@ -227,6 +330,12 @@ struct JsonQuantiles {
     p95: f64,
     p99: f64,
     max: f64,
+}
+
+impl JsonQuantiles {
+    fn of(quantile: impl Fn(f64) -> f64) -> Self {
+        Self { p50: quantile(0.5), p95: quantile(0.95), p99: quantile(0.99), max: quantile(1.0) }
+    }
 }
 
 impl ReplayReport {
@@ -239,12 +348,7 @@ impl ReplayReport {
                 index: &run.index,
                 insert_ns_per_polygon: run.insert_ns_per_polygon(),
                 cull_us: run.cull_us(),
-                frame_us: JsonQuantiles {
-                    p50: run.frame_us(0.5),
-                    p95: run.frame_us(0.95),
-                    p99: run.frame_us(0.99),
-                    max: run.frame_us(1.0),
-                },
+                frame_us: JsonQuantiles::of(|quantile| run.frame_us(quantile)),
                 visible_mean: run.visible_mean(),
                 culled_mean: run.culled_mean(),
                 fingerprint: format!("{:016x}", run.fingerprint()),
@@ -253,6 +357,7 @@ impl ReplayReport {
                 frames_measured: run.measured_frames(),
                 frames_fingerprinted: run.frames().len(),
                 refused: run.refused,
+                occlusion: JsonOcclusion::of(run),
             })
             .collect();
         let report = JsonReport {

@@ -8,7 +8,8 @@ pub fn replay_table(report: &ReplayReport) -> String {
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
     table.remove_style(TableComponent::HorizontalLines);
     table.remove_style(TableComponent::MiddleIntersections);
-    table.set_header([
+    let polygon_ns = report.runs.iter().find_map(|run| run.occlusion.as_ref()).map(|o| o.polygon_ns);
+    let mut header = [
         "index",
         "insert\nns/polygon",
         "cull\nµs",
@@ -20,7 +21,20 @@ pub fn replay_table(report: &ReplayReport) -> String {
         "culled\n(mean)",
         "memory\nKiB",
         "frames\nmeasured",
-    ]);
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    if let Some(polygon_ns) = polygon_ns {
+        let drawn = format!("with drawing\n({polygon_ns} ns) µs");
+        header.splice(1..1, ["occlusion".to_owned()]);
+        header.extend([
+            "occluded\n(mean)".to_owned(),
+            "occlusion\nµs".to_owned(),
+            "used\n%".to_owned(),
+            drawn,
+        ]);
+    }
+    table.set_header(header);
     for run in &report.runs {
         let numbers = [
             short(run.insert_ns_per_polygon()),
@@ -34,10 +48,21 @@ pub fn replay_table(report: &ReplayReport) -> String {
             thousands((run.bytes / 1024) as u64),
             thousands(run.measured_frames()),
         ];
+        let mut numbers = numbers.to_vec();
+        let mut names = vec![run.index.as_str()];
+        if let Some(occlusion) = &run.occlusion {
+            names.push(occlusion.method);
+            numbers.extend([
+                short(run.occluded_mean()),
+                short(run.occlusion_total_us()),
+                short(run.occlusion_used_percent()),
+                short(run.drawn_frame_us(0.5, occlusion.polygon_ns)),
+            ]);
+        }
         let cells = numbers.into_iter().map(|n| Cell::new(n).set_alignment(CellAlignment::Right));
-        table.add_row(std::iter::once(Cell::new(&run.index)).chain(cells));
+        table.add_row(names.into_iter().map(Cell::new).chain(cells));
     }
-    for column in table.column_iter_mut().skip(1) {
+    for column in table.column_iter_mut().skip(1 + usize::from(polygon_ns.is_some())) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table.to_string()

@@ -3,13 +3,16 @@ use crate::{
     math::Aabb,
     metrics::{FrameRecord, StageClock, fingerprint_of_frame},
     scene::{Change, PolygonId, Scene},
-    visibility::View,
+    visibility::{OcclusionPass, View},
 };
 
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
     draw_list: DrawList,
+    occlusion: Option<OcclusionPass>,
+    /// Whether the last frame was culled by occlusion.
+    occluded: bool,
     clock: StageClock,
     refused: u64,
     frame: u64,
@@ -29,10 +32,17 @@ impl Pipeline {
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
         let mut draw_list = DrawList::new();
         draw_list.reserve(capacity);
-        Self { index, draw_list, clock, refused: 0, frame: 0 }
+        Self { index, draw_list, occlusion: None, occluded: false, clock, refused: 0, frame: 0 }
     }
 
-    /// One frame: file what came, cull by the frustum, and leave the polygons to draw in the draw list.
+    /// The pipeline with culling by occlusion after the frustum; before the first frame.
+    #[must_use]
+    pub fn with_occlusion(mut self, pass: OcclusionPass) -> Self {
+        self.occlusion = Some(pass);
+        self
+    }
+
+    /// One frame: file what came, cull by the frustum and by occlusion, and leave the polygons to draw in the draw list.
     pub fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) -> FrameRecord {
         let mut record = FrameRecord { frame: self.frame, ..FrameRecord::default() };
         self.draw_list.clear();
@@ -50,6 +60,10 @@ impl Pipeline {
         record.polygons = self.index.len() as u64;
         record.visible = self.draw_list.len() as u64;
         record.fingerprint = fingerprint_of_frame(self.draw_list.ids());
+        if let Some(pass) = &mut self.occlusion {
+            record.occlusion = pass.frame(&*self.index, scene, changes, view, &self.draw_list, &self.clock);
+        }
+        self.occluded = record.occlusion.used;
         self.frame += 1;
         record
     }
@@ -57,6 +71,9 @@ impl Pipeline {
     /// A frame that is not looked at: the index follows the changes, nothing is measured or culled.
     pub fn skip(&mut self, scene: &Scene, changes: &[Change]) {
         self.file(scene, changes, &mut FrameRecord::default());
+        if let Some(pass) = &mut self.occlusion {
+            pass.skip(scene, changes);
+        }
         self.frame += 1;
     }
 
@@ -100,7 +117,17 @@ impl Pipeline {
 
     /// The polygons to draw, as the last frame left them.
     pub fn draw_list(&self) -> &DrawList {
+        self.occlusion.as_ref().filter(|_| self.occluded).map_or(&self.draw_list, |pass| pass.drawn())
+    }
+
+    /// The polygons that the frustum may see, occluded or not, as the last frame left them.
+    pub fn in_view(&self) -> &DrawList {
         &self.draw_list
+    }
+
+    /// Culling by occlusion, if there is any.
+    pub fn occlusion(&self) -> Option<&OcclusionPass> {
+        self.occlusion.as_ref()
     }
 
     /// The index.

@@ -4,6 +4,7 @@
 
 mod camera;
 mod frame;
+mod occlusion_pass;
 mod replay;
 mod rig;
 pub mod verify;
@@ -11,6 +12,7 @@ mod view;
 
 pub use camera::{CameraChoice, CameraPath, Moment};
 pub use frame::Pipeline;
+pub use occlusion_pass::{AutoBasis, OcclusionChoice, OcclusionPass, PassConfig};
 pub use replay::{Budget, Lane, LaneFrame, Replay, STRETCHES, stretch_of_frame};
 pub use rig::{Eye, MAX_SCREENS, Rig, RigError, Screen, Stereo};
 pub use view::{Projection, View, WINDOW_MARGIN};

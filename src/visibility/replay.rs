@@ -84,6 +84,7 @@ pub struct Replay<I> {
     scene: Scene,
     lanes: Vec<Lane>,
     moment: Moment,
+    view: Option<View>,
     events: Vec<Event>,
     changes: Vec<Change>,
     outcomes: Vec<Option<LaneFrame>>,
@@ -99,6 +100,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
             scene: Scene::new(),
             lanes,
             moment: Moment::default(),
+            view: None,
             events: Vec::new(),
             changes: Vec::new(),
             outcomes,
@@ -120,6 +122,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
             self.scene.apply(event, &mut self.changes);
         }
         let view = self.camera.view(&self.moment);
+        self.view = Some(view);
         let count = self.lanes.len();
         for turn in 0..count {
             // Another lane begins each frame: none always meets the caches that the reader has just filled.
@@ -133,6 +136,11 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
     /// The model as it is now.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// The view of the last frame.
+    pub fn view(&self) -> Option<&View> {
+        self.view.as_ref()
     }
 
     /// The lanes.

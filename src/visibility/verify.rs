@@ -5,7 +5,7 @@ use crate::{
     metrics::{Stage, StageClock},
     occlusion::{
         BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
-        PoolConfig, ReuseTable, SelectConfig, SelectCounts, Selector, Soundness,
+        PoolConfig, ReuseTable, SelectConfig, SelectCounts, Selector, Soundness, ViewWindow,
         oracle::{Oracle, OracleConfig, Sight, Subject},
     },
     scene::{Change, PolygonId, Scene},
@@ -211,11 +211,7 @@ impl Verifier {
             self.index.frustum_cull(&frustum, &mut self.in_view);
             self.clock.since(start)
         });
-        let subjects = self.in_view.ids().iter().map(|&id| {
-            let (.., opacity) = scene.stroke_of(id).color();
-            Subject { id, polygon: scene.polygon(id), opaque: opacity >= 1.0 }
-        });
-        let oracle = Oracle::new(&window, subjects, self.config.oracle);
+        let oracle = Oracle::new(&window, subjects(scene, self.in_view.ids()), self.config.oracle);
         self.truth.clear();
         self.truth.resize(scene.polygon_count(), (None, 0));
         for (id, sight) in oracle.answers() {
@@ -318,6 +314,37 @@ impl Totals {
         self.cull.skipped += cull.skipped;
         self.cull.steps += cull.steps;
     }
+}
+
+/// Those of the polygons in a view that can really be seen, by number.
+pub fn visible_polygons(
+    scene: &Scene,
+    window: &ViewWindow,
+    in_view: &[PolygonId],
+    config: OracleConfig,
+) -> Vec<PolygonId> {
+    let is_visible = |&(_, sight): &(PolygonId, Sight)| sight == Sight::Visible;
+    let mut visible: Vec<PolygonId> = Oracle::new(window, subjects(scene, in_view), config)
+        .answers()
+        .filter(is_visible)
+        .map(|(id, _)| id)
+        .collect();
+    visible.sort_unstable();
+    visible
+}
+
+/// How many of these polygons are not drawn.
+pub fn missing(visible: &[PolygonId], drawn: &[PolygonId]) -> u64 {
+    let mut drawn = drawn.to_vec();
+    drawn.sort_unstable();
+    visible.iter().filter(|id| drawn.binary_search(id).is_err()).count() as u64
+}
+
+fn subjects<'a>(scene: &'a Scene, ids: &'a [PolygonId]) -> impl Iterator<Item = Subject> + 'a {
+    ids.iter().map(|&id| {
+        let (.., opacity) = scene.stroke_of(id).color();
+        Subject { id, polygon: scene.polygon(id), opaque: opacity >= 1.0 }
+    })
 }
 
 fn fastest(repeats: u32, mut stage: impl FnMut() -> Stage) -> u64 {

@@ -89,3 +89,91 @@ fn verify_help_has_examples_and_every_method() {
         assert!(help.contains(word), "{word}");
     }
 }
+
+fn replay(args: &[&str]) -> Output {
+    osp(&[&["replay", "recordings/room.ron"], args].concat())
+}
+
+#[test]
+fn replay_runs_every_method_of_occlusion_and_sees_the_same_in_the_frustum() {
+    let methods = "none,frusta,svbsp,msvbsp-paper,msvbsp,depth,auto";
+    let plain = json_of(&replay(&["--index", "osp", "--json"]));
+    assert!(plain["runs"][0]["occlusion"].is_null() && plain["runs"][0]["occluded_mean"].is_null());
+    let args = ["--occlusion", methods, "--polygon-ns", "1000", "--verify-frames", "2", "--json"];
+    let report = json_of(&replay(&args));
+    assert_eq!(report["indexes_agree"], true);
+    let runs = report["runs"].as_array().expect("runs");
+    let names: Vec<_> = runs.iter().filter_map(|run| run["occlusion"].as_str()).collect();
+    assert_eq!(names.join(","), methods);
+    for run in runs {
+        let name = run["occlusion"].as_str().expect("a name");
+        assert_eq!(run["index"], "osp");
+        assert_eq!(run["fingerprint"], plain["runs"][0]["fingerprint"], "{name}: the frustum's own");
+        assert_eq!(run["allocations_steady"], 0, "{name}");
+        if name != "msvbsp-paper" {
+            assert_eq!(run["false_culls"], 0, "{name}");
+        }
+        let occluded = run["occluded_mean"].as_f64().expect("a number");
+        assert_eq!(occluded > 0.0, name != "none", "{name}: {occluded}");
+        for key in ["occlusion_us", "occlusion_build_us", "occlusion_query_us"] {
+            assert_eq!(run[key].as_f64().expect(key) > 0.0, name != "none", "{name}: {key}");
+        }
+        assert!(run["frame_drawn_us"]["p50"].as_f64() > run["frame_us"]["p50"].as_f64(), "{name}");
+        let used = run["occlusion_used_percent"].as_f64().expect("a number");
+        assert!(if name == "none" { used == 0.0 } else { used > 0.0 && used <= 100.0 }, "{name}: {used}");
+    }
+    assert_eq!(runs[0]["drawn_fingerprint"], runs[0]["fingerprint"]);
+}
+
+#[test]
+fn replay_has_more_columns_with_occlusion_and_the_old_ones_without() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("frames.csv");
+    let path = path.to_str().expect("utf-8");
+    let header = |more: &[&str]| {
+        let args = [&["--index", "osp", "--pace", "samples:200", "--csv", path][..], more].concat();
+        let output = replay(&args);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let lines = std::fs::read_to_string(path).expect("the CSV");
+        let columns = lines.lines().next().expect("names").split(',').count();
+        assert!(lines.lines().all(|line| line.split(',').count() == columns));
+        (lines.lines().next().expect("names").to_owned(), text(&output.stdout))
+    };
+    let (plain, table) = header(&[]);
+    assert!(plain.ends_with(",allocations,fingerprint") && !table.contains("occl"), "{plain} {table}");
+    let (more, table) = header(&["--occlusion", "msvbsp,auto"]);
+    assert!(more.starts_with(&plain), "{more}");
+    for column in ["occlusion", "occluded", "occlusion_us", "build_us", "query_us"] {
+        assert!(more.split(',').any(|name| name == column), "{column} in {more}");
+    }
+    for word in ["occlusion", "occluded", "with drawing", "msvbsp", "auto"] {
+        assert!(table.contains(word), "{word} in {table}");
+    }
+}
+
+/// With `--check`, what is drawn does not depend on the clock.
+#[test]
+fn replay_with_check_decides_by_work_and_draws_the_same_each_time() {
+    let pins = ["--check", "recordings/fingerprints.pins"];
+    let args = ["--occlusion", "auto", "--polygon-ns", "40", "--json"];
+    let runs: Vec<Value> =
+        (0..2).map(|_| json_of(&replay(&[&args[..], &pins].concat()))["runs"][0].clone()).collect();
+    let used = runs[0]["occlusion_used_percent"].as_f64().expect("a number");
+    assert!(used > 0.0 && used < 100.0, "{used} % of the frames: it should have switched");
+    for key in ["drawn_fingerprint", "occlusion_used_percent", "occluded_mean"] {
+        assert_eq!(runs[0][key], runs[1][key], "{key}");
+    }
+}
+
+#[test]
+fn replay_refuses_what_occlusion_does_not_know() {
+    for (args, expected) in [
+        (["--occlusion", "guess"], "invalid value 'guess'"),
+        (["--polygon-ns", "0"], "expected nanoseconds"),
+        (["--verify-frames", "3"], "--occlusion"),
+    ] {
+        let output = replay(&args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(text(&output.stderr).contains(expected), "{args:?}: {}", text(&output.stderr));
+    }
+}
