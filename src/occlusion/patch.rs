@@ -329,21 +329,30 @@ mod tests {
         polygons
     }
 
-    fn patch_of(polygons: &[ConvexPolygon]) -> Option<Patch> {
-        let mut patch = Patch::new(PolygonId(0), &polygons[0]);
-        for (i, polygon) in polygons.iter().enumerate().skip(1) {
-            patch = patch.joined(PolygonId(i as u32), polygon)?;
+    /// As the pool does it: each row for itself, then with those before.
+    fn patch_of(polygons: &[ConvexPolygon], columns: usize) -> Option<Patch> {
+        let mut whole: Option<Patch> = None;
+        for (y, row) in polygons.chunks(columns).enumerate() {
+            let id = |x: usize| PolygonId((y * columns + x) as u32);
+            let mut patch = Patch::new(id(0), &row[0]);
+            for (x, polygon) in row.iter().enumerate().skip(1) {
+                patch = patch.joined(id(x), polygon)?;
+            }
+            whole = Some(match &whole {
+                Some(before) => patch.merged(before, &row[columns - 1])?,
+                None => patch,
+            });
         }
-        Some(patch)
+        whole
     }
 
     #[test]
     fn a_grid_grows_row_by_row_and_forgets_no_corner() {
-        let patch = patch_of(&grid(4, 3)).expect("all of it joins");
+        let patch = patch_of(&grid(4, 3), 4).expect("all of it joins");
         assert_eq!(patch.ids().len(), 12);
         assert_eq!(patch.border.len(), 14, "each corner on the rim once");
         assert_eq!(patch.inner.len(), 6, "each corner inside once");
-        assert!((patch.area_m2() - 4.0 * 0.3 * 3.0 * 0.7).abs() < 1.0e-5, "{}", patch.area_m2());
+        assert!((patch.area_m2 - 4.0 * 0.3 * 3.0 * 0.7).abs() < 1.0e-5, "{}", patch.area_m2);
     }
 
     #[test]
@@ -353,8 +362,8 @@ mod tests {
             let [a, b, c, d] = [0, 1, 2, 3].map(|i| polygon.vertices()[i]);
             *polygon = ConvexPolygon::quad([c, b, a, d]);
         }
-        let patch = patch_of(&polygons).expect("all of it joins");
-        assert!((patch.area_m2() - 5.0 * 0.3 * 2.0 * 0.7).abs() < 1.0e-5, "{}", patch.area_m2());
+        let patch = patch_of(&polygons, 5).expect("all of it joins");
+        assert!((patch.area_m2 - 5.0 * 0.3 * 2.0 * 0.7).abs() < 1.0e-5, "{}", patch.area_m2);
     }
 
     #[test]
@@ -363,7 +372,7 @@ mod tests {
         let patch = Patch::new(PolygonId(0), &polygons[0]);
         assert!(patch.joined(PolygonId(2), &polygons[2]).is_none());
         let [_, b, c, _] = [0, 1, 2, 3].map(|i| polygons[0].vertices()[i]);
-        let across = ConvexPolygon::quad([b, c, c + Vec3::Z, b + Vec3::Z]);
+        let across = ConvexPolygon::quad([b, c, c + Vec3::Z * 0.3, b + Vec3::Z * 0.3]);
         assert!(patch.joined(PolygonId(1), &across).is_none());
         // The same polygon again: its border would vanish.
         assert!(patch.joined(PolygonId(1), &polygons[0]).is_none());
