@@ -4,6 +4,8 @@
 
 #[path = "support/boxes.rs"]
 mod boxes;
+#[path = "osp_tree/life.rs"]
+mod life;
 
 use boxes::{Place, Rng, drawn, root, shuffled, views};
 use glam::Vec3;

@@ -10,7 +10,7 @@ pub(super) const LEAF_RUNS: u32 = 256;
 
 /// A node with no more runs than this below it becomes a leaf again. Less than half of [`LEAF_RUNS`], so that erasing
 /// and drawing at the border does not split and merge in turn.
-pub(super) const MERGE_RUNS: u32 = 32;
+pub(super) const MERGE_RUNS: u32 = 96;
 
 /// A run may be this many times as long as a cell before it counts as a straddler, which stays a level higher.
 /// More: fewer straddlers, looser boxes.
