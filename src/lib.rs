@@ -41,6 +41,8 @@ pub use glam;
 #[cfg(feature = "window")]
 pub mod app;
 #[cfg(feature = "cli")]
+pub mod bench;
+#[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "formats")]
 pub mod export;

@@ -7,6 +7,7 @@ mod new_recording;
 mod output;
 mod session;
 
+mod bench;
 mod import;
 mod info;
 #[cfg(feature = "render")]
@@ -39,6 +40,7 @@ const EXAMPLES: &str = "Examples:
   osp replay sketch.tilt --chart frames.png
   osp info painting.apa
   osp import painting.apa painting.ron
+  osp bench recordings/*.ron --quick --html bench.html
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
   osp replay --help
@@ -51,6 +53,7 @@ enum Command {
     Replay(replay::ReplayArgs),
     Info(info::InfoArgs),
     Import(import::ImportArgs),
+    Bench(bench::BenchArgs),
     Synth(synth::SynthArgs),
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
@@ -74,6 +77,7 @@ pub fn run() -> ExitCode {
         Command::Replay(args) => replay::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Synth(args) => synth::run(&args),
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),

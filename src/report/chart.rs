@@ -19,7 +19,7 @@ const SIZE: (u32, u32) = (1280, 720);
 const GROUPS: u64 = 400;
 /// Line colours, told apart also by people who confuse red and green (after Okabe and Ito, "Color Universal Design",
 /// 2008).
-const COLORS: [RGBColor; 12] = [
+pub(crate) const COLORS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(230, 159, 0),
     RGBColor(0, 158, 115),
@@ -100,7 +100,7 @@ pub fn draw_frame_times(report: &ReplayReport, path: &Path) -> Result<(), ChartE
 }
 
 /// Text is measured and drawn with a font of our own; the machine may have none.
-fn register_font() {
+pub(crate) fn register_font() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         // Fails only for a font that is not one, and then the text is missing from the picture.

@@ -6,9 +6,10 @@ mod pins;
 mod run;
 mod table;
 
+pub(crate) use chart::{COLORS, register_font};
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 pub use table::replay_table;
-pub(crate) use table::thousands;
+pub(crate) use table::{short, thousands};

@@ -69,7 +69,7 @@ pub fn replay_table(report: &ReplayReport) -> String {
 }
 
 /// Three significant digits, thousands set apart.
-fn short(x: f64) -> String {
+pub(crate) fn short(x: f64) -> String {
     match x {
         x if x >= 100.0 => thousands(x.round() as u64),
         x if x >= 10.0 => format!("{x:.1}"),

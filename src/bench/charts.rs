@@ -1,0 +1,486 @@
+use std::{error::Error, fmt::Write, ops::Range};
+
+use plotters::{
+    coord::{
+        Shift,
+        ranged1d::{AsRangedCoord, Ranged, ValueFormatter},
+    },
+    prelude::*,
+};
+
+use super::{BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile};
+use crate::{
+    index::IndexKind,
+    metrics::FrameRecord,
+    report::{COLORS, register_font, thousands},
+};
+
+/// Size of a chart, pixels.
+const SIZE: (u32, u32) = (960, 420);
+/// Points of a line at most: values are gathered into this many groups, of which the median is drawn.
+const GROUPS: usize = 240;
+/// Lines of the charts over a session, so that each can be told from the others.
+const SHOWN: [IndexKind; 7] = [
+    IndexKind::Osp,
+    IndexKind::OctreeRebuild,
+    IndexKind::OspPaper,
+    IndexKind::BvhTwoLevel,
+    IndexKind::DynamicBvh,
+    IndexKind::BvhSah,
+    IndexKind::BruteSimd,
+];
+
+type Points = Vec<(f64, f64)>;
+type Figure = fn(&GrowthRow) -> f64;
+
+/// A chart with the sentences that belong to it.
+pub(super) struct Chart {
+    pub(super) title: String,
+    /// What the paper found, and what is found here.
+    pub(super) remarks: Vec<String>,
+    x: Axis,
+    y: Axis,
+    lines: Vec<Line>,
+}
+
+#[derive(Clone, Copy)]
+enum Axis {
+    Linear(&'static str),
+    Log(&'static str),
+}
+
+struct Line {
+    name: String,
+    color: RGBColor,
+    /// Points of the line itself, and of a thin one beside it (the slowest of a group).
+    points: Points,
+    thin: Points,
+}
+
+impl Line {
+    fn new(name: &str, number: usize, points: Points) -> Self {
+        Self { name: name.to_owned(), color: COLORS[number % COLORS.len()], points, thin: Vec::new() }
+    }
+}
+
+/// The charts of a report, in the order of the page.
+pub(super) fn charts(report: &BenchReport) -> Vec<Chart> {
+    let sessions = report.sessions.iter().flat_map(|session| {
+        let parts = [
+            ("fewer than 1,000", 0..1000),
+            ("1,000 to 10,000", 1000..10_000),
+            ("over 10,000", 10_000..u64::MAX),
+        ];
+        let by_size = parts.map(|(name, polygons)| frames_per_second(session, Some((name, polygons))));
+        [Some(frames_per_second(session, None))]
+            .into_iter()
+            .chain(by_size.map(Some))
+            .chain([Some(insertion(session))])
+            .flatten()
+    });
+    let growth = growth(&report.growth, &report.reference);
+    let flights = report.flights.iter().flat_map(flight);
+    sessions.chain(growth).chain(flights).filter(|chart| !chart.is_empty()).collect()
+}
+
+/// The middle of neighbouring values, with the slowest beside it.
+fn grouped(values: &[(f64, f64)]) -> (Points, Points) {
+    let group = |chunk: &[(f64, f64)]| {
+        let mut sorted: Vec<f64> = chunk.iter().map(|&(_, y)| y).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let x = chunk[chunk.len() / 2].0;
+        ((x, quantile(&sorted, 0.5)), (x, quantile(&sorted, 1.0)))
+    };
+    values.chunks(values.len().div_ceil(GROUPS).max(1)).map(group).unzip()
+}
+
+/// A line for each index that is shown and that has values.
+fn session_lines(
+    session: &SessionResult,
+    kinds: &[IndexKind],
+    value: impl Fn(&FrameRecord) -> Option<(f64, f64)>,
+) -> Vec<(Line, Vec<f64>)> {
+    let mut lines = Vec::new();
+    for (number, kind) in kinds.iter().enumerate() {
+        let Some(at) = session.rows.iter().position(|row| row.index == kind.name()) else { continue };
+        let values: Vec<(f64, f64)> = session.records[at].iter().filter_map(&value).collect();
+        if !values.is_empty() {
+            let (points, thin) = grouped(&values);
+            let mut sorted: Vec<f64> = values.iter().map(|&(_, y)| y).collect();
+            sorted.sort_unstable_by(f64::total_cmp);
+            lines.push((Line { thin, ..Line::new(kind.name(), number, points) }, sorted));
+        }
+    }
+    lines
+}
+
+/// The paper's figure 19 and, for a part of the session, 21 to 23.
+fn frames_per_second(session: &SessionResult, part: Option<(&str, Range<u64>)>) -> Chart {
+    let kinds = [IndexKind::Osp, IndexKind::OctreeRebuild, IndexKind::OspPaper];
+    let range = part.as_ref().map_or(0..u64::MAX, |(_, range)| range.clone());
+    let lines = session_lines(session, &kinds, |record| {
+        let fps = 1.0e9 / record.total_ns().max(1) as f64;
+        range.contains(&record.polygons).then_some((record.frame as f64, fps))
+    });
+    let name = part.as_ref().map_or("whole session".to_owned(), |(name, _)| format!("{name} polygons"));
+    let paper = match part.as_ref().map(|(_, range)| range.start) {
+        None => {
+            "The paper (figure 19): the octree is faster where nothing is inserted, and falls far below the OSP tree \
+             wherever something is."
+        }
+        Some(0) => {
+            "The paper (figure 21): with few polygons both are fast enough; the octree dips at insertions."
+        }
+        Some(1000) => {
+            "The paper (figure 22): the octree is rebuilt for each polygon until modelling stutters; the OSP tree \
+             slows only as drawing does."
+        }
+        Some(_) => {
+            "The paper (figure 23): the octree stands still at every insertion; the OSP tree does not."
+        }
+    };
+    let mut remarks = vec![paper.to_owned()];
+    let median = |name: &str| {
+        lines.iter().find(|(line, _)| line.name == name).map(|(_, sorted)| quantile(sorted, 0.5))
+    };
+    if let (Some(osp), Some(octree)) = (median("osp"), median("octree-rebuild")) {
+        let words = if osp > octree { "the same" } else { "the OPPOSITE" };
+        remarks.push(format!(
+            "Here: {words}; osp {} frames a second, octree-rebuild {} (medians of insertion and culling alone, nothing \
+             is drawn), {:.1} times.",
+            thousands(osp as u64),
+            thousands(octree as u64),
+            osp / octree
+        ));
+    }
+    let still = |kind: IndexKind| {
+        let at = session.rows.iter().position(|row| row.index == kind.name())?;
+        let nothing_came = |record: &&FrameRecord| record.inserted + record.removed + record.updated == 0;
+        let mut us: Vec<f64> = session.records[at]
+            .iter()
+            .filter(nothing_came)
+            .map(|record| record.total_ns() as f64 / 1000.0)
+            .collect();
+        us.sort_unstable_by(f64::total_cmp);
+        (!us.is_empty()).then(|| quantile(&us, 0.5))
+    };
+    if let (None, Some(osp), Some(octree)) = (&part, still(IndexKind::Osp), still(IndexKind::OctreeRebuild)) {
+        let words = if octree < osp { "the octree is faster, as in the paper" } else { "osp is faster, too" };
+        remarks.push(format!(
+            "In frames that insert nothing {words}: osp {osp:.2} µs, octree-rebuild {octree:.2} µs."
+        ));
+    }
+    if let (Some(paper), Some(octree)) = (median("osp-paper"), median("octree-rebuild")) {
+        let words = if paper > octree { "is ahead of the octree, too" } else { "LOSES to the octree here" };
+        remarks.push(format!(
+            "The tree as the paper has it {words}: {} frames a second.",
+            thousands(paper as u64)
+        ));
+    }
+    Chart {
+        title: format!("{}, {name}: frames a second", session.recording),
+        remarks,
+        x: Axis::Linear("frame"),
+        y: Axis::Log("insertion and culling, frames a second"),
+        lines: lines
+            .into_iter()
+            // The fastest of a group says nothing about stuttering.
+            .map(|(line, _)| Line { thin: Vec::new(), ..line })
+            .collect(),
+    }
+}
+
+/// Insertion over the session.
+fn insertion(session: &SessionResult) -> Chart {
+    let lines = session_lines(session, &SHOWN, |record| {
+        let us = record.insert.ns as f64 / 1000.0;
+        (record.inserted > 0).then_some((record.polygons as f64, us))
+    });
+    let best = lines
+        .iter()
+        .filter(|(line, _)| line.name != "osp")
+        .min_by(|(_, a), (_, b)| quantile(a, 0.99).total_cmp(&quantile(b, 0.99)));
+    let mut remarks = vec![
+        "The paper: building the OSP tree takes the same time however many polygons there are; the octree's grows with \
+         them."
+            .to_owned(),
+    ];
+    if let (Some((_, osp)), Some((other, times))) = (lines.iter().find(|(line, _)| line.name == "osp"), best)
+    {
+        let [p50, p99, max] = [0.5, 0.99, 1.0].map(|q| quantile(osp, q));
+        let behind = quantile(times, 0.99) < p99;
+        remarks.push(format!(
+            "Here: osp {p50:.2} µs at 50 %, {p99:.2} at 99 %, {max:.1} at most; the best of the others at 99 % is {} with \
+             {:.2} µs{}.",
+            other.name,
+            quantile(times, 0.99),
+            if behind { ": osp LOSES there" } else { "" }
+        ));
+    }
+    Chart {
+        title: format!("{}: inserting what a frame brings", session.recording),
+        remarks,
+        x: Axis::Linear("polygons"),
+        y: Axis::Log("µs (thin: slowest)"),
+        lines: lines.into_iter().map(|(line, _)| line).collect(),
+    }
+}
+
+fn growth(rows: &[GrowthRow], reference: &str) -> Vec<Chart> {
+    let in_place = [
+        "brute-force",
+        "brute-simd",
+        "time-order",
+        "osp-paper",
+        "dynamic-bvh",
+        "loose-octree",
+        "kd-tree",
+        "quadtree",
+    ];
+    let mut charts = Vec::new();
+    let mut names: Vec<&str> = rows.iter().map(|row| row.index.as_str()).collect();
+    let mut seen = Vec::new();
+    names.retain(|name| !seen.contains(name) && (seen.push(*name), true).1);
+    names.sort_by_key(|name| *name != reference);
+    let sizes: Vec<u32> = rows.iter().map(|row| row.polygons).collect();
+    let figures: [(&str, &str, Figure); 4] = [
+        ("a frame that inserts and culls", "µs", |row| row.frame_us.median),
+        ("a frame that inserts nothing, from inside", "µs", |row| row.still_us.median),
+        ("a frame that inserts nothing, all in view", "µs", |row| row.still_all_us.median),
+        ("memory", "bytes a polygon", |row| row.bytes_per_polygon),
+    ];
+    for (title, unit, value) in figures {
+        for (group, grows) in
+            [("structures that grow in place", true), ("structures that are rebuilt", false)]
+        {
+            let mut lines = Vec::new();
+            for name in names.iter().filter(|name| **name == reference || in_place.contains(name) == grows) {
+                // In all charts the reference has the same colour.
+                let points = rows
+                    .iter()
+                    .filter(|row| row.index == **name)
+                    .map(|row| (f64::from(row.polygons), value(row)))
+                    .collect();
+                lines.push(Line::new(name, lines.len(), points));
+            }
+            charts.push(Chart {
+                title: format!("{title}: {group}"),
+                remarks: ahead(rows, &sizes, reference, value),
+                x: Axis::Log("polygons"),
+                y: Axis::Log(unit),
+                lines,
+            });
+        }
+    }
+    charts
+}
+
+/// At each size: how far the reference is ahead of the best of the others, or behind it.
+fn ahead(rows: &[GrowthRow], sizes: &[u32], reference: &str, value: Figure) -> Vec<String> {
+    let mut sizes = sizes.to_vec();
+    sizes.sort_unstable();
+    sizes.dedup();
+    let line = |size: u32| {
+        let at = |row: &&GrowthRow| row.polygons == size;
+        let mine = rows.iter().filter(at).find(|row| row.index == reference)?;
+        let best = rows
+            .iter()
+            .filter(at)
+            .filter(|row| row.index != reference)
+            .min_by(|a, b| value(a).total_cmp(&value(b)))?;
+        let ratio = value(best) / value(mine).max(f64::MIN_POSITIVE);
+        let words = if ratio >= 1.0 { "ahead of" } else { "BEHIND" };
+        Some(format!(
+            "{} polygons: {reference} {:.2}, {words} {} {:.2} ({ratio:.2} times)",
+            thousands(u64::from(size)),
+            value(mine),
+            best.index,
+            value(best)
+        ))
+    };
+    sizes.into_iter().filter_map(line).collect()
+}
+
+/// The paper's figure 20, and where culling by occlusion pays.
+fn flight(flight: &Flight) -> Vec<Chart> {
+    let series = |value: &dyn Fn(usize) -> f64| {
+        let values: Vec<(f64, f64)> = (0..flight.frames.len()).map(|i| (i as f64, value(i))).collect();
+        grouped(&values).0
+    };
+    let frames = &flight.frames;
+    let us = |ns: u64| ns as f64 / 1000.0;
+    let title = |what: &str| format!("{}, flight ({}): {what}", flight.recording, flight.camera);
+    let slower = frames.iter().filter(|frame| frame.both_ns > frame.frustum_ns).count();
+    let paper = "The paper (figure 20): frustum culling gains where polygons are out of view; with occlusion culling nearly all \
+                 of the flight is faster, but parts are slower, because what is computed exceeds what is saved.";
+    let break_even = match flight.break_even_ns_per_polygon {
+        Some(ns) => format!(
+            "Here: occlusion culling saves {:.1} polygons a frame and costs {:.1} µs; it pays where drawing a polygon costs \
+             more than {ns:.1} ns.",
+            flight.in_view - flight.drawn,
+            flight.both_us.median - flight.frustum_us.median
+        ),
+        None => "Here: nothing in view is hidden by the chosen occluders; occlusion culling cannot pay."
+            .to_owned(),
+    };
+    let saved = |frame: &super::FlightFrame| {
+        let saved = frame.in_view.saturating_sub(frame.drawn);
+        // Below a tenth of a nanosecond it pays whatever is drawn.
+        (saved > 0).then(|| (frame.both_ns.saturating_sub(frame.frustum_ns) as f64 / saved as f64).max(0.1))
+    };
+    vec![
+        Chart {
+            title: title("polygons to draw"),
+            remarks: vec![paper.to_owned(), break_even],
+            x: Axis::Linear("frame"),
+            y: Axis::Linear("polygons"),
+            lines: vec![
+                Line::new("no culling", 0, series(&|_| flight.polygons as f64)),
+                Line::new("frustum", 1, series(&|i| frames[i].in_view as f64)),
+                Line::new("frustum and occlusion", 2, series(&|i| frames[i].drawn as f64)),
+            ],
+        },
+        Chart {
+            title: title("time of culling"),
+            remarks: vec![format!("Culling by both took longer in {slower} of {} frames.", frames.len())],
+            x: Axis::Linear("frame"),
+            y: Axis::Log("µs"),
+            lines: vec![
+                Line::new("frustum", 1, series(&|i| us(frames[i].frustum_ns))),
+                Line::new("frustum and occlusion", 2, series(&|i| us(frames[i].both_ns))),
+            ],
+        },
+        Chart {
+            title: title("break-even of occlusion culling"),
+            remarks: vec![
+                "Above the line occlusion culling pays: there drawing a polygon costs more than it."
+                    .to_owned(),
+            ],
+            x: Axis::Linear("frame"),
+            y: Axis::Log("ns for drawing a polygon"),
+            lines: vec![Line::new(
+                "break-even",
+                3,
+                frames.iter().enumerate().filter_map(|(i, frame)| Some((i as f64, saved(frame)?))).collect(),
+            )],
+        },
+    ]
+}
+
+impl Chart {
+    fn is_empty(&self) -> bool {
+        self.lines.iter().all(|line| line.points.is_empty())
+    }
+
+    /// Names and colours (CSS) of the lines.
+    pub(super) fn legend(&self) -> impl Iterator<Item = (&str, String)> {
+        let drawn = self.lines.iter().filter(|line| !line.points.is_empty());
+        drawn.map(|line| {
+            let RGBColor(r, g, b) = line.color;
+            (line.name.as_str(), format!("rgb({r},{g},{b})"))
+        })
+    }
+
+    /// The picture.
+    ///
+    /// # Errors
+    /// It cannot be drawn.
+    pub(super) fn svg(&self) -> Result<String, Box<dyn Error>> {
+        register_font();
+        let mut svg = String::new();
+        let points = || self.lines.iter().flat_map(|line| line.points.iter().chain(&line.thin));
+        let (x, y) = (self.x.range(points().map(|p| p.0)), self.y.range(points().map(|p| p.1)));
+        {
+            let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            match (self.x, self.y) {
+                (Axis::Linear(_), Axis::Linear(_)) => self.draw(&area, x, y)?,
+                (Axis::Linear(_), Axis::Log(_)) => self.draw(&area, x, y.log_scale())?,
+                (Axis::Log(_), Axis::Linear(_)) => self.draw(&area, x.log_scale(), y)?,
+                (Axis::Log(_), Axis::Log(_)) => self.draw(&area, x.log_scale(), y.log_scale())?,
+            }
+            area.present()?;
+        }
+        Ok(svg)
+    }
+
+    fn draw<X, Y>(&self, area: &DrawingArea<SVGBackend<'_>, Shift>, x: X, y: Y) -> Result<(), Box<dyn Error>>
+    where
+        X: AsRangedCoord<Value = f64>,
+        X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y: AsRangedCoord<Value = f64>,
+        Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        area.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(area)
+            .margin(12)
+            .margin_right(28)
+            .x_label_area_size(44)
+            .y_label_area_size(92)
+            .build_cartesian_2d(x, y)?;
+        chart
+            .configure_mesh()
+            .light_line_style(RGBColor(244, 244, 244))
+            .bold_line_style(RGBColor(222, 222, 222))
+            .x_desc(self.x.name())
+            .y_desc(self.y.name())
+            .x_label_formatter(&|v| tick(*v))
+            .y_label_formatter(&|v| tick(*v))
+            .label_style(("sans-serif", 14))
+            .axis_desc_style(("sans-serif", 16))
+            .draw()?;
+        for line in &self.lines {
+            let thin = line.thin.iter().copied();
+            chart.draw_series(LineSeries::new(thin, line.color.mix(0.3)))?;
+            let points = line.points.iter().copied();
+            chart.draw_series(LineSeries::new(points.clone(), line.color.stroke_width(2)))?;
+            if line.points.len() <= 12 {
+                chart.draw_series(points.map(|point| Circle::new(point, 3, line.color.filled())))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Axis {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Linear(name) | Self::Log(name) => name,
+        }
+    }
+
+    /// A range in which all values lie, never empty.
+    fn range(self, values: impl Iterator<Item = f64>) -> Range<f64> {
+        let (low, high) = values
+            .filter(|v| v.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        if low > high {
+            return 1.0..10.0;
+        }
+        match self {
+            Self::Linear(name) if name == "frame" || name == "polygons" && low > 0.0 => {
+                low..high.max(low + 1.0)
+            }
+            Self::Linear(_) => low.min(0.0)..(high * 1.05).max(low + 1.0),
+            Self::Log(_) => {
+                let low = low.max(1.0e-3);
+                low / 1.4..high.max(low) * 1.4
+            }
+        }
+    }
+}
+
+/// A number short enough for an axis: 1,500 as 1.5 k.
+fn tick(value: f64) -> String {
+    let mut text = String::new();
+    let (scaled, suffix) = match value.abs() {
+        v if v >= 1.0e6 => (value / 1.0e6, " M"),
+        v if v >= 1.0e3 => (value / 1.0e3, " k"),
+        _ => (value, ""),
+    };
+    // Three significant digits, without trailing zeros; writing to a string does not fail.
+    let rounded = format!("{scaled:.2}");
+    let short =
+        if rounded.contains('.') { rounded.trim_end_matches('0').trim_end_matches('.') } else { &rounded };
+    let _ = write!(text, "{short}{suffix}");
+    text
+}

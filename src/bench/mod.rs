@@ -1,0 +1,25 @@
+//! The comparison of structures that `osp bench` prints: sessions, growth to millions of polygons, and a flight through
+//! the finished model.
+//!
+//! Everything that is compared is measured in turns, frame by frame, in one process: what disturbs the machine disturbs
+//! all alike, and ratios are taken within a frame. Medians come with an interval (see [`Estimate`]), times with counts
+//! of work, which do not depend on the machine.
+
+mod charts;
+mod csv;
+mod estimate;
+mod flight;
+mod growth;
+mod machine;
+mod page;
+mod report;
+mod session;
+mod table;
+
+pub use estimate::Estimate;
+pub use flight::{Flight, FlightFrame, fly};
+pub use growth::{GrowthConfig, GrowthRow, Skipped, grow};
+pub use machine::Machine;
+pub use page::page;
+pub use report::BenchReport;
+pub use session::{SessionInput, SessionResult, SessionRow, run_session};

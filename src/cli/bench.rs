@@ -1,0 +1,209 @@
+//! `osp bench`: every structure on sessions, on growth to millions of polygons, and on a flight through the models.
+
+use std::{
+    fs,
+    io::IsTerminal,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use anyhow::{Context, anyhow, ensure};
+use clap::Args;
+use indicatif::ProgressBar;
+
+use super::{
+    Outcome,
+    output::{complain, say},
+    replay::{camera_parser, index_parser, root_cube},
+    session::OpenSession,
+};
+use crate::{
+    bench::{self, BenchReport, Flight, GrowthConfig, Machine, SessionInput, SessionResult},
+    index::{IndexConfig, IndexKind},
+    metrics::summarize,
+    occlusion::CullerKind,
+    recording::Pace,
+    visibility::{CameraChoice, CameraPath},
+};
+
+/// Polygons that a frame of the growing model inserts.
+const BATCH: u32 = 8;
+/// Frames of a flight.
+const FLIGHT_FRAMES: u64 = 360;
+
+/// Compare all structures, on sessions of yours and on a synthetic one that grows to millions of polygons.
+///
+/// Everything is measured in turns in one process: a frame goes through every index before the next frame comes.
+/// Medians stand with the interval that holds the true one in 95 of 100 cases, times with counts of work.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp bench recordings/*.ron --quick
+  osp bench sketch.tilt --html sketch.html --csv sketch.csv
+  osp bench --sizes 1000,100000,10000000 --index osp,octree-rebuild,lbvh
+  osp bench recordings/room.ron --no-growth --json
+
+Parts of the report:
+  sessions  each file, one sample of the hand a frame, through every index
+  growth    a synthetic session at each of the sizes: frames that insert a few polygons, and frames that do not
+  flight    the finished sessions: culling by the frustum, and by the frustum and occlusion
+The page (--html) has all of it with charts, and beside each what the paper found and what is found here.")]
+pub(super) struct BenchArgs {
+    /// The sessions, of any format that replay reads.
+    files: Vec<PathBuf>,
+    /// Less of everything: done in under a minute for the shipped recordings.
+    #[arg(long)]
+    quick: bool,
+    /// The indexes, separated by commas [default: all].
+    #[arg(long, value_delimiter = ',', value_parser = index_parser())]
+    index: Vec<IndexKind>,
+    /// The index that the others are compared with.
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    reference: IndexKind,
+    /// Numbers of polygons of the growing model [default: 1000,10000,100000,1000000, quick: up to 100000].
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=50_000_000))]
+    sizes: Vec<u32>,
+    /// Leave out the growing model.
+    #[arg(long, conflicts_with = "sizes")]
+    no_growth: bool,
+    /// How much of a session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    #[arg(long, default_value = "samples:1")]
+    pace: Pace,
+    /// Where the eye is in the sessions.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    camera: CameraChoice,
+    /// Write every figure, one a line.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Print one JSON object instead of the tables.
+    #[arg(long)]
+    json: bool,
+    /// Write one HTML page with tables and charts.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+}
+
+impl BenchArgs {
+    /// Seconds for each index on a session.
+    fn session_secs(&self) -> f64 {
+        if self.quick { 0.15 } else { 5.0 }
+    }
+
+    /// Seconds for each index at a size.
+    fn growth_secs(&self) -> f64 {
+        if self.quick { 0.15 } else { 3.0 }
+    }
+}
+
+pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
+    ensure!(
+        !args.files.is_empty() || !args.no_growth,
+        "nothing to measure: name a session, or leave --no-growth out"
+    );
+    for path in args.csv.iter().chain(&args.html) {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        ensure!(folder.is_none_or(Path::is_dir), "{}: there is no such folder", path.display());
+    }
+    let mut kinds = if args.index.is_empty() { IndexKind::ALL.to_vec() } else { args.index.clone() };
+    if !kinds.contains(&args.reference) {
+        kinds.insert(0, args.reference);
+    }
+    let progress = progress();
+    let (mut sessions, mut flights) = (Vec::new(), Vec::new());
+    for file in &args.files {
+        let (session, more) = measure_session(args, &kinds, file, &progress)?;
+        sessions.push(session);
+        flights.extend(more);
+    }
+    let (growth, skipped) =
+        if args.no_growth { (Vec::new(), Vec::new()) } else { grow(args, &kinds, &progress)? };
+    progress.finish_and_clear();
+
+    let report = BenchReport {
+        machine: Machine::here(),
+        command: std::env::args().collect::<Vec<_>>().join(" "),
+        reference: args.reference.name().to_owned(),
+        sessions,
+        growth,
+        skipped,
+        flights,
+    };
+    if let Some(path) = &args.csv {
+        fs::write(path, report.to_csv()).with_context(|| path.display().to_string())?;
+    }
+    if let Some(path) = &args.html {
+        let page = bench::page(&report).map_err(|e| anyhow!("{}: {e}", path.display()))?;
+        fs::write(path, page).with_context(|| path.display().to_string())?;
+    }
+    say(&if args.json { report.to_json() } else { report.to_text() })?;
+    let agree = report.sessions.iter().all(|session| session.indexes_agree);
+    Ok(if agree { Outcome::Done } else { Outcome::CheckFailed })
+}
+
+/// What is being measured, where somebody can see it.
+fn progress() -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new_spinner();
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+fn measure_session(
+    args: &BenchArgs,
+    kinds: &[IndexKind],
+    file: &Path,
+    progress: &ProgressBar,
+) -> anyhow::Result<(SessionResult, Vec<Flight>)> {
+    let recording = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+    progress.set_message(format!("{recording}: reading"));
+    let mut session = OpenSession::open(file, false)?;
+    let (summary, scene, read) = summarize(&mut session, args.pace);
+    read?;
+    for warning in &session.notes().warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    let session = OpenSession::open(file, false)?;
+    let root = root_cube(&session.header, &summary.bounds);
+    let path = |choice: CameraChoice| {
+        (CameraPath::new(choice, session.header.camera, &summary.bounds), choice.name())
+    };
+    let input = SessionInput {
+        recording: recording.clone(),
+        summary,
+        pace: args.pace,
+        camera: path(args.camera),
+        root,
+        kinds: kinds.to_vec(),
+        reference: args.reference,
+        budget_secs: args.session_secs(),
+    };
+    let config = IndexConfig { root, capacity: scene.polygon_count() };
+    let cameras = [path(CameraChoice::Inside), path(CameraChoice::Orbit)];
+    let mut frame = 0;
+    let result = bench::run_session(&input, session, || {
+        frame += 1;
+        progress.set_message(format!("{recording}: frame {frame} of {}", input.summary.frames));
+    })?;
+    progress.set_message(format!("{recording}: flight"));
+    let fly = |camera| bench::fly(&recording, &scene, config, camera, CullerKind::Msvbsp, FLIGHT_FRAMES);
+    Ok((result, cameras.map(fly).to_vec()))
+}
+
+type Growth = (Vec<bench::GrowthRow>, Vec<bench::Skipped>);
+
+fn grow(args: &BenchArgs, kinds: &[IndexKind], progress: &ProgressBar) -> anyhow::Result<Growth> {
+    let sizes = match (&args.sizes[..], args.quick) {
+        ([], true) => vec![1000, 10_000, 100_000],
+        ([], false) => vec![1000, 10_000, 100_000, 1_000_000],
+        (sizes, _) => sizes.to_vec(),
+    };
+    let config = GrowthConfig {
+        sizes,
+        kinds: kinds.to_vec(),
+        reference: args.reference,
+        batch: BATCH,
+        budget_secs: args.growth_secs(),
+    };
+    Ok(bench::grow(&config, |what| progress.set_message(what.to_owned()))?)
+}
