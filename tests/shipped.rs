@@ -79,17 +79,20 @@ fn the_commands_of_the_readme_work() {
         readme.lines().filter_map(|l| l.strip_prefix("cargo run --release -- ")).collect();
     assert!(commands.len() >= 2, "{commands:?}");
     for command in commands {
-        // Pictures go into the temporary folder.
-        let args: Vec<String> = command
-            .split_whitespace()
-            .map(|word| {
-                if word.ends_with(".png") || word.ends_with(".svg") {
-                    folder.path().join(word).to_string_lossy().into_owned()
-                } else {
-                    word.to_owned()
+        let mut args = Vec::new();
+        for word in command.split_whitespace() {
+            match word {
+                // As a shell does it.
+                "recordings/*.ron" => args.extend(shipped().iter().map(|name| format!("recordings/{name}"))),
+                // What is written goes into the temporary folder.
+                _ if [".png", ".svg", ".html"].iter().any(|ending| word.ends_with(ending)) => {
+                    args.push(folder.path().join(word).to_string_lossy().into_owned());
                 }
-            })
-            .collect();
+                _ => args.push(word.to_owned()),
+            }
+        }
+        // Its growing model alone takes minutes in a test's build.
+        args.extend((args[0] == "bench").then(|| "--no-growth".to_owned()));
         let output = osp().args(&args).output().expect("the program starts");
         assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
     }
