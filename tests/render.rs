@@ -3,6 +3,8 @@
 #![cfg(feature = "render")]
 #![expect(clippy::print_stderr, reason = "a test that is left out says why")]
 
+#[path = "render/identity.rs"]
+mod identity;
 #[path = "render/pictures.rs"]
 mod pictures;
 #[path = "support/required.rs"]

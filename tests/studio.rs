@@ -5,3 +5,5 @@
 mod drawing;
 #[path = "studio/hands.rs"]
 mod hands;
+#[path = "studio/panel.rs"]
+mod panel;

@@ -177,7 +177,14 @@ fn status(ui: &mut Ui, studio: &Studio) {
             ui.label(message).on_hover_text(earlier);
         }
         None => {
-            let hint = "left: draw    right: turn    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys";
+            let hint = match studio.subject() {
+                Subject::Sketch(_) => {
+                    "left: draw    right: turn    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys"
+                }
+                Subject::Replay(_) => {
+                    "Space: play    right: turn    wheel: nearer    W A S D Q E: fly    C: freeze culling    F1: all keys"
+                }
+            };
             ui.label(RichText::new(hint).weak());
         }
     });

@@ -28,8 +28,9 @@ pub(super) fn show(ui: &mut Ui, player: &Player, follows_camera: bool, wishes: &
         }
         let mut position = player.position();
         let count = player.frame_count();
+        let label = ui.label("frame");
         ui.spacing_mut().slider_width = (ui.available_width() - 130.0).max(60.0);
-        if ui.add(Slider::new(&mut position, 0..=count).show_value(false)).changed() {
+        if ui.add(Slider::new(&mut position, 0..=count).show_value(false)).labelled_by(label.id).changed() {
             wishes.commands.push(Command::Seek(position));
         }
         ui.label(RichText::new(format!("{position} of {count}")).weak());

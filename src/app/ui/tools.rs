@@ -114,13 +114,16 @@ fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         Snap::Surface => "follow surfaces",
         Snap::Off => "free",
     };
-    ComboBox::from_label("").selected_text(snap_name(studio.snap())).width(140.0).show_ui(ui, |ui| {
+    let label = ui.label("depth of a stroke");
+    let choice = ComboBox::from_id_salt("snap").selected_text(snap_name(studio.snap())).width(140.0);
+    let shown = choice.show_ui(ui, |ui| {
         for snap in [Snap::Start, Snap::Surface, Snap::Off] {
             if ui.selectable_label(studio.snap() == snap, snap_name(snap)).clicked() {
                 wishes.commands.push(Command::Snap(snap));
             }
         }
     });
+    shown.response.labelled_by(label.id);
 }
 
 fn file_buttons(ui: &mut Ui, is_replay: bool, wishes: &mut Wishes) {

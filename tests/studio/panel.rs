@@ -1,0 +1,258 @@
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, accesskit::Role};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT, Queryable},
+};
+use osp::{
+    app::{
+        Autosaves, Document, FrameReport, FrameStage, FrameTimes, Player, Studio, Subject, ToolChoice,
+        ui::{Interface, SHORTCUTS},
+    },
+    glam,
+    index::IndexKind,
+    recording::{Pace, Tool},
+    visibility::CameraChoice,
+};
+
+/// A window without a display: the panels, and the frame that follows them as it does in the real one.
+struct Window {
+    studio: Studio,
+    interface: Interface,
+    model: Rect,
+    report: FrameReport,
+    folder: tempfile::TempDir,
+}
+
+fn window(subject: impl FnOnce(&Autosaves) -> Subject) -> Harness<'static, Window> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+    let studio = Studio::new(subject(&autosaves), autosaves, IndexKind::Osp);
+    let interface = Interface::new("a test".to_owned());
+    let state = Window { studio, interface, model: Rect::NOTHING, report: FrameReport::default(), folder };
+    let mut harness = Harness::builder().with_size(Vec2::new(1280.0, 800.0)).build_ui_state(
+        |ui, window: &mut Window| {
+            window.model = window.interface.show(ui, &mut window.studio);
+            let size_px = glam::Vec2::new(window.model.width(), window.model.height());
+            window.report = window.studio.frame(size_px, 0.016);
+        },
+        state,
+    );
+    harness.run_steps(3);
+    harness
+}
+
+fn sketch() -> Harness<'static, Window> {
+    window(|autosaves| Subject::Sketch(Box::new(Document::new(autosaves))))
+}
+
+fn replay() -> Harness<'static, Window> {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/scribble.ron");
+    let player = Player::open(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
+    window(|_| Subject::Replay(Box::new(player)))
+}
+
+fn button(at: Pos2, pressed: bool) -> Event {
+    Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
+}
+
+/// Drags through these places of the model's part of the window (0 to 1), a frame for each; what each frame was.
+fn drag(harness: &mut Harness<'_, Window>, places: &[(f32, f32)]) -> Vec<FrameReport> {
+    let model = harness.state().model;
+    let place = |(x, y): (f32, f32)| model.min + model.size() * Vec2::new(x, y);
+    let mut reports = Vec::new();
+    harness.event(Event::PointerMoved(place(places[0])));
+    harness.step();
+    harness.event(button(place(places[0]), true));
+    harness.step();
+    for &at in &places[1..] {
+        harness.event(Event::PointerMoved(place(at)));
+        harness.step();
+        reports.push(harness.state().report);
+    }
+    harness.event(button(place(places[places.len() - 1]), false));
+    harness.step();
+    reports
+}
+
+fn across() -> Vec<(f32, f32)> {
+    (0..16).map(|i| (0.2 + i as f32 * 0.04, 0.5)).collect()
+}
+
+#[test]
+fn an_event_of_the_pointer_is_a_polygon_in_the_frame_it_came_before() {
+    let mut harness = sketch();
+    for (number, report) in drag(&mut harness, &across()).iter().enumerate() {
+        assert!(report.samples > 0 && report.record.inserted > 0, "event {number}: {report:?}");
+        assert_eq!(report.drawn, report.record.polygons, "what is new is among what the frame draws");
+    }
+    assert!(harness.state().report.record.polygons > 10);
+}
+
+#[test]
+fn every_tool_has_a_button_and_a_key() {
+    let mut harness = sketch();
+    for (name, key, tool) in [
+        ("Wall (2)", Key::Num2, ToolChoice::Draw(Tool::Wall)),
+        ("Tube (3)", Key::Num3, ToolChoice::Draw(Tool::Tube)),
+        ("Erase (X)", Key::X, ToolChoice::Erase),
+        ("Select (V)", Key::V, ToolChoice::Select),
+        ("Ribbon (1)", Key::Num1, ToolChoice::Draw(Tool::Ribbon)),
+    ] {
+        let before = harness.state().studio.tool();
+        assert_ne!(before, tool);
+        harness.get_by_label(name).click();
+        harness.run_steps(2);
+        assert_eq!(harness.state().studio.tool(), tool, "the button {name}");
+        harness.state_mut().studio.command(osp::app::Command::Tool(before));
+        harness.key_press(key);
+        harness.run_steps(2);
+        assert_eq!(harness.state().studio.tool(), tool, "the key {key:?}");
+    }
+    harness.get_by_label("colour 64 168 214").click();
+    harness.run_steps(2);
+    let [r, g, b, a] = harness.state().studio.brush().color.map(|c| (c * 255.0).round() as u8);
+    assert_eq!([r, g, b, a], [64, 168, 214, 255]);
+}
+
+#[test]
+fn undo_and_redo_are_offered_when_there_is_something() {
+    let mut harness = sketch();
+    let is_enabled = |harness: &Harness<'_, Window>, name: &str| {
+        !harness.get_by_role_and_label(Role::Button, name).accesskit_node().is_disabled()
+    };
+    assert!(!is_enabled(&harness, "Undo") && !is_enabled(&harness, "Redo"));
+    drag(&mut harness, &across());
+    let drawn = harness.state().report.record.polygons;
+    harness.run_steps(2);
+    assert!(is_enabled(&harness, "Undo") && !is_enabled(&harness, "Redo"));
+    harness.get_by_label("Undo").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().report.record.polygons, 0);
+    assert!(is_enabled(&harness, "Redo"));
+    harness.get_by_label("Redo").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().report.record.polygons, drawn);
+}
+
+#[test]
+fn the_index_is_changed_while_something_is_drawn() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let drawn = harness.state().report.drawn;
+    for kind in [IndexKind::BruteForce, IndexKind::OctreeRebuild, IndexKind::Osp] {
+        harness.get_by_role_and_label(Role::ComboBox, "index").click();
+        harness.run_steps(3);
+        harness.get_by_role_and_label(Role::Button, kind.name()).click();
+        harness.run_steps(3);
+        assert_eq!(harness.state().studio.culling().kind(), kind);
+        assert_eq!(harness.state().report.drawn, drawn, "{}", kind.name());
+    }
+}
+
+#[test]
+fn the_panel_says_what_each_stage_took() {
+    let mut harness = sketch();
+    let mut times = FrameTimes::default();
+    for (i, stage) in FrameStage::ALL.into_iter().enumerate() {
+        times.set(stage, (i as u64 + 1) * 1_250_000);
+    }
+    harness.state_mut().interface.note_frame(times);
+    harness.run_steps(2);
+    for (i, stage) in FrameStage::ALL.into_iter().enumerate() {
+        // Some words are counted, too.
+        assert!(harness.query_all_by_label(stage.name()).next().is_some(), "{}", stage.name());
+        harness.get_by_label(&format!("{:.2} ms", (i + 1) as f64 * 1.25));
+        harness.get_by_label(&format!("{:.1} %", (i + 1) as f64 * 100.0 / 28.0));
+    }
+    harness.get_by_label("35.00 ms");
+    harness.get_by_label("frame times");
+    // Away with it, and back.
+    harness.key_press(Key::F2);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("frame times").is_none());
+    let wide = harness.state().model.width();
+    harness.key_press(Key::F2);
+    harness.run_steps(2);
+    assert!(harness.state().model.width() < wide - 200.0);
+}
+
+#[test]
+fn the_culling_camera_is_frozen_by_its_box() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    harness.get_by_label("freeze the culling camera (C)").click();
+    harness.run_steps(2);
+    assert!(harness.state().studio.is_frozen());
+    harness.key_press(Key::C);
+    harness.run_steps(2);
+    assert!(!harness.state().studio.is_frozen());
+    harness.get_by_label("cull by the view").click();
+    harness.run_steps(2);
+    assert!(!harness.state().studio.culling().stages().frustum);
+}
+
+#[test]
+fn a_session_is_saved_by_the_dialog() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let path = harness.state().folder.path().join("mine.ron");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    harness.run_steps(3);
+    // What is typed is text: no tool changes, nothing flies.
+    harness.get_by_role(Role::TextInput).type_text(path.to_str().expect("a path"));
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    harness.run_steps(2);
+    assert!(path.exists(), "{:?}", harness.state().studio.messages());
+    assert_eq!(harness.state().studio.tool(), ToolChoice::Draw(Tool::Ribbon));
+    // And one that is called off.
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::E);
+    harness.run_steps(3);
+    harness.get_by_label("Cancel").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_role(Role::TextInput).is_none());
+}
+
+#[test]
+fn the_list_of_keys_is_the_keys() {
+    let mut harness = sketch();
+    harness.key_press(Key::F1);
+    harness.run_steps(4);
+    for shortcut in SHORTCUTS {
+        assert!(harness.query_all_by_label(shortcut.what).next().is_some(), "{}", shortcut.what);
+    }
+    let mut seen = Vec::new();
+    for shortcut in SHORTCUTS {
+        assert!(!seen.contains(&shortcut.keys), "{:?} twice", shortcut.keys);
+        seen.push(shortcut.keys);
+    }
+}
+
+#[test]
+fn a_replay_is_played_and_stepped_by_its_bar() {
+    let mut harness = replay();
+    let position = |harness: &Harness<'_, Window>| {
+        let Subject::Replay(player) = harness.state().studio.subject() else { panic!("a replay") };
+        player.position()
+    };
+    harness.get_by_label("Play").click();
+    harness.run_steps(30);
+    harness.get_by_label("Pause").click();
+    harness.run_steps(2);
+    let stood = position(&harness);
+    assert!(stood > 20, "{stood}");
+    harness.run_steps(5);
+    assert_eq!(position(&harness), stood);
+    harness.get_by_label("<").click();
+    harness.run_steps(2);
+    assert_eq!(position(&harness), stood - 1);
+    harness.get_by_label(">").click();
+    harness.run_steps(2);
+    assert_eq!(position(&harness), stood);
+    // Nothing is drawn into it.
+    let strokes = harness.state().studio.scene().strokes().len();
+    let reports = drag(&mut harness, &across());
+    assert!(reports.iter().all(|report| report.record.inserted == 0));
+    assert_eq!(harness.state().studio.scene().strokes().len(), strokes);
+    assert!(harness.get_by_label("Undo").accesskit_node().is_disabled());
+}
