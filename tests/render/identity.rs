@@ -1,7 +1,11 @@
 //! Guarantee "nothing visible is ever culled", on every shipped session, as pixels: the picture of what is left is the
 //! picture of everything.
 
-use std::{fs, path::PathBuf, sync::Arc};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use osp::{
     index::{IndexConfig, IndexKind},
@@ -52,7 +56,7 @@ fn picture(drawer: &mut Offscreen, scene: &Scene, view: &View, ids: &[PolygonId]
 }
 
 /// Plays a session and compares at evenly spaced frames; returns how many polygons culling left out in all.
-fn compare(gpu: &Arc<Gpu>, path: &PathBuf, choice: CameraChoice) -> u64 {
+fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> u64 {
     let open = || recording::open(path, &OpenOptions::default()).expect("a recording");
     let pace = Pace::Samples(16);
     let (summary, _, read) = summarize(&mut open(), pace);
