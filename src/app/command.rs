@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use super::{culling::Stages, layers::LayerChoice, pen::Snap, studio::ToolChoice};
-use crate::index::IndexKind;
+use crate::{index::IndexKind, visibility::OcclusionChoice};
 
 /// What a person can ask for, by key, button or menu.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +34,8 @@ pub enum Command {
     Freeze(bool),
     /// File the model into another index.
     Index(IndexKind),
+    /// Choose how polygons are found that others hide.
+    Occlusion(OcclusionChoice),
     /// Turn stages of culling on and off.
     Stages(Stages),
     /// Turn pictures of the structures on and off.

@@ -6,7 +6,7 @@ use super::{
     player::Jump,
     studio::{Studio, Subject},
 };
-use crate::{export::write_glb, recording::Event};
+use crate::{export::write_glb, index::IndexKind, recording::Event, visibility::OcclusionChoice};
 
 impl Studio {
     /// Does what a person asked for; what went wrong is told in [`Studio::messages`].
@@ -56,7 +56,11 @@ impl Studio {
             Command::Freeze(freeze) => {
                 self.frozen = freeze.then(|| self.views().iter().map(|view| view.view).collect());
             }
-            Command::Index(kind) => self.switch_index(kind),
+            Command::Index(kind) => {
+                self.switch_index(kind, self.culling.occlusion());
+                self.tell_of_reindexing();
+            }
+            Command::Occlusion(choice) => self.switch_index(self.culling.kind(), choice),
             Command::Stages(stages) => self.culling.set_stages(stages),
             Command::Layers(layers) => self.layers = layers,
             Command::New => self.replace(Subject::Sketch(Box::new(Document::new(&self.autosaves)))),
@@ -74,13 +78,16 @@ impl Studio {
         self.apply_events();
     }
 
-    fn switch_index(&mut self, kind: crate::index::IndexKind) {
+    fn switch_index(&mut self, kind: IndexKind, occlusion: OcclusionChoice) {
         // Everything that the scene holds is filed below; what was waiting for the old index is in it.
         if let Subject::Sketch(document) = &mut self.subject {
             document.take_changes(&mut self.pending.changes);
         }
         let bounds = self.subject.bounds();
-        self.culling.reindex(kind, self.subject.scene(), &bounds);
+        self.culling.reindex(kind, occlusion, self.subject.scene(), &bounds);
+    }
+
+    fn tell_of_reindexing(&mut self) {
         if let Some(done) = self.culling.reindexed() {
             self.say(format!(
                 "{}: {} polygons filed in {:.1} ms",

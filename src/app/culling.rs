@@ -4,12 +4,16 @@ use crate::{
     index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
     math::{Aabb, Ray},
     metrics::{FrameRecord, StageClock},
+    occlusion::CullerKind,
     recording::StrokeId,
     scene::{Change, PolygonId, Scene},
-    visibility::{Pipeline, View},
+    visibility::{OcclusionChoice, OcclusionPass, PassConfig, Pipeline, View},
 };
 
 use super::document::meet_polygon;
+
+/// Nothing is looked for that others hide.
+pub(super) const NO_OCCLUSION: OcclusionChoice = OcclusionChoice::Always(CullerKind::None);
 
 /// Whether a stage of culling takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +58,7 @@ pub struct PickCounts {
 #[derive(Debug)]
 pub struct Culling {
     kind: IndexKind,
+    occlusion: OcclusionChoice,
     root: Aabb,
     pipeline: Pipeline,
     clock: StageClock,
@@ -73,8 +78,9 @@ impl Culling {
         let root = root_for(&Aabb::EMPTY);
         Self {
             kind,
+            occlusion: NO_OCCLUSION,
             root,
-            pipeline: create(kind, root, 0, clock),
+            pipeline: create(kind, NO_OCCLUSION, root, 0, clock),
             clock,
             stages: Stages::default(),
             reindexed: None,
@@ -87,6 +93,11 @@ impl Culling {
     /// The index in use.
     pub fn kind(&self) -> IndexKind {
         self.kind
+    }
+
+    /// How polygons are found that others hide.
+    pub fn occlusion(&self) -> OcclusionChoice {
+        self.occlusion
     }
 
     /// The index itself.
@@ -121,15 +132,15 @@ impl Culling {
 
     /// Files the whole model into another index (or anew into the same). Changes of the scene that no frame has seen
     /// yet must not be given to the next frame: they are filed here.
-    pub fn reindex(&mut self, kind: IndexKind, scene: &Scene, bounds: &Aabb) {
+    pub fn reindex(&mut self, kind: IndexKind, occlusion: OcclusionChoice, scene: &Scene, bounds: &Aabb) {
         let start = self.clock.start();
         let root = root_for(bounds);
-        let mut pipeline = create(kind, root, scene.polygon_count(), self.clock);
-        let all: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
-        pipeline.skip(scene, &all);
+        let mut pipeline = create(kind, occlusion, root, scene.polygon_count(), self.clock);
+        pipeline.load(scene);
         let took = Duration::from_nanos(self.clock.since(start).ns);
-        (self.kind, self.root, self.pipeline) = (kind, root, pipeline);
-        self.reindexed = Some(Reindexed { kind, polygons: all.len() as u64, took });
+        let polygons = pipeline.index().len() as u64;
+        (self.kind, self.occlusion, self.root, self.pipeline) = (kind, occlusion, root, pipeline);
+        self.reindexed = Some(Reindexed { kind, polygons, took });
     }
 
     /// The index follows changes without a frame.
@@ -137,7 +148,8 @@ impl Culling {
         self.pipeline.skip(scene, changes);
     }
 
-    /// One frame: the index follows the changes and is asked what each of `views` may see.
+    /// One frame: the index follows the changes and is asked what each of `views` may see. What others hide is left out
+    /// of the first view alone.
     pub fn frame(&mut self, scene: &Scene, changes: &[Change], views: &[View]) -> FrameRecord {
         self.lists.resize_with(views.len(), DrawList::new);
         let Some((first, others)) = views.split_first() else {
@@ -168,15 +180,21 @@ impl Culling {
         self.lists.get(view).map_or(&[], DrawList::ids)
     }
 
-    /// Appends the polygons that no view of the last frame draws.
-    pub fn left_out(&mut self, scene: &Scene, out: &mut Vec<PolygonId>) {
+    /// Appends the polygons that no view of the last frame draws: those outside of all views, and those in view that
+    /// others hide.
+    pub fn left_out(&mut self, scene: &Scene, outside: &mut Vec<PolygonId>, hidden: &mut Vec<PolygonId>) {
         self.marks.clear();
         self.marks.resize(scene.polygon_count().div_ceil(64), 0);
         for id in self.lists.iter().flat_map(DrawList::ids) {
             self.marks[id.index() / 64] |= 1 << (id.index() % 64);
         }
-        let is_drawn = |id: &PolygonId| self.marks[id.index() / 64] >> (id.index() % 64) & 1 == 1;
-        out.extend(scene.visible_ids().filter(|id| !is_drawn(id)));
+        let is_drawn = |id: &PolygonId, marks: &[u64]| marks[id.index() / 64] >> (id.index() % 64) & 1 == 1;
+        let first_hidden = hidden.len();
+        hidden.extend(self.pipeline.in_view().ids().iter().filter(|id| !is_drawn(id, &self.marks)));
+        for id in &hidden[first_hidden..] {
+            self.marks[id.index() / 64] |= 1 << (id.index() % 64);
+        }
+        outside.extend(scene.visible_ids().filter(|id| !is_drawn(id, &self.marks)));
     }
 
     /// The polygon that a ray meets first, and the ray's parameter there; polygons of the stroke `without` do not count.
@@ -224,8 +242,18 @@ fn root_for(bounds: &Aabb) -> Aabb {
     Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.25)
 }
 
-fn create(kind: IndexKind, root: Aabb, polygons: usize, clock: StageClock) -> Pipeline {
+fn create(
+    kind: IndexKind,
+    occlusion: OcclusionChoice,
+    root: Aabb,
+    polygons: usize,
+    clock: StageClock,
+) -> Pipeline {
     // Room for as much again: growing should not fall into a frame.
     let capacity = IndexConfig::default().capacity.max(polygons * 2);
-    Pipeline::new(kind.create(&IndexConfig { root, capacity }), capacity, clock)
+    let pipeline = Pipeline::new(kind.create(&IndexConfig { root, capacity }), capacity, clock);
+    match occlusion {
+        NO_OCCLUSION => pipeline,
+        choice => pipeline.with_occlusion(OcclusionPass::new(PassConfig::new(choice), capacity)),
+    }
 }

@@ -19,6 +19,7 @@ mod gamepad;
 mod gestures;
 mod journal;
 mod layers;
+mod listen;
 mod navigator;
 mod painter;
 mod pen;

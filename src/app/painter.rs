@@ -14,8 +14,11 @@ use crate::{
     visibility::Stereo,
 };
 
-/// How polygons look that culling leaves out.
+/// How polygons look that are out of view.
 const LEFT_OUT: Style = Style { tint: [0.9, 0.12, 0.1], amount: 0.8, opacity: 0.35, glow: 0.0 };
+
+/// How polygons look that others hide.
+const HIDDEN: Style = Style { tint: [0.65, 0.2, 0.95], amount: 0.85, opacity: 0.5, glow: 0.0 };
 
 /// What egui wants on the window.
 #[derive(Debug)]
@@ -248,8 +251,11 @@ impl Painter {
             pane.target = Target::new(&self.gpu, width, height)?;
             pane.shown = self.show.bind(&self.gpu, &pane.target);
         }
-        let layers =
-            [Layer::plain(studio.culling().drawn(i)), Layer { ids: studio.culled(), style: LEFT_OUT }];
+        let layers = [
+            Layer::plain(studio.culling().drawn(i)),
+            Layer { ids: studio.culled(), style: LEFT_OUT },
+            Layer { ids: studio.hidden(), style: HIDDEN },
+        ];
         self.renderer.prepare(&mut pane.slot, studio.scene(), &view.view, &layers);
         pane.lines.prepare(&self.gpu, &view.view, studio.lines());
         Ok(())

@@ -125,6 +125,7 @@ pub struct Studio {
     report: FrameReport,
     views: Vec<RoomView>,
     culled: Vec<PolygonId>,
+    hidden: Vec<PolygonId>,
     pub(super) last_aspect: f32,
 }
 
@@ -165,6 +166,7 @@ impl Studio {
             report: FrameReport::default(),
             views: Vec::new(),
             culled: Vec::new(),
+            hidden: Vec::new(),
             last_aspect: 1.0,
         };
         studio.meet_subject();
@@ -184,8 +186,8 @@ impl Studio {
         self.gestures = Gestures::default();
         self.frozen = None;
         let bounds = self.subject.bounds();
-        let kind = self.culling.kind();
-        self.culling.reindex(kind, self.subject.scene(), &bounds);
+        let (kind, occlusion) = (self.culling.kind(), self.culling.occlusion());
+        self.culling.reindex(kind, occlusion, self.subject.scene(), &bounds);
         self.navigator = Navigator::default();
         self.navigator.show_all(&bounds);
         if let Subject::Sketch(document) = &self.subject
@@ -333,9 +335,14 @@ impl Studio {
         &self.lines
     }
 
-    /// Polygons that the last frame left out; empty unless they are to be shown.
+    /// Polygons outside of the views of the last frame; empty unless they are to be shown.
     pub fn culled(&self) -> &[PolygonId] {
         &self.culled
+    }
+
+    /// Polygons that were left out of the last frame because others hide them; empty unless they are to be shown.
+    pub fn hidden(&self) -> &[PolygonId] {
+        &self.hidden
     }
 
     /// Time in the session, seconds.
@@ -452,8 +459,9 @@ impl Studio {
     /// Polygons that are left out, to be tinted: only worth it when the eye is elsewhere than the culling camera.
     fn find_culled(&mut self) {
         self.culled.clear();
+        self.hidden.clear();
         if self.layers.culled && self.frozen.is_some() {
-            self.culling.left_out(self.subject.scene(), &mut self.culled);
+            self.culling.left_out(self.subject.scene(), &mut self.culled, &mut self.hidden);
         }
     }
 
@@ -518,50 +526,6 @@ impl Studio {
                 layers::draw_cursor(view, aim, radius_m, [255, 90, 90, 255], &mut self.lines);
             }
             ToolChoice::Select => {}
-        }
-    }
-
-    /// What the tracker has said since the last frame.
-    fn listen(&mut self) {
-        let Some(tracker) = &self.tracker else { return };
-        let t = self.now_secs();
-        let mut erased = Vec::new();
-        while let Some(message) = tracker.take() {
-            let message = self.room.message_to_world(&self.navigator, message);
-            let Subject::Sketch(document) = &mut self.subject else { continue };
-            let erase = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
-            // The stroke to erase may be among those that have just been drawn.
-            erased.extend(erase.map(|p| (self.events.len(), p)));
-        }
-        self.hands.rest(t, &mut self.events);
-        if erased.is_empty() {
-            self.apply_events();
-            return;
-        }
-        let mut events = std::mem::take(&mut self.events);
-        let mut taken = 0;
-        for (until, p) in erased {
-            self.events.extend(events.drain(..until - taken));
-            taken = until;
-            self.apply_events();
-            self.erase_near(t, p);
-        }
-        self.events.append(&mut events);
-        self.apply_events();
-    }
-
-    /// Erases the stroke nearest to a point, if one is within reach.
-    fn erase_near(&mut self, t: f64, p: Vec3) {
-        /// How far from the point a stroke may be, metres: about a finger's width.
-        const REACH_M: f32 = 0.01;
-        let scene = self.subject.scene();
-        let reach = Aabb::cube(p, 2.0 * REACH_M);
-        let near = scene.visible_ids().filter(|&id| scene.bounds(id).intersects(&reach));
-        let distance = |id: &PolygonId| scene.bounds(*id).distance_squared(p);
-        let nearest = near.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        if let Some(stroke) = nearest.and_then(|id| scene.stroke_of(id).id()) {
-            self.events.push(Event::Erase { t, stroke });
-            self.apply_events();
         }
     }
 

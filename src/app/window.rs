@@ -298,6 +298,7 @@ impl App {
         times.set(FrameStage::Strokes, report.strokes_ns);
         times.set(FrameStage::Insert, report.record.insert.ns);
         times.set(FrameStage::Cull, report.record.cull.ns);
+        times.set(FrameStage::Occlusion, report.record.occlusion.total_ns());
         times.set(FrameStage::Send, painted.send_ns);
         times.set(FrameStage::Panel, panel_ns - drawn_ns);
         times.set(FrameStage::Draw, painted.draw_ns);

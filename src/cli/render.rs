@@ -13,17 +13,21 @@ use clap::Args;
 use super::{
     Outcome,
     output::{complain, say},
-    replay::{camera_parser, index_parser, root_cube},
+    replay::{camera_parser, index_parser, occlusion_parser, root_cube},
     session::OpenSession,
 };
 use crate::{
     index::{IndexConfig, IndexKind},
     metrics::{StageClock, Summary, summarize},
+    occlusion::CullerKind,
     recording::{Pace, Pacer},
     render::{DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig},
     report::thousands,
     scene::{PolygonId, Scene},
-    visibility::{CameraChoice, CameraPath, Moment, Pipeline, View},
+    visibility::{
+        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline,
+        View,
+    },
 };
 
 /// Draw frames of a session to PNG files, without a window.
@@ -35,7 +39,7 @@ use crate::{
   osp render recordings/portrait.ron portrait.png
   osp render sketch.tilt --frame 120 --camera orbit --size 1920x1080 sketch.png
   osp render painting.apa --every 30 --to frames/
-  osp render recordings/portrait.ron --every 50 --to frames/ --check")]
+  osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check")]
 pub(super) struct RenderArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
     file: PathBuf,
@@ -57,6 +61,9 @@ pub(super) struct RenderArgs {
     /// The index that finds what is in view.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     index: IndexKind,
+    /// Leave out what others hide, too, by this method.
+    #[arg(long, default_value = "none", value_parser = occlusion_parser())]
+    occlusion: OcclusionChoice,
     /// Draw every polygon of the model, in view or not.
     #[arg(long, conflicts_with = "check")]
     no_cull: bool,
@@ -143,7 +150,15 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
-    let mut pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
+    let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
+    let has_occlusion = args.occlusion != OcclusionChoice::Always(CullerKind::None);
+    let mut pipeline = if has_occlusion {
+        // Pictures must not depend on the clock.
+        let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
+        pipeline.with_occlusion(OcclusionPass::new(pass, capacity))
+    } else {
+        pipeline
+    };
     let mut outcome = Outcome::Done;
     let mut pacer = Pacer::new(session, args.pace);
     let (mut scene, mut moment) = (Scene::new(), Moment::default());
@@ -185,6 +200,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                     outcome = Outcome::CheckFailed;
                 }
             }
+        } else if has_occlusion {
+            // As a replay does: which polygons may hide others, it learns from frame to frame.
+            pipeline.frame(&scene, &changes, &camera.view(&moment).with_aspect(drawer.aspect()));
         } else {
             pipeline.skip(&scene, &changes);
         }

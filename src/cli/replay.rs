@@ -128,7 +128,7 @@ impl ReplayArgs {
     }
 }
 
-fn occlusion_parser() -> impl TypedValueParser<Value = OcclusionChoice> {
+pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = OcclusionChoice> {
     PossibleValuesParser::new(OcclusionChoice::names()).try_map(|name| {
         OcclusionChoice::from_name(&name).ok_or_else(|| format!("no method is called {name}"))
     })
@@ -260,14 +260,15 @@ const INCOMPLETE: &str = "no index looked at every frame, so the session has no 
 /// Plays the first session in a window with the first index.
 #[cfg(feature = "window")]
 fn in_window(args: &ReplayArgs) -> anyhow::Result<Outcome> {
-    use crate::app::{Autosaves, Player, Studio, Subject, WindowOptions, run};
+    use crate::app::{Autosaves, Command, Player, Studio, Subject, WindowOptions, run};
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
     let player = Player::open(file, args.pace, args.camera)?;
     for remark in player.remarks() {
         complain(&format!("warning: {remark}"));
     }
     let index = args.index.first().copied().unwrap_or(IndexKind::Osp);
-    let studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
+    let mut studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
+    studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(OcclusionChoice::Auto)));
     run(studio, WindowOptions { trace: args.trace.clone(), ..WindowOptions::default() })?;
     Ok(Outcome::Done)
 }

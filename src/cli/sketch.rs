@@ -4,13 +4,18 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Outcome, output::complain, replay::index_parser};
+use super::{
+    Outcome,
+    output::complain,
+    replay::{index_parser, occlusion_parser},
+};
 use crate::{
     app::{
-        Autosaves, Document, Room, Studio, Subject, WindowOptions, run as run_window, tracker::TrackerAddress,
+        Autosaves, Command, Document, Room, Studio, Subject, WindowOptions, run as run_window,
+        tracker::TrackerAddress,
     },
     index::IndexKind,
-    visibility::Rig,
+    visibility::{OcclusionChoice, Rig},
 };
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
@@ -52,6 +57,9 @@ pub(super) struct WindowArgs {
     /// The index that finds what is in view; it can be changed in the window.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) index: IndexKind,
+    /// How polygons are found that others hide; it can be changed in the window.
+    #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
+    pub(super) occlusion: OcclusionChoice,
     /// Show the model on a rig's screens: desktop, dual-wall, cave4, or a file.
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
@@ -108,6 +116,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     };
     let mut studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, args.window.index);
     studio.set_room(room);
+    studio.command(Command::Occlusion(args.window.occlusion));
     for remark in opened.remarks {
         complain(&remark);
         studio.say(remark);

@@ -77,6 +77,15 @@ impl Pipeline {
         self.frame += 1;
     }
 
+    /// Takes a whole model at once, before the first frame: nothing of it is left for later frames to look at.
+    pub fn load(&mut self, scene: &Scene) {
+        let all: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
+        self.file(scene, &all, &mut FrameRecord::default());
+        if let Some(pass) = &mut self.occlusion {
+            pass.follow(scene, &all);
+        }
+    }
+
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
     /// filed once its box is finite again.
     fn file(&mut self, scene: &Scene, changes: &[Change], record: &mut FrameRecord) {

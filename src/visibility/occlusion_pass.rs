@@ -132,6 +132,11 @@ impl OcclusionPass {
         &self.drawn
     }
 
+    /// All of the changes at once.
+    pub(super) fn follow(&mut self, scene: &Scene, changes: &[Change]) {
+        self.stage.follow(scene, changes);
+    }
+
     /// A frame that is not looked at.
     pub(super) fn skip(&mut self, scene: &Scene, changes: &[Change]) {
         self.stage.follow_what_went(scene, changes);

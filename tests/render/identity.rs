@@ -10,10 +10,13 @@ use std::{
 use osp::{
     index::{IndexConfig, IndexKind},
     metrics::{StageClock, summarize},
+    occlusion::CullerKind,
     recording::{self, OpenOptions, Pace, Pacer},
     render::{Gpu, Image, Layer, Offscreen, RendererConfig},
     scene::{PolygonId, Scene},
-    visibility::{CameraChoice, CameraPath, Moment, Pipeline, View},
+    visibility::{
+        CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline, View,
+    },
 };
 
 use super::scenes::{all_ids, gpu};
@@ -55,23 +58,35 @@ fn picture(drawer: &mut Offscreen, scene: &Scene, view: &View, ids: &[PolygonId]
     drawer.image().expect("a picture")
 }
 
-/// Plays a session and compares at evenly spaced frames; returns how many polygons culling left out in all.
-fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> u64 {
+/// Polygons that were not drawn, over all frames looked at.
+#[derive(Clone, Copy, Debug, Default)]
+struct LeftOut {
+    out_of_view: u64,
+    hidden: u64,
+}
+
+/// Plays a session and compares at evenly spaced frames.
+fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
     let open = || recording::open(path, &OpenOptions::default()).expect("a recording");
     let pace = Pace::Samples(16);
     let (summary, _, read) = summarize(&mut open(), pace);
     read.expect("a whole recording");
     let session = open();
     let camera = CameraPath::new(choice, session.header.camera, &summary.bounds);
-    let mut pipelines: Vec<Pipeline> = IndexKind::DEFAULT
-        .iter()
-        .map(|kind| {
-            let config = IndexConfig { capacity: summary.counts.polygons as usize, ..IndexConfig::default() };
-            Pipeline::new(kind.create(&config), config.capacity, StageClock::default())
-        })
-        .collect();
+    let capacity = summary.counts.polygons as usize;
+    let pipeline = |kind: IndexKind| {
+        let config = IndexConfig { capacity, ..IndexConfig::default() };
+        Pipeline::new(kind.create(&config), capacity, StageClock::default())
+    };
+    let mut by_view: Vec<Pipeline> = IndexKind::DEFAULT.iter().copied().map(pipeline).collect();
+    let mut by_occlusion = Vec::new();
+    for kind in CullerKind::sound() {
+        let pass = OcclusionPass::new(PassConfig::new(OcclusionChoice::Always(kind)), capacity);
+        by_occlusion.push((kind.name(), pipeline(IndexKind::Osp).with_occlusion(pass)));
+    }
     let mut eyes = Eyes::new(gpu);
-    let (mut scene, mut moment, mut left_out, mut shown) = (Scene::new(), Moment::default(), 0, 0);
+    let (mut scene, mut moment, mut shown) = (Scene::new(), Moment::default(), 0);
+    let mut left_out = LeftOut::default();
     let (mut pacer, mut events, mut changes) = (Pacer::new(session, pace), Vec::new(), Vec::new());
     while pacer.next_frame(&mut events).expect("a whole recording") {
         changes.clear();
@@ -81,24 +96,35 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> u64 {
         }
         eyes.culled.follow(&changes);
         eyes.whole.follow(&changes);
-        let is_looked_at =
-            (moment.frame + 1) * FRAMES / summary.frames > moment.frame * FRAMES / summary.frames;
+        let view = camera.view(&moment).with_aspect(eyes.whole.aspect());
+        // Which polygons may hide others, they learn from frame to frame.
+        for (_, pipeline) in &mut by_occlusion {
+            pipeline.frame(&scene, &changes, &view);
+        }
+        let looked_at = |frame: u64| frame * FRAMES / summary.frames;
+        let is_looked_at = looked_at(moment.frame + 1) > looked_at(moment.frame);
         moment.frame += 1;
         if !is_looked_at {
-            pipelines.iter_mut().for_each(|pipeline| pipeline.skip(&scene, &changes));
+            by_view.iter_mut().for_each(|pipeline| pipeline.skip(&scene, &changes));
             continue;
         }
-        let view = camera.view(&moment).with_aspect(eyes.whole.aspect());
         let all = all_ids(&scene);
         let whole = picture(&mut eyes.whole, &scene, &view, &all);
         shown += whole.drawn_pixels();
-        for pipeline in &mut pipelines {
+        let mut check = |name: &str, ids: &[PolygonId]| {
+            let differing = picture(&mut eyes.culled, &scene, &view, ids).differing_pixels(&whole);
+            assert_eq!(differing, 0, "{}, {choice:?}, frame {}, {name}", path.display(), moment.frame);
+        };
+        for pipeline in &mut by_view {
             pipeline.frame(&scene, &changes, &view);
             let ids = pipeline.draw_list().ids();
-            left_out += (all.len() - ids.len()) as u64;
-            let differing = picture(&mut eyes.culled, &scene, &view, ids).differing_pixels(&whole);
-            let index = pipeline.index().name();
-            assert_eq!(differing, 0, "{}, {choice:?}, frame {}, {index}", path.display(), moment.frame);
+            left_out.out_of_view += (all.len() - ids.len()) as u64;
+            check(pipeline.index().name(), ids);
+        }
+        for (name, pipeline) in &by_occlusion {
+            let ids = pipeline.draw_list().ids();
+            left_out.hidden += (pipeline.in_view().len() - ids.len()) as u64;
+            check(name, ids);
         }
     }
     assert!(shown > 1000, "{}: {shown} pixels drawn", path.display());
@@ -108,11 +134,13 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> u64 {
 #[test]
 fn culling_changes_no_pixel_of_any_shipped_session() {
     let Some(gpu) = gpu() else { return };
+    let mut hidden = 0;
     for path in shipped() {
-        let left_out: u64 = [CameraChoice::Auto, CameraChoice::Inside]
-            .into_iter()
-            .map(|choice| compare(&gpu, &path, choice))
-            .sum();
-        assert!(left_out > 1000, "{}: {left_out} polygons left out", path.display());
+        let cameras = [CameraChoice::Auto, CameraChoice::Inside].map(|choice| compare(&gpu, &path, choice));
+        let out_of_view: u64 = cameras.iter().map(|left_out| left_out.out_of_view).sum();
+        assert!(out_of_view > 1000, "{}: {out_of_view} polygons out of view", path.display());
+        eprintln!("{}: {cameras:?}", path.display());
+        hidden += cameras.iter().map(|left_out| left_out.hidden).sum::<u64>();
     }
+    assert!(hidden > 1000, "{hidden} polygons hidden behind others");
 }

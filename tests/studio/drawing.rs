@@ -1,10 +1,14 @@
 use std::path::Path;
 
 use osp::{
-    app::{Autosaves, Button, Command, Document, Held, Input, Snap, Stages, Studio, Subject, ToolChoice},
+    app::{
+        Autosaves, Button, Command, Document, Held, Input, Player, Snap, Stages, Studio, Subject, ToolChoice,
+    },
     glam::{Vec2, Vec3},
     index::IndexKind,
-    recording::{self, Event, OpenOptions, Tool},
+    occlusion::CullerKind,
+    recording::{self, Event, OpenOptions, Pace, Tool},
+    visibility::{CameraChoice, OcclusionChoice},
 };
 
 const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
@@ -326,6 +330,34 @@ fn a_frozen_camera_goes_on_culling_from_where_it_stood() {
     assert!(table.studio.culled().is_empty());
     table.studio.command(Command::Stages(Stages { frustum: false }));
     assert_eq!(table.frame().drawn, table.visible());
+}
+
+#[test]
+fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/room.ron");
+    let folder = tempfile::tempdir().expect("a folder");
+    let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
+    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+    let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+    // Here the head looks at a wall with rooms behind it.
+    studio.command(Command::Seek(301));
+    let whole = studio.frame(SIZE_PX, 0.016);
+    assert_eq!(whole.drawn, whole.record.visible);
+    let mut most = 0;
+    for kind in CullerKind::sound() {
+        studio.command(Command::Occlusion(OcclusionChoice::Always(kind)));
+        let report = studio.frame(SIZE_PX, 0.016);
+        assert_eq!(report.record.visible, whole.record.visible, "{}", kind.name());
+        assert_eq!(report.drawn + report.record.occlusion.occluded, report.record.visible);
+        most = most.max(report.record.occlusion.occluded);
+        studio.command(Command::Freeze(true));
+        let frozen = studio.frame(SIZE_PX, 0.016);
+        assert_eq!(studio.hidden().len() as u64, frozen.record.occlusion.occluded, "{}", kind.name());
+        let all = frozen.drawn + (studio.hidden().len() + studio.culled().len()) as u64;
+        assert_eq!(all, frozen.record.polygons, "each polygon is drawn, hidden or out of view");
+        studio.command(Command::Freeze(false));
+    }
+    assert!(most > 50, "{most} polygons hidden");
 }
 
 #[test]

@@ -150,6 +150,21 @@ fn the_index_is_changed_while_something_is_drawn() {
 }
 
 #[test]
+fn only_sound_ways_to_find_what_is_hidden_are_offered() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let drawn = harness.state().report.drawn;
+    harness.get_by_role_and_label(Role::ComboBox, "occlusion").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_role_and_label(Role::Button, "msvbsp-paper").is_none());
+    harness.get_by_role_and_label(Role::Button, "msvbsp").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().studio.culling().occlusion().name(), "msvbsp");
+    assert_eq!(harness.state().report.drawn, drawn, "nothing hides anything here");
+    assert!(harness.state().report.record.occlusion.used);
+}
+
+#[test]
 fn the_panel_says_what_each_stage_took() {
     let mut harness = sketch();
     let mut times = FrameTimes::default();

@@ -11,6 +11,8 @@ use crate::{
         studio::Studio,
     },
     index::IndexKind,
+    occlusion::Soundness,
+    visibility::OcclusionChoice,
 };
 
 fn ms(ns: u64) -> String {
@@ -120,6 +122,7 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("strokes", count(scene.strokes)),
             ("polygons", count(report.record.polygons)),
             ("in view", count(report.record.visible)),
+            ("hidden behind others", count(report.record.occlusion.occluded)),
             ("drawn", count(report.drawn)),
             ("came, went, moved", {
                 let record = report.record;
@@ -146,6 +149,16 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             format!("{} polygons filed in {:.2} ms", count(done.polygons), done.took.as_secs_f64() * 1.0e3);
         ui.label(RichText::new(line).weak().small());
     }
+    let now = culling.occlusion();
+    ComboBox::from_label("occlusion").selected_text(now.name()).show_ui(ui, |ui| {
+        // Those that may hide what can be seen are for `osp replay` and `osp verify`.
+        let sound = OcclusionChoice::names().filter_map(OcclusionChoice::from_name);
+        for choice in sound.filter(|choice| choice.soundness() == Soundness::Sound) {
+            if ui.selectable_label(now == choice, choice.name()).clicked() {
+                wishes.commands.push(Command::Occlusion(choice));
+            }
+        }
+    });
     let mut stages = culling.stages();
     ui.checkbox(&mut stages.frustum, "cull by the view");
     if stages != culling.stages() {
