@@ -7,7 +7,7 @@ use boxes::{Rng, drawn, root};
 use glam::Vec3;
 use osp::{
     index::{IndexConfig, IndexKind, SpatialIndex},
-    math::{Aabb, Ray},
+    math::{Aabb, Ray, Sphere},
     scene::PolygonId,
 };
 
@@ -116,6 +116,18 @@ fn rays_find_the_nearest_polygon() {
             };
             let found = index.ray_nearest(ray, *t_max, &mut hit);
             assert_eq!(found, expected, "{}: {ray:?}", index.name());
+            let mut yes = 0;
+            let any = index.ray_any(ray, *t_max, &mut |id| {
+                let t = plate(ray, &boxes[id.index()]);
+                yes += usize::from(t.is_some_and(|t| t <= *t_max));
+                t
+            });
+            assert_eq!(any.is_some(), expected.is_some(), "{}: {ray:?}", index.name());
+            assert_eq!(yes, usize::from(any.is_some()), "{}: asked again after a hit", index.name());
+            if let Some((id, t)) = any {
+                assert_eq!(plate(ray, &boxes[id.index()]), Some(t), "{}", index.name());
+                assert!(!is_erased(id.index()), "{}", index.name());
+            }
             let all = asked.len();
             asked.sort_unstable();
             asked.dedup();
@@ -123,4 +135,69 @@ fn rays_find_the_nearest_polygon() {
         }
     }
     assert!(hits > 100, "only {hits} rays hit: the test tests nothing");
+}
+
+/// The filed polygons with the distances of their boxes from a point, the nearest first.
+fn by_distance(boxes: &[Aabb], point: Vec3) -> Vec<(PolygonId, f32)> {
+    let filed = boxes.iter().enumerate().filter(|&(i, _)| !is_erased(i));
+    let mut all: Vec<(PolygonId, f32)> =
+        filed.map(|(i, b)| (PolygonId(i as u32), b.distance_squared(point).sqrt())).collect();
+    all.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    all
+}
+
+#[test]
+fn spheres_and_nearest_polygons_are_found() {
+    let mut boxes = mixed(3000);
+    // The same distance from everywhere: the lower ids come first.
+    for i in 100..110 {
+        boxes[i] = boxes[100];
+    }
+    let indexes = filled(&boxes);
+    let mut rng = Rng(13);
+    let mut points: Vec<Vec3> = (0..60).map(|_| rng.point(&Aabb::cube(Vec3::ZERO, 12.0))).collect();
+    points.extend([boxes[100].center(), Vec3::splat(1.0e6), Vec3::splat(-1.0e30)]);
+    let mut found_some = 0;
+    for point in points {
+        let all = by_distance(&boxes, point);
+        for radius_m in [0.0, 1.0e-3, 0.1, 2.0, 1.0e9] {
+            let within = |b: &Aabb| b.distance_squared(point) <= radius_m * radius_m;
+            let mut expected: Vec<PolygonId> =
+                all.iter().map(|&(id, _)| id).filter(|id| within(&boxes[id.index()])).collect();
+            expected.sort_unstable();
+            found_some += usize::from(expected.len() > 2 && expected.len() < all.len());
+            for index in &indexes {
+                let mut found = vec![PolygonId(u32::MAX)];
+                let sphere = Sphere { center: point, radius_m };
+                let work = index.sphere_query(&sphere, &mut |id| within(&boxes[id.index()]), &mut found);
+                assert_eq!(found.remove(0), PolygonId(u32::MAX), "{}: it appends", index.name());
+                assert_eq!(work.reported, found.len() as u64, "{}", index.name());
+                found.sort_unstable();
+                assert_eq!(found, expected, "{}: {sphere:?}", index.name());
+            }
+        }
+        for count in [0, 1, 7, 40, 5000] {
+            let expected = &all[..count.min(all.len())];
+            for index in &indexes {
+                let mut found = vec![(PolygonId(0), 0.0)];
+                let mut asked = 0;
+                let mut distance = |id: PolygonId| {
+                    asked += 1;
+                    boxes[id.index()].distance_squared(point).sqrt()
+                };
+                index.nearest(point, count, &mut distance, &mut found);
+                assert_eq!(found, expected, "{}: {count} nearest to {point}", index.name());
+                assert!(asked <= all.len(), "{}: some were asked twice", index.name());
+            }
+        }
+    }
+    assert!(found_some > 30, "only {found_some} spheres held something, but not all");
+    for index in &indexes {
+        let (mut none, mut nearest) = (Vec::new(), vec![(PolygonId(0), 0.0)]);
+        for radius_m in [-1.0, f32::NAN] {
+            index.sphere_query(&Sphere { center: Vec3::ZERO, radius_m }, &mut |_| true, &mut none);
+        }
+        index.nearest(Vec3::NAN, 3, &mut |_| 0.0, &mut nearest);
+        assert!(none.is_empty() && nearest.is_empty(), "{}", index.name());
+    }
 }

@@ -3,10 +3,11 @@
 use super::{Node, SpatialIndex, Visit, Visitor, WorkCounts};
 use crate::{
     index::DrawList,
-    math::{Aabb, Frustum, Plane, Ray},
+    math::{Aabb, Frustum, Plane, Ray, Sphere},
     scene::PolygonId,
 };
 use glam::Vec3;
+use std::collections::BinaryHeap;
 
 /// A ray goes on looking this much (relative) beyond the nearest hit so far, because a polygon test and a box test
 /// round differently. Larger: a few more polygons are asked.
@@ -99,9 +100,161 @@ pub(super) fn ray_nearest<I: SpatialIndex + ?Sized>(
     t_max: f32,
     hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
 ) -> Option<(PolygonId, f32)> {
-    // A plane without a normal has everything on its inner side.
-    let everything = Frustum::new([Plane { normal: Vec3::ZERO, d: 0.0 }; 6]);
     let mut visitor = RayVisitor { ray, nearest: Nearest::new(t_max, hit) };
-    index.traverse(&everything, &mut visitor);
+    index.traverse(&everything(), &mut visitor);
     visitor.nearest.found()
+}
+
+/// The frustum that sees every box: a plane without a normal has everything on its inner side.
+pub(super) fn everything() -> Frustum {
+    Frustum::new([Plane { normal: Vec3::ZERO, d: 0.0 }; 6])
+}
+
+struct AnyVisitor<'a> {
+    ray: &'a Ray,
+    t_max: f32,
+    hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>,
+    found: Option<(PolygonId, f32)>,
+}
+
+impl Visitor for AnyVisitor<'_> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        match self.ray.enter_box(node.bounds, self.t_max) {
+            Some(_) if self.found.is_none() => Visit::Descend,
+            _ => Visit::Skip,
+        }
+    }
+
+    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+        for &id in ids {
+            if self.found.is_some() {
+                return;
+            }
+            self.found = (self.hit)(id).filter(|&t| t <= self.t_max).map(|t| (id, t));
+        }
+    }
+}
+
+/// See [`SpatialIndex::ray_any`].
+pub(super) fn ray_any<I: SpatialIndex + ?Sized>(
+    index: &I,
+    ray: &Ray,
+    t_max: f32,
+    hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+) -> Option<(PolygonId, f32)> {
+    let mut visitor = AnyVisitor { ray, t_max, hit, found: None };
+    index.traverse(&everything(), &mut visitor);
+    visitor.found
+}
+
+struct SphereVisitor<'a> {
+    sphere: &'a Sphere,
+    within: &'a mut dyn FnMut(PolygonId) -> bool,
+    out: &'a mut Vec<PolygonId>,
+    reported: u64,
+}
+
+impl Visitor for SphereVisitor<'_> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        let Sphere { center, radius_m } = *self.sphere;
+        // What is computed for a box is never more than for a box inside it. A radius that is no number finds nothing.
+        if node.bounds.distance_squared(center) <= radius_m * radius_m { Visit::Descend } else { Visit::Skip }
+    }
+
+    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+        let before = self.out.len();
+        self.out.extend(ids.iter().copied().filter(|&id| (self.within)(id)));
+        self.reported += (self.out.len() - before) as u64;
+    }
+}
+
+/// See [`SpatialIndex::sphere_query`].
+pub(super) fn sphere_query<I: SpatialIndex + ?Sized>(
+    index: &I,
+    sphere: &Sphere,
+    within: &mut dyn FnMut(PolygonId) -> bool,
+    out: &mut Vec<PolygonId>,
+) -> WorkCounts {
+    // The square of a negative radius would do.
+    if sphere.radius_m.is_nan() || sphere.radius_m < 0.0 {
+        return WorkCounts::default();
+    }
+    let mut visitor = SphereVisitor { sphere, within, out, reported: 0 };
+    let work = index.traverse(&everything(), &mut visitor);
+    WorkCounts { reported: visitor.reported, ..work }
+}
+
+/// A polygon at its distance; the farther, and of two at the same distance the higher id, is the greater.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Near {
+    distance_m: f32,
+    id: PolygonId,
+}
+
+impl Eq for Near {}
+
+impl PartialOrd for Near {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Near {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.distance_m.total_cmp(&other.distance_m).then(self.id.cmp(&other.id))
+    }
+}
+
+struct NearestVisitor<'a> {
+    point: Vec3,
+    count: usize,
+    distance_m: &'a mut dyn FnMut(PolygonId) -> f32,
+    /// The nearest so far, the farthest of them on top.
+    found: BinaryHeap<Near>,
+}
+
+impl Visitor for NearestVisitor<'_> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        let reach_m = match self.found.peek() {
+            Some(last) if self.found.len() == self.count => last.distance_m * (1.0 + RAY_SLACK),
+            _ => f32::INFINITY,
+        };
+        // A root: the square of a short distance may be too small for an `f32`.
+        if node.bounds.distance_squared(self.point).sqrt() <= reach_m { Visit::Descend } else { Visit::Skip }
+    }
+
+    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+        for &id in ids {
+            let near = Near { distance_m: (self.distance_m)(id), id };
+            if near.distance_m.is_nan() {
+                continue;
+            }
+            if self.found.len() < self.count {
+                self.found.push(near);
+            } else if let Some(mut last) = self.found.peek_mut()
+                && near < *last
+            {
+                *last = near;
+            }
+        }
+    }
+}
+
+/// See [`SpatialIndex::nearest`].
+pub(super) fn nearest<I: SpatialIndex + ?Sized>(
+    index: &I,
+    point: Vec3,
+    count: usize,
+    distance_m: &mut dyn FnMut(PolygonId) -> f32,
+    out: &mut Vec<(PolygonId, f32)>,
+) -> WorkCounts {
+    out.clear();
+    if count == 0 || point.is_nan() {
+        return WorkCounts::default();
+    }
+    let found = BinaryHeap::with_capacity(count.min(index.len()));
+    let mut visitor = NearestVisitor { point, count, distance_m, found };
+    let work = index.traverse(&everything(), &mut visitor);
+    out.extend(visitor.found.into_sorted_vec().into_iter().map(|near| (near.id, near.distance_m)));
+    WorkCounts { reported: out.len() as u64, ..work }
 }

@@ -1,8 +1,9 @@
+use glam::Vec3;
 use thiserror::Error;
 
 use super::{DrawList, WorkCounts, probe};
 use crate::{
-    math::{Aabb, Containment, Frustum, Ray},
+    math::{Aabb, Containment, Frustum, Ray, Sphere},
     scene::PolygonId,
 };
 
@@ -89,6 +90,46 @@ pub trait SpatialIndex: Send {
         hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
     ) -> Option<(PolygonId, f32)> {
         probe::ray_nearest(self, ray, t_max, hit)
+    }
+
+    /// A polygon that a ray meets at `t <= t_max`, and its `t`: any, the first that is found. For shadows and for "is
+    /// anything there"; cheaper than [`SpatialIndex::ray_nearest`]. `hit` is asked as there, and not again after it
+    /// has said yes.
+    fn ray_any(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        probe::ray_any(self, ray, t_max, hit)
+    }
+
+    /// Appends the polygons within a sphere to `out`, in any order, each once.
+    ///
+    /// `within` is the exact test: whether the polygon itself shares a point with the sphere. It is asked once about
+    /// every polygon whose box does ([`Aabb::distance_squared`]), and perhaps about others.
+    fn sphere_query(
+        &self,
+        sphere: &Sphere,
+        within: &mut dyn FnMut(PolygonId) -> bool,
+        out: &mut Vec<PolygonId>,
+    ) -> WorkCounts {
+        probe::sphere_query(self, sphere, within, out)
+    }
+
+    /// Replaces `out` by the `count` polygons nearest to a point with their distances in metres, the nearest first; of
+    /// those at the same distance the lower ids. Fewer if there are fewer.
+    ///
+    /// `distance_m` is the exact distance, not less than that of the polygon's box (NaN: the polygon is left out). It is
+    /// asked once about every polygon whose box is nearer than the last of the answer, and about others.
+    fn nearest(
+        &self,
+        point: Vec3,
+        count: usize,
+        distance_m: &mut dyn FnMut(PolygonId) -> f32,
+        out: &mut Vec<(PolygonId, f32)>,
+    ) -> WorkCounts {
+        probe::nearest(self, point, count, distance_m, out)
     }
 
     /// Checks every invariant of the structure; for tests, O(everything).
