@@ -269,7 +269,7 @@ fn an_empty_session_is_no_error() {
 
 #[test]
 fn every_command_has_examples_in_its_help() {
-    for command in ["replay", "info", "import", "synth", "bench"] {
+    for command in ["replay", "info", "import", "synth", "bench", "draw-index"] {
         let output = osp(&[command, "--help"]);
         assert!(output.status.success());
         assert!(stdout(&output).contains("Examples:\n  osp "), "{command}: {}", stdout(&output));
@@ -340,4 +340,48 @@ fn a_pipe_as_input_is_refused_in_words() {
     let output = osp(&["info", "/dev/null"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("a pipe or a device"), "{}", stderr(&output));
+}
+
+#[test]
+fn indexes_are_drawn_as_cells_and_as_trees() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let session = session.to_str().expect("utf-8");
+    let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
+    let draw = |more: &[&str]| osp(&[&["draw-index", session, "--index", "bvh-median"], more].concat());
+    let output = draw(&[&path("cells.svg")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let svg = fs::read_to_string(path("cells.svg")).expect("drawn");
+    let said = stdout(&output);
+    let nodes: usize = said
+        .split(" nodes")
+        .next()
+        .and_then(|text| text.rsplit(' ').next()?.replace(',', "").parse().ok())
+        .expect("the number of nodes");
+    assert!(nodes > 10, "{said}");
+    // One rectangle is the paper.
+    assert_eq!(svg.matches("<rect").count(), nodes + 1);
+    assert!(svg.matches("<polygon").count() > 100);
+
+    // The same model half way has fewer nodes; the tree has a circle for each.
+    let output = draw(&["--as", "tree", "--frame", "2", &path("tree.svg")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let early = fs::read_to_string(path("tree.svg")).expect("drawn").matches("<circle").count();
+    assert!(0 < early && early < nodes, "{early} of {nodes}");
+
+    assert!(draw(&["--as", "tree", &path("tree.dot")]).status.success());
+    assert!(fs::read_to_string(path("tree.dot")).expect("drawn").starts_with("digraph"));
+    assert!(draw(&["--from", "top", &path("cells.png")]).status.success());
+    assert!(fs::read(path("cells.png")).expect("drawn").starts_with(b"\x89PNG"));
+
+    for (args, words) in [
+        (&["cells.bmp"][..], ".svg, .png or .dot"),
+        (&["cells.dot"], "--as tree"),
+        (&["--frame", "100000", "cells.svg"], "there is no frame 100000"),
+        (&["no-such-folder/cells.svg"], "no-such-folder"),
+    ] {
+        let output = draw(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&output).contains(words), "{args:?}: {}", stderr(&output));
+    }
 }

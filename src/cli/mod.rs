@@ -8,6 +8,8 @@ mod output;
 mod session;
 
 mod bench;
+mod draw_index;
+mod frame_choice;
 mod import;
 mod info;
 #[cfg(feature = "render")]
@@ -54,6 +56,7 @@ enum Command {
     Info(info::InfoArgs),
     Import(import::ImportArgs),
     Bench(bench::BenchArgs),
+    DrawIndex(draw_index::DrawIndexArgs),
     Synth(synth::SynthArgs),
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
@@ -78,6 +81,7 @@ pub fn run() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::DrawIndex(args) => draw_index::run(&args),
         Command::Synth(args) => synth::run(&args),
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),

@@ -7,11 +7,12 @@ use std::{
     sync::Arc,
 };
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
 
 use super::{
     Outcome,
+    frame_choice::FrameChoice,
     output::{complain, say},
     replay::{camera_parser, index_parser, occlusion_parser, root_cube},
     session::OpenSession,
@@ -82,26 +83,6 @@ pub(super) struct RenderArgs {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum FrameChoice {
-    Last,
-    Number(u64),
-}
-
-impl FromStr for FrameChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "last" => Ok(Self::Last),
-            _ => text
-                .parse()
-                .map(Self::Number)
-                .map_err(|_| format!("expected a frame number or `last`; found `{text}`")),
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
 struct Size {
     width: u32,
     height: u32,
@@ -136,9 +117,6 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     if let Err(error) = read {
         // What comes before the damage can be drawn all the same.
         complain(&format!("warning: {error}"));
-    }
-    if summary.frames == 0 {
-        bail!("{}: nothing was drawn in this session", args.file.display());
     }
     let wanted = Wanted::new(args, &summary)?;
     if let Some(folder) = &args.to {
@@ -241,18 +219,8 @@ struct Wanted {
 
 impl Wanted {
     fn new(args: &RenderArgs, summary: &Summary) -> anyhow::Result<Self> {
-        let end = summary.frames - 1;
-        let last = match args.frame {
-            FrameChoice::Last => end,
-            FrameChoice::Number(n) if n <= end => n,
-            FrameChoice::Number(n) => bail!(
-                "{}: there is no frame {n}; the session has {} frames at the pace {}",
-                args.file.display(),
-                summary.frames,
-                args.pace
-            ),
-        };
-        Ok(Self { every: args.every, last, digits: end.to_string().len() })
+        let last = args.frame.number(&args.file, summary, args.pace)?;
+        Ok(Self { every: args.every, last, digits: summary.frames.saturating_sub(1).to_string().len() })
     }
 
     fn has(&self, frame: u64) -> bool {

@@ -101,13 +101,8 @@ pub(super) fn ray_nearest<I: SpatialIndex + ?Sized>(
     hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
 ) -> Option<(PolygonId, f32)> {
     let mut visitor = RayVisitor { ray, nearest: Nearest::new(t_max, hit) };
-    index.traverse(&everything(), &mut visitor);
+    index.traverse(&Frustum::everything(), &mut visitor);
     visitor.nearest.found()
-}
-
-/// The frustum that sees every box: a plane without a normal has everything on its inner side.
-pub(super) fn everything() -> Frustum {
-    Frustum::new([Plane { normal: Vec3::ZERO, d: 0.0 }; 6])
 }
 
 struct AnyVisitor<'a> {
@@ -143,7 +138,7 @@ pub(super) fn ray_any<I: SpatialIndex + ?Sized>(
     hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
 ) -> Option<(PolygonId, f32)> {
     let mut visitor = AnyVisitor { ray, t_max, hit, found: None };
-    index.traverse(&everything(), &mut visitor);
+    index.traverse(&Frustum::everything(), &mut visitor);
     visitor.found
 }
 
@@ -180,7 +175,7 @@ pub(super) fn sphere_query<I: SpatialIndex + ?Sized>(
         return WorkCounts::default();
     }
     let mut visitor = SphereVisitor { sphere, within, out, reported: 0 };
-    let work = index.traverse(&everything(), &mut visitor);
+    let work = index.traverse(&Frustum::everything(), &mut visitor);
     WorkCounts { reported: visitor.reported, ..work }
 }
 
@@ -254,7 +249,7 @@ pub(super) fn nearest<I: SpatialIndex + ?Sized>(
     }
     let found = BinaryHeap::with_capacity(count.min(index.len()));
     let mut visitor = NearestVisitor { point, count, distance_m, found };
-    let work = index.traverse(&everything(), &mut visitor);
+    let work = index.traverse(&Frustum::everything(), &mut visitor);
     out.extend(visitor.found.into_sorted_vec().into_iter().map(|near| (near.id, near.distance_m)));
     WorkCounts { reported: out.len() as u64, ..work }
 }

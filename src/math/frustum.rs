@@ -55,6 +55,11 @@ impl Frustum {
         Self { planes }
     }
 
+    /// The frustum that every box lies in: planes without a normal have everything on their inner side.
+    pub fn everything() -> Self {
+        Self::new([Plane { normal: glam::Vec3::ZERO, d: 0.0 }; 6])
+    }
+
     /// The planes, normals inwards.
     pub fn planes(&self) -> &[Plane; 6] {
         &self.planes

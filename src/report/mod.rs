@@ -4,6 +4,7 @@ mod chart;
 mod csv;
 mod pins;
 mod run;
+mod structure;
 mod table;
 
 pub(crate) use chart::{COLORS, register_font};
@@ -11,5 +12,6 @@ pub use chart::{ChartError, ChartFormat, draw_frame_times};
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use run::{OcclusionReport, ReplayReport, RunReport};
+pub use structure::{Side, Structure, StructureNode, StructureView};
 pub use table::replay_table;
 pub(crate) use table::{short, thousands};

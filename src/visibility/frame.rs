@@ -86,6 +86,11 @@ impl Pipeline {
         }
     }
 
+    /// Ends a row of frames that were not looked at: the index does what it has to do before it can be asked.
+    pub fn commit(&mut self) {
+        self.index.commit();
+    }
+
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
     /// filed once its box is finite again.
     fn file(&mut self, scene: &Scene, changes: &[Change], record: &mut FrameRecord) {

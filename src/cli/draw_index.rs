@@ -1,0 +1,154 @@
+//! `osp draw-index`: a picture of the structure that an index has become.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, anyhow, bail, ensure};
+use clap::{Args, ValueEnum};
+
+use super::{
+    Outcome,
+    frame_choice::FrameChoice,
+    output::{complain, say},
+    replay::{index_parser, root_cube},
+    session::OpenSession,
+};
+use crate::{
+    index::{IndexConfig, IndexKind},
+    metrics::{StageClock, summarize},
+    recording::{Pace, Pacer},
+    report::{Side, Structure, StructureView, thousands},
+    scene::Scene,
+    visibility::Pipeline,
+};
+
+/// Draw the cells of an index over the polygons, or its tree, as it stands after a frame.
+///
+/// Large trees are collapsed: whole levels are left out from below, and the picture says so.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp draw-index recordings/room.ron room.svg
+  osp draw-index recordings/room.ron --index octree-rebuild --from top room.png
+  osp draw-index sketch.tilt --index bvh-sah --frame 40 --as tree tree.svg
+  osp draw-index sketch.tilt --as tree tree.dot   (for Graphviz)")]
+pub(super) struct DrawIndexArgs {
+    /// The session, of any format that replay reads.
+    file: PathBuf,
+    /// Where the picture goes: .svg or .png, or .dot for a tree.
+    #[arg(value_name = "OUT")]
+    out: PathBuf,
+    /// The index.
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    index: IndexKind,
+    /// The frame after which it is drawn: its number from 0, or `last`.
+    #[arg(long, default_value = "last")]
+    frame: FrameChoice,
+    /// What is drawn.
+    #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
+    shown: Shown,
+    /// From where the cells are seen.
+    #[arg(long, value_enum, default_value_t = From::Front)]
+    from: From,
+    /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    #[arg(long, default_value = "samples:16")]
+    pace: Pace,
+    /// Skip damaged pieces and count them, instead of stopping at the first.
+    #[arg(long)]
+    lenient: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Shown {
+    /// The cells in projection, coloured by level, over the polygons.
+    Space,
+    /// The tree, coloured by level, the top above.
+    Tree,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum From {
+    /// x to the right, y up.
+    Front,
+    /// From above: x to the right, z down.
+    Top,
+    /// z to the left, y up.
+    Right,
+}
+
+pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
+    let ending = args.out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let is_dot = ending == "dot";
+    ensure!(
+        is_dot || ending == "svg" || ending == "png",
+        "{}: expected a name that ends in .svg, .png or .dot",
+        args.out.display()
+    );
+    ensure!(
+        !is_dot || args.shown == Shown::Tree,
+        "{}: .dot is for a tree: add --as tree",
+        args.out.display()
+    );
+    let (scene, structure, frame) = play(args)?;
+    let name = args.file.file_name().unwrap_or(args.file.as_os_str()).to_string_lossy();
+    let title = format!("{name}, frame {frame}, {}", args.index.name());
+    let write = |path: &Path| -> anyhow::Result<()> {
+        let place = || path.display().to_string();
+        if is_dot {
+            return fs::write(path, structure.to_dot(&title)).with_context(place);
+        }
+        let view = match (args.shown, args.from) {
+            (Shown::Tree, _) => StructureView::Tree,
+            (Shown::Space, From::Front) => StructureView::Space(Side::Front),
+            (Shown::Space, From::Top) => StructureView::Space(Side::Top),
+            (Shown::Space, From::Right) => StructureView::Space(Side::Right),
+        };
+        structure.draw(view, &scene, &title, path).map_err(|e| anyhow!("{}: {e}", path.display()))
+    };
+    write(&args.out)?;
+    let nodes = structure.nodes();
+    if nodes.is_empty() {
+        complain(&format!("warning: {} has no nodes to show", args.index.name()));
+    }
+    say(&format!(
+        "{title}: {} nodes, {} levels, {} polygons -> {}",
+        thousands(nodes.len() as u64),
+        if nodes.is_empty() { 0 } else { structure.depth() + 1 },
+        thousands(scene.counts().visible),
+        args.out.display()
+    ))?;
+    Ok(Outcome::Done)
+}
+
+/// The session up to the frame: the model, the structure of the index, and the number of the frame.
+fn play(args: &DrawIndexArgs) -> anyhow::Result<(Scene, Structure, u64)> {
+    let mut session = OpenSession::open(&args.file, args.lenient)?;
+    let (summary, _, read) = summarize(&mut session, args.pace);
+    for warning in &session.notes().warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    read?;
+    let last = args.frame.number(&args.file, &summary, args.pace)?;
+    let session = OpenSession::open(&args.file, args.lenient)?;
+    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+    let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
+    let mut pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
+    let mut pacer = Pacer::new(session, args.pace);
+    let (mut scene, mut events, mut changes) = (Scene::new(), Vec::new(), Vec::new());
+    for frame in 0..=last {
+        if !pacer.next_frame(&mut events)? {
+            bail!("{}: it has become shorter while it was read", args.file.display());
+        }
+        changes.clear();
+        for event in &events {
+            scene.apply(event, &mut changes);
+        }
+        pipeline.skip(&scene, &changes);
+        if frame == last {
+            pipeline.commit();
+        }
+    }
+    let structure = Structure::of(pipeline.index());
+    Ok((scene, structure, last))
+}
