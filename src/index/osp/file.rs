@@ -35,7 +35,10 @@ impl Osp {
         }
         if runs.len() > 2 {
             for way in ways[..runs.len()].iter().filter(|way| way.bucket != NONE) {
-                self.pages.prefetch(self.buckets[way.bucket].last);
+                let bucket = &self.buckets[way.bucket];
+                let at = bucket.page_count as usize - usize::from(bucket.page_count > 0);
+                self.pages.prefetch(bucket.last, bucket.counts[at]);
+                prefetch_lines::<3, _>(Halves::half_of(&raw const bucket.boxes, at));
             }
         }
         for (way, (run, bounds)) in ways.iter().zip(runs) {

@@ -58,7 +58,7 @@ impl Pooled for Page {
 #[repr(C, align(64))]
 pub(super) struct PageBoxes {
     pub(super) boxes: Halves,
-    /// Per run the number of its polygons' boxes, [`NONE`] for a run of one.
+    /// Per run the number of its polygons' boxes; anything for a run of one.
     pub(super) store: [u32; 16],
 }
 

@@ -7,7 +7,7 @@ use std::ops::{Index, IndexMut};
 
 use super::{
     layout::{Page, PageBoxes, Run},
-    pool::Pool,
+    pool::{NONE, Pool},
 };
 use crate::{
     index::simd::{Halves, prefetch_lines},
@@ -61,7 +61,9 @@ impl Pages {
     #[inline]
     pub(super) fn run(&self, number: u32, lane: usize) -> (Run, Aabb) {
         let (page, boxes) = (&self.heads[number], &self.boxes[number]);
-        let run = Run { first: page.first[lane], store: boxes.store[lane], mask: page.masks[lane] };
+        let exact = page.exact >> lane & 1 == 1;
+        let store = if exact { NONE } else { boxes.store[lane] };
+        let run = Run { first: page.first[lane], store, mask: page.masks[lane] };
         (run, boxes.boxes.get(lane))
     }
 
@@ -70,7 +72,9 @@ impl Pages {
     pub(super) fn set_run(&mut self, number: u32, lane: usize, run: Run, bounds: &Aabb) {
         let (page, boxes) = (&mut self.heads[number], &mut self.boxes[number]);
         boxes.boxes.set(lane, bounds);
-        boxes.store[lane] = run.store;
+        if !run.is_exact() {
+            boxes.store[lane] = run.store;
+        }
         page.first[lane] = run.first;
         page.masks[lane] = run.mask;
         page.exact = page.exact & !(1 << lane) | u16::from(run.is_exact()) << lane;
@@ -113,11 +117,11 @@ impl Pages {
         unsafe { self.boxes.known(number) }
     }
 
-    /// Asks for a page from memory.
+    /// Asks for what [`Pages::push_run`] will touch at a lane, for a run of one polygon.
     #[inline]
-    pub(super) fn prefetch(&self, number: u32) {
+    pub(super) fn prefetch(&self, number: u32, lane: u8) {
         prefetch_lines::<2, _>(self.heads.place(number));
-        prefetch_lines::<7, _>(self.boxes.place(number));
+        prefetch_lines::<3, _>(Halves::half_of(self.boxes.place(number).cast(), usize::from(lane)));
     }
 }
 

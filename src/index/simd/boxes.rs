@@ -67,6 +67,12 @@ impl Halves {
     /// No box in any lane.
     pub(in crate::index) const EMPTY: Self = Self([Boxes::EMPTY; 2]);
 
+    /// Where the half with a lane lies: to be prefetched.
+    #[inline]
+    pub(in crate::index) fn half_of(halves: *const Self, lane: usize) -> *const Boxes<8> {
+        halves.cast::<Boxes<8>>().wrapping_add(lane / 8 % 2)
+    }
+
     #[inline]
     pub(in crate::index) fn get(&self, lane: usize) -> Aabb {
         self.0[lane / 8].get(lane % 8)

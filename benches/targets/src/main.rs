@@ -1,0 +1,207 @@
+//! What `osp` promises, measured against every rival in one run: growing, asking, whole frames, latency of every
+//! batch, memory. Rivals take turns in every round; each answer is compared with the first rival's.
+//!
+//! `cargo run --release --manifest-path benches/targets/Cargo.toml [-- SIZE...]`; sizes in polygons, 10000 100000
+//! 1000000 unless told otherwise. With `OSP_CORPUS` set to a folder, its recorded sessions too.
+
+#[path = "../../../tests/support/boxes.rs"]
+mod boxes;
+mod peers;
+mod sessions;
+
+use std::time::Instant;
+
+use boxes::{Place, root, views};
+use osp::{
+    index::{DrawList, IndexConfig},
+    math::{Aabb, Frustum},
+};
+use peers::{KINDS, Kind, Subject};
+use sessions::Arrivals;
+
+/// Rounds of queries; the median counts.
+const ROUNDS: usize = 9;
+/// Views of each camera.
+const VIEWS: usize = 8;
+
+fn main() {
+    let sizes: Vec<usize> = std::env::args().skip(1).filter_map(|size| size.parse().ok()).collect();
+    let sizes = if sizes.is_empty() { vec![10_000, 100_000, 1_000_000] } else { sizes };
+    println!("Box tests on {}.", osp::index::Backend::detect().name());
+    for size in sizes {
+        for arrivals in sessions::synthetic(size) {
+            measure(&arrivals);
+        }
+    }
+    match std::env::var_os("OSP_CORPUS") {
+        Some(folder) => {
+            for arrivals in sessions::recorded(folder.as_ref(), 50_000) {
+                measure(&arrivals);
+            }
+        }
+        None => println!("\nNo recorded sessions: OSP_CORPUS is not set."),
+    }
+}
+
+/// A rival with what was measured of it.
+struct Row {
+    kind: &'static Kind,
+    subject: Box<dyn Subject>,
+    /// Nanoseconds a polygon with 16 and 256 a frame; a rebuild's for all polygons, nanoseconds.
+    insert_ns: [f64; 2],
+    /// Microseconds of a batch of 16: p50, p99, p99.9, max.
+    latency_us: [f64; 4],
+    /// Microseconds a query, outside and inside.
+    query_us: [f64; 2],
+}
+
+impl Row {
+    /// A whole frame: 16 inserts (or a rebuild) and a query, microseconds.
+    fn frame_us(&self, camera: usize) -> f64 {
+        let change_ns = if self.kind.rebuilds { self.insert_ns[0] } else { 16.0 * self.insert_ns[0] };
+        change_ns / 1000.0 + self.query_us[camera]
+    }
+}
+
+fn measure(arrivals: &Arrivals) {
+    let boxes = &arrivals.boxes;
+    let mut rows: Vec<Row> = KINDS
+        .iter()
+        .filter(|k| arrivals.all_rivals || (!k.peer && !k.rebuilds))
+        .map(|k| grow(k, boxes))
+        .collect();
+    let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
+    let mut seen = [0.0; 2];
+    for (camera, place) in [Place::Outside, Place::Inside].into_iter().enumerate() {
+        let views = views(&bounds, VIEWS, place, 7);
+        seen[camera] = ask(&mut rows, camera, &views) / (VIEWS * boxes.len()) as f64;
+    }
+    print(&arrivals.name, boxes.len(), &rows, seen);
+}
+
+/// Fills a rival.
+fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
+    let config = IndexConfig { root: root(), capacity: boxes.len() };
+    if kind.rebuilds {
+        let mut subject = (kind.make)(&config);
+        for (id, bounds) in boxes.iter().enumerate() {
+            subject.insert(id as u32, bounds);
+        }
+        let start = Instant::now();
+        subject.commit();
+        let rebuild_ns = start.elapsed().as_secs_f64() * 1.0e9;
+        let none = [f64::NAN; 4];
+        return Row { kind, subject, insert_ns: [rebuild_ns; 2], latency_us: none, query_us: [0.0; 2] };
+    }
+    let runs = if kind.peer && boxes.len() > 200_000 { 1 } else { 5 };
+    let (mut insert_ns, mut latency_us) = ([f64::NAN; 2], [f64::NAN; 4]);
+    let mut subject = None;
+    for (i, batch) in [256, 16].into_iter().enumerate() {
+        if runs == 1 && batch == 256 {
+            continue;
+        }
+        // A batch does the same in every run, so its least time is the one least disturbed.
+        let mut least = vec![f64::MAX; boxes.len().div_ceil(batch)];
+        let mut totals = Vec::new();
+        for _ in 0..runs {
+            let mut filled = (kind.make)(&config);
+            let mut total = 0.0;
+            for (frame, chunk) in boxes.chunks(batch).enumerate() {
+                let start = Instant::now();
+                for (id, bounds) in (frame * batch..).zip(chunk) {
+                    filled.insert(id as u32, bounds);
+                }
+                filled.commit();
+                let ns = start.elapsed().as_secs_f64() * 1.0e9;
+                total += ns;
+                least[frame] = least[frame].min(ns);
+            }
+            totals.push(total);
+            subject = Some(filled);
+        }
+        insert_ns[1 - i] = median(&mut totals) / boxes.len() as f64;
+        if batch == 16 {
+            least.sort_by(f64::total_cmp);
+            let at = |share: f64| least[((least.len() - 1) as f64 * share) as usize] / 1000.0;
+            latency_us = [at(0.5), at(0.99), at(0.999), at(1.0)];
+        }
+    }
+    let subject = subject.expect("it was filled at least once");
+    Row { kind, subject, insert_ns, latency_us, query_us: [0.0; 2] }
+}
+
+/// Asks all rivals in turns; returns how many polygons were found.
+fn ask(rows: &mut [Row], camera: usize, views: &[Frustum]) -> f64 {
+    let mut list = DrawList::new();
+    let mut expected: Vec<Vec<u32>> = Vec::new();
+    for row in rows.iter() {
+        for (i, view) in views.iter().enumerate() {
+            list.clear();
+            row.subject.cull(view, &mut list);
+            let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+            ids.sort_unstable();
+            if expected.len() == i {
+                expected.push(ids);
+            } else {
+                assert!(ids == expected[i], "{}: another answer", row.kind.name);
+            }
+        }
+    }
+    let mut rounds = vec![Vec::new(); rows.len()];
+    for _ in 0..ROUNDS {
+        for (row, times) in rows.iter().zip(&mut rounds) {
+            let start = Instant::now();
+            for view in views {
+                list.clear();
+                row.subject.cull(view, &mut list);
+            }
+            times.push(start.elapsed().as_secs_f64() * 1.0e6 / views.len() as f64);
+        }
+    }
+    for (row, times) in rows.iter_mut().zip(&mut rounds) {
+        row.query_us[camera] = median(times);
+    }
+    expected.iter().map(Vec::len).sum::<usize>() as f64
+}
+
+fn median(numbers: &mut [f64]) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers[numbers.len() / 2]
+}
+
+fn print(name: &str, polygons: usize, rows: &[Row], seen: [f64; 2]) {
+    println!(
+        "\n### {name} ({polygons} polygons; {:.0} % seen from outside, {:.0} % from inside)\n",
+        seen[0] * 100.0,
+        seen[1] * 100.0
+    );
+    println!(
+        "| | insert 16 / 256, ns | batch p50 / p99 / p99.9 / max, µs | query out / in, µs | against osp | frame out / in, µs | against osp | B a polygon |\n|---|---|---|---|---|---|---|---|"
+    );
+    let osp = &rows[0];
+    for row in rows {
+        let insert = match (row.kind.rebuilds, row.insert_ns) {
+            (true, [ns, _]) => format!("rebuild {:.0} µs", ns / 1000.0),
+            (false, [a, b]) if b.is_nan() => format!("{a:.1}"),
+            (false, [a, b]) => format!("{a:.1} / {b:.1}"),
+        };
+        let [p50, p99, p999, max] = row.latency_us;
+        let latency = if row.kind.rebuilds {
+            String::new()
+        } else {
+            format!("{p50:.2} / {p99:.1} / {p999:.1} / {max:.1}")
+        };
+        let [outside, inside] = row.query_us;
+        println!(
+            "| {} | {insert} | {latency} | {outside:.1} / {inside:.1} | {:.2} / {:.2} | {:.1} / {:.1} | {:.2} / {:.2} | {:.0} |",
+            row.kind.name,
+            outside / osp.query_us[0],
+            inside / osp.query_us[1],
+            row.frame_us(0),
+            row.frame_us(1),
+            row.frame_us(0) / osp.frame_us(0),
+            row.frame_us(1) / osp.frame_us(1),
+            row.subject.bytes() as f64 / polygons as f64,
+        );
+    }
+}
