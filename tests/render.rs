@@ -3,6 +3,9 @@
 #![cfg(feature = "render")]
 #![expect(clippy::print_stderr, reason = "a test that is left out says why")]
 
+#[cfg(feature = "cli")]
+#[path = "render/commands.rs"]
+mod commands;
 #[path = "render/identity.rs"]
 mod identity;
 #[path = "render/pictures.rs"]

@@ -9,6 +9,8 @@ mod session;
 
 mod bench;
 mod draw_index;
+#[cfg(feature = "render")]
+mod drawing;
 mod frame_choice;
 mod import;
 mod info;

@@ -83,9 +83,9 @@ pub(super) struct RenderArgs {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Size {
-    width: u32,
-    height: u32,
+pub(super) struct Size {
+    pub(super) width: u32,
+    pub(super) height: u32,
 }
 
 impl FromStr for Size {

@@ -54,6 +54,7 @@ With --occlusion a line for each index and method, and more columns:
   occlusion  choosing occluders, building the culler, testing; median of the frames that it was used in
   used       share of the frames that it was used in
   with drawing  the frame and the drawing of what is left, at --polygon-ns for each polygon, median
+With --draw, from submission to completion on the graphics adapter: draw, median and 99 per cent.
 A slow index is measured on evenly spaced stretches of a long session (--budget); `frames measured` says how many.")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
@@ -102,6 +103,10 @@ pub(super) struct ReplayArgs {
     /// Skip damaged pieces and count them, instead of stopping at the first.
     #[arg(long)]
     lenient: bool,
+    /// Draw what is left of each frame, too, on the graphics adapter, and take its time [default size: 1280x720].
+    #[cfg(feature = "render")]
+    #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
+    draw: Option<super::render::Size>,
     /// Play the session in a window, with its times and counts.
     #[cfg(feature = "window")]
     #[arg(long)]
@@ -327,12 +332,15 @@ fn replay_file(
     }
     let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
 
+    #[cfg(feature = "render")]
+    let mut drawing = args.draw.map(super::drawing::Drawing::new).transpose()?;
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
     let mut replay = Replay::new(Pacer::new(session, args.pace), camera, lanes);
     while let Some(outcomes) = replay.step()? {
-        let looked: Vec<bool> = outcomes.iter().map(Option::is_some).collect();
-        for (run, frame) in runs.iter_mut().zip(outcomes) {
+        let frames = outcomes.to_vec();
+        let looked: Vec<bool> = frames.iter().map(Option::is_some).collect();
+        for (run, frame) in runs.iter_mut().zip(&frames) {
             let Some(frame) = frame else { continue };
             run.add(frame);
             if let Some(csv) = &mut csv {
@@ -343,6 +351,10 @@ fn replay_file(
         if replay.frames() * args.verify_frames / summary.frames.max(1) > verified {
             verified += 1;
             verify_frame(&replay, &looked, &mut runs);
+        }
+        #[cfg(feature = "render")]
+        if let Some(drawing) = &mut drawing {
+            drawing.frame(&replay, &frames, &mut runs)?;
         }
         progress.inc(1);
     }

@@ -2,6 +2,7 @@
 
 mod chart;
 mod csv;
+mod drawing;
 mod pins;
 mod run;
 mod structure;
@@ -10,6 +11,7 @@ mod table;
 pub(crate) use chart::{COLORS, register_font};
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
 pub use csv::{CsvWriter, OcclusionColumns};
+pub use drawing::DrawReport;
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 pub use structure::{Side, Structure, StructureNode, StructureView};

@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
+use super::DrawReport;
 use crate::{
     metrics::{FrameRecord, OcclusionRecord, SessionFingerprint},
     visibility::{LaneFrame, STRETCHES, stretch_of_frame},
@@ -31,6 +32,8 @@ pub struct RunReport {
     pub refused: u64,
     /// Culling by occlusion, where it was asked for.
     pub occlusion: Option<OcclusionReport>,
+    /// Drawing, where it was asked for.
+    pub draw: Option<DrawReport>,
 }
 
 /// What is reported of culling by occlusion.
@@ -79,6 +82,7 @@ impl RunReport {
             bytes: 0,
             refused: 0,
             occlusion: None,
+            draw: None,
         }
     }
 
@@ -285,6 +289,26 @@ struct JsonRun<'a> {
     refused: u64,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     occlusion: Option<JsonOcclusion>,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    draw: Option<JsonDraw>,
+}
+
+/// The keys that a run has where drawing was asked for.
+#[derive(Serialize)]
+struct JsonDraw {
+    draw_us: JsonQuantiles,
+    send_us: JsonQuantiles,
+    frames_drawn: u64,
+}
+
+impl JsonDraw {
+    fn of(draw: &DrawReport) -> Self {
+        Self {
+            draw_us: JsonQuantiles::of(|quantile| draw.draw_us(quantile)),
+            send_us: JsonQuantiles::of(|quantile| draw.send_us(quantile)),
+            frames_drawn: draw.frames(),
+        }
+    }
 }
 
 /// The keys that a run has where occlusion was asked for.
@@ -358,6 +382,7 @@ impl ReplayReport {
                 frames_fingerprinted: run.frames().len(),
                 refused: run.refused,
                 occlusion: JsonOcclusion::of(run),
+                draw: run.draw.as_ref().map(JsonDraw::of),
             })
             .collect();
         let report = JsonReport {

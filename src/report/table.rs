@@ -34,6 +34,10 @@ pub fn replay_table(report: &ReplayReport) -> String {
             drawn,
         ]);
     }
+    let has_draw = report.runs.iter().any(|run| run.draw.is_some());
+    if has_draw {
+        header.extend(["draw p50\nµs".to_owned(), "p99\nµs".to_owned()]);
+    }
     table.set_header(header);
     for run in &report.runs {
         let numbers = [
@@ -58,6 +62,9 @@ pub fn replay_table(report: &ReplayReport) -> String {
                 short(run.occlusion_used_percent()),
                 short(run.drawn_frame_us(0.5, occlusion.polygon_ns)),
             ]);
+        }
+        if let Some(draw) = &run.draw {
+            numbers.extend([short(draw.draw_us(0.5)), short(draw.draw_us(0.99))]);
         }
         let cells = numbers.into_iter().map(|n| Cell::new(n).set_alignment(CellAlignment::Right));
         table.add_row(names.into_iter().map(Cell::new).chain(cells));

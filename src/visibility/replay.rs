@@ -138,6 +138,11 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         &self.scene
     }
 
+    /// What the last frame changed.
+    pub fn changes(&self) -> &[Change] {
+        &self.changes
+    }
+
     /// The view of the last frame.
     pub fn view(&self) -> Option<&View> {
         self.view.as_ref()

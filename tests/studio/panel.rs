@@ -140,7 +140,7 @@ fn the_index_is_changed_while_something_is_drawn() {
     drag(&mut harness, &across());
     let drawn = harness.state().report.drawn;
     for kind in [IndexKind::BruteForce, IndexKind::OctreeRebuild, IndexKind::Osp] {
-        harness.get_by_role_and_label(Role::ComboBox, "index").click();
+        harness.get_by_role_and_label(Role::ComboBox, "index (I)").click();
         harness.run_steps(3);
         harness.get_by_role_and_label(Role::Button, kind.name()).click();
         harness.run_steps(3);
@@ -154,7 +154,7 @@ fn only_sound_ways_to_find_what_is_hidden_are_offered() {
     let mut harness = sketch();
     drag(&mut harness, &across());
     let drawn = harness.state().report.drawn;
-    harness.get_by_role_and_label(Role::ComboBox, "occlusion").click();
+    harness.get_by_role_and_label(Role::ComboBox, "occlusion (O)").click();
     harness.run_steps(3);
     assert!(harness.query_by_role_and_label(Role::Button, "msvbsp-paper").is_none());
     harness.get_by_role_and_label(Role::Button, "msvbsp").click();

@@ -114,9 +114,14 @@ impl Desk {
             id: String::new(),
         };
         window.until("the first frames", |frames| frames.len() >= 3);
-        let found = self.command("xdotool").args(["search", "--onlyvisible", "--name", " - osp$"]).output();
-        let found = String::from_utf8(found.expect("xdotool").stdout).expect("text");
-        window.id = found.lines().next().expect("a window").to_owned();
+        let mut id = String::new();
+        window.until("a window", |_| {
+            let search = ["search", "--onlyvisible", "--name", " - osp$"];
+            let found = self.command("xdotool").args(search).output().expect("xdotool");
+            id = String::from_utf8_lossy(&found.stdout).lines().next().unwrap_or_default().to_owned();
+            !id.is_empty()
+        });
+        window.id = id;
         window.become_active();
         window
     }

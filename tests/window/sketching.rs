@@ -69,9 +69,16 @@ fn a_session_from_the_first_stroke_to_the_last_click() {
     window.click(MIDDLE.0, MIDDLE.1);
     window.until_last("the first stroke erased", |frame| frame["polygons"] == both - drawn);
 
-    // Another index holds the same.
-    window.key("Escape");
+    // Other indexes hold the same, and so does another way to find what is hidden.
     assert_eq!(window.last()["index"], "osp");
+    let shown = window.number("drawn");
+    for next in ["octree-rebuild", "bvh-midpoint"] {
+        window.key("i");
+        window.until_last(next, |frame| frame["index"] == next && frame["drawn"] == shown);
+    }
+    let before = window.last()["occlusion"].clone();
+    window.key("o");
+    window.until_last("another occlusion", |frame| frame["occlusion"] != before && frame["drawn"] == shown);
 
     // Freeze the culling camera, turn away: as much is drawn as before.
     window.key("c");

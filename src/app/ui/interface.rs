@@ -9,10 +9,13 @@ use super::{
     keys::{Action, HINTS, SHORTCUTS},
     numbers, replay_bar, tools,
 };
-use crate::app::{
-    command::Command,
-    stats::{FrameTimes, History},
-    studio::{Studio, Subject},
+use crate::{
+    app::{
+        command::Command,
+        stats::{FrameTimes, History},
+        studio::{Studio, Subject},
+    },
+    index::IndexKind,
 };
 
 /// What was asked for while the panels were shown; done when they are laid out.
@@ -123,6 +126,14 @@ impl Interface {
             match shortcut.action {
                 Action::Do(command) => wishes.commands.push(command()),
                 Action::ToggleFreeze => wishes.commands.push(Command::Freeze(!studio.is_frozen())),
+                Action::NextIndex => {
+                    let next = next_of(IndexKind::ALL, studio.culling().kind());
+                    wishes.commands.push(Command::Index(next));
+                }
+                Action::NextOcclusion => {
+                    let next = next_of(&numbers::sound_occlusion(), studio.culling().occlusion());
+                    wishes.commands.push(Command::Occlusion(next));
+                }
                 Action::AskOpen => wishes.ask = Some(Ask::Open),
                 Action::AskSaveAs => wishes.ask = Some(Ask::SaveAs),
                 Action::AskExport => wishes.ask = Some(Ask::Export),
@@ -154,6 +165,12 @@ impl Interface {
         let below = at + egui::vec2(0.0, 26.0);
         painter.text(below, Align2::CENTER_CENTER, rest, font, Color32::from_white_alpha(120));
     }
+}
+
+/// What comes after `now`; after the last the first.
+fn next_of<T: Copy + PartialEq>(all: &[T], now: T) -> T {
+    let next = all.iter().position(|&one| one == now).map_or(0, |at| at + 1);
+    all.get(next).or(all.first()).copied().unwrap_or(now)
 }
 
 /// Where the held keys fly to: right, up, back.

@@ -10,6 +10,10 @@ pub enum Action {
     Do(fn() -> Command),
     /// Freeze the culling camera, or let it go.
     ToggleFreeze,
+    /// File the model into the next index of the list.
+    NextIndex,
+    /// Look for what is hidden in the next way of the list.
+    NextOcclusion,
     /// Open the dialog for a session to open.
     AskOpen,
     /// Open the dialog for a place to save.
@@ -69,6 +73,8 @@ pub const SHORTCUTS: &[Shortcut] = &[
     key(Key::H, "show everything", Action::Do(|| Command::ShowAll)),
     key(Key::F, "look at what is under the pointer", Action::Do(|| Command::LookAtPointer)),
     key(Key::C, "freeze the culling camera", Action::ToggleFreeze),
+    key(Key::I, "next index", Action::NextIndex),
+    key(Key::O, "next way to find what is hidden", Action::NextOcclusion),
     key(Key::Space, "replay: run or stand", Action::TogglePlay),
     key(Key::Period, "replay: one frame on", Action::Do(|| Command::Step(1))),
     key(Key::Comma, "replay: one frame back", Action::Do(|| Command::Step(-1))),

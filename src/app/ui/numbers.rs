@@ -137,7 +137,7 @@ fn counts(ui: &mut Ui, studio: &Studio) {
 
 fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let culling = studio.culling();
-    ComboBox::from_label("index").selected_text(culling.kind().name()).show_ui(ui, |ui| {
+    ComboBox::from_label("index (I)").selected_text(culling.kind().name()).show_ui(ui, |ui| {
         for &kind in IndexKind::ALL {
             if ui.selectable_label(culling.kind() == kind, kind.name()).clicked() {
                 wishes.commands.push(Command::Index(kind));
@@ -150,10 +150,8 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         ui.label(RichText::new(line).weak().small());
     }
     let now = culling.occlusion();
-    ComboBox::from_label("occlusion").selected_text(now.name()).show_ui(ui, |ui| {
-        // Those that may hide what can be seen are for `osp replay` and `osp verify`.
-        let sound = OcclusionChoice::names().filter_map(OcclusionChoice::from_name);
-        for choice in sound.filter(|choice| choice.soundness() == Soundness::Sound) {
+    ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
+        for choice in sound_occlusion() {
             if ui.selectable_label(now == choice, choice.name()).clicked() {
                 wishes.commands.push(Command::Occlusion(choice));
             }
@@ -170,6 +168,12 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     if is_frozen != studio.is_frozen() {
         wishes.commands.push(Command::Freeze(is_frozen));
     }
+}
+
+/// The ways to find what is hidden; those that may hide what can be seen are for `osp replay` and `osp verify`.
+pub(super) fn sound_occlusion() -> Vec<OcclusionChoice> {
+    let all = OcclusionChoice::names().filter_map(OcclusionChoice::from_name);
+    all.filter(|choice| choice.soundness() == Soundness::Sound).collect()
 }
 
 fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
