@@ -11,7 +11,8 @@ use boxes::{Place, Rng, drawn, root, shuffled, views};
 use glam::Vec3;
 use osp::{
     index::{
-        Backend, BruteForce, DrawList, IndexConfig, IndexError, IndexKind, Osp, SpatialIndex, Visit, Visitor,
+        Backend, BruteForce, DrawList, FoundPages, IndexConfig, IndexError, IndexKind, Osp, SpatialIndex,
+        Visit, Visitor,
     },
     math::{Aabb, Frustum},
     scene::PolygonId,
@@ -87,6 +88,33 @@ fn drawn_sessions_give_the_brute_force_answer() {
             osp.validate().unwrap();
             assert_same(&osp, &reference, &views(&root(), 8, Place::Outside, 4));
             assert_same(&osp, &reference, &views(&root(), 8, Place::Inside, 5));
+        }
+    }
+}
+
+#[test]
+fn handles_stand_for_the_same_polygons() {
+    for backend in backends() {
+        for boxes in [drawn(6000, 21), shuffled(drawn(6000, 22), 23)] {
+            let mut osp = tree(backend);
+            for (i, bounds) in boxes.iter().enumerate() {
+                osp.insert(PolygonId(i as u32), bounds).unwrap();
+            }
+            for i in (0..boxes.len()).filter(|i| i / 50 % 4 == 1 || i % 7 == 0) {
+                osp.remove(PolygonId(i as u32)).unwrap();
+            }
+            let (mut found, mut list) = (FoundPages::new(), DrawList::new());
+            let mut frusta = views(&root(), 8, Place::Outside, 24);
+            frusta.extend(views(&root(), 8, Place::Inside, 25));
+            for frustum in &frusta {
+                found.clear();
+                list.clear();
+                osp.find_pages(frustum, &mut found);
+                osp.list_found(&found, &mut list);
+                let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+                ids.sort_unstable();
+                assert_eq!(ids, cull(&osp, frustum));
+            }
         }
     }
 }

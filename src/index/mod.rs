@@ -43,7 +43,7 @@ pub use kd_tree::{KdTreeConfig, kd_tree};
 pub use kind::{IndexConfig, IndexKind};
 pub use loose_octree::{LooseOctree, LooseOctreeConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
-pub use osp::Osp;
+pub use osp::{FoundPage, FoundPages, FoundRun, Osp};
 pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPlace};
 pub use quadtree::{QuadtreeConfig, quadtree};
 pub use simd::Backend;

@@ -138,6 +138,7 @@ fn ask(rows: &mut [Row], camera: usize, views: &[Frustum]) -> f64 {
         for (i, view) in views.iter().enumerate() {
             list.clear();
             row.subject.cull(view, &mut list);
+            row.subject.list(&mut list);
             let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
             ids.sort_unstable();
             if expected.len() == i {

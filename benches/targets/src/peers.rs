@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use bvh::bounding_hierarchy::BHShape;
 use obvhs::bvh2::Bvh2;
 use osp::{
-    index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
+    index::{DrawList, FoundPages, IndexConfig, IndexKind, Osp, SpatialIndex},
     math::{Aabb, Containment, Frustum, PlaneMask},
     scene::PolygonId,
 };
@@ -19,6 +19,8 @@ pub trait Subject {
     /// Ends a frame's inserts.
     fn commit(&mut self);
     fn cull(&self, frustum: &Frustum, out: &mut DrawList);
+    /// Completes `out` where `cull` has answered with something shorter.
+    fn list(&self, _out: &mut DrawList) {}
     fn bytes(&self) -> usize;
 }
 
@@ -32,6 +34,7 @@ pub struct Kind {
 
 pub const KINDS: &[Kind] = &[
     Kind { name: "osp", rebuilds: false, peer: false, make: |c| own(IndexKind::Osp, c) },
+    Kind { name: "osp, as pages", rebuilds: false, peer: false, make: |c| Box::new(Pages::new(c)) },
     Kind { name: "brute-simd", rebuilds: false, peer: false, make: |c| own(IndexKind::BruteSimd, c) },
     Kind { name: "time-order", rebuilds: false, peer: false, make: |c| own(IndexKind::TimeOrder, c) },
     Kind { name: "octree-rebuild", rebuilds: true, peer: false, make: |c| own(IndexKind::OctreeRebuild, c) },
@@ -65,6 +68,42 @@ impl Subject for Own {
 
     fn bytes(&self) -> usize {
         self.0.bytes()
+    }
+}
+
+/// The fast tree answering with handles; they are turned into ids only where answers are compared.
+struct Pages {
+    tree: Osp,
+    found: RefCell<FoundPages>,
+}
+
+impl Pages {
+    fn new(config: &IndexConfig) -> Self {
+        Self { tree: Osp::new(config), found: RefCell::default() }
+    }
+}
+
+impl Subject for Pages {
+    fn insert(&mut self, id: u32, bounds: &Aabb) {
+        self.tree.insert(PolygonId(id), bounds).expect("finite boxes, each id once");
+    }
+
+    fn commit(&mut self) {
+        self.tree.commit();
+    }
+
+    fn cull(&self, frustum: &Frustum, _out: &mut DrawList) {
+        let mut found = self.found.borrow_mut();
+        found.clear();
+        self.tree.find_pages(frustum, &mut found);
+    }
+
+    fn list(&self, out: &mut DrawList) {
+        self.tree.list_found(&self.found.borrow(), out);
+    }
+
+    fn bytes(&self) -> usize {
+        self.tree.bytes()
     }
 }
 

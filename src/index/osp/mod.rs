@@ -1,5 +1,37 @@
 //! The fast form of the octal space partition tree.
+//!
+//! Its origin is the OSP tree of the paper that [`crate::index::OspPaper`] follows to the letter: a cube divided ahead
+//! of time, into which polygons are filed one by one as they are drawn. What it keeps of it: the octal partition, its
+//! preallocated levels, and filing that never rebuilds.
+//!
+//! # Differences from the paper
+//!
+//! * A polygon that a split plane cuts is *not* kept at that plane's node. It goes by its centre to a cell of its own
+//!   size, and the cell's tight box sticks out as far as it has to (a loose octree; Ulrich, 2000). Kept at the planes,
+//!   a few per cent of all polygons would sit near the root and be tested in every frame.
+//! * Three binary levels (X, Y, Z) are one step of eight.
+//! * The unit in the tree is a *run*: polygons of one block of sixteen ids that lie side by side, as the pieces of a
+//!   stroke do, with a tight box around them. The block being drawn is kept apart and filed when the next begins.
+//! * Nodes exist only where there is something: a leaf is divided when it holds too many runs, and becomes a leaf again
+//!   when it holds few. Preallocated are the *links* of the upper levels, four bytes a cell, so a run finds its leaf
+//!   without walking down.
+//! * The root cube is no border: levels are added on top when something lies outside, and taken off again.
+//! * Boxes are tested eight or sixteen at a time (children of a node, pages of a leaf, runs of a page, polygons of a
+//!   run), each kind in rows that a wide register reads. Planes that a box has passed are not tested below it.
+//! * Erasing is not in the paper. Here it clears a bit; boxes are made to fit again, and pages, leaves and nodes joined,
+//!   in the commits that follow, as much as was erased.
+//!
+//! # Layout
+//!
+//! ```text
+//! node: 8 boxes ─> node | leaf          straddlers: runs longer than the node's children
+//! leaf: a chain of buckets              bucket: 16 boxes ─> 16 pages
+//! page: 16 runs (first id and mask)     page boxes, apart: 16 boxes, one a run ─> store
+//! store: the 16 exact boxes of a block of ids; a run of one polygon needs none
+//! ids: block of 16 ids ─> where its runs are, and its store
+//! ```
 
+mod answer;
 mod file;
 mod grid;
 mod ids;
@@ -14,4 +46,5 @@ mod tuning;
 mod validate;
 mod visit;
 
+pub use answer::{FoundPage, FoundPages, FoundRun};
 pub use index::Osp;

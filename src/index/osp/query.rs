@@ -7,6 +7,7 @@
 //! a full list is worked off with the plane in registers.
 
 use super::{
+    answer::{Answer, FoundPages, Handles, Ids},
     index::Osp,
     layout::{Bucket, Node, Page, PageBoxes, Target},
     pool::NONE,
@@ -14,71 +15,21 @@ use super::{
 use crate::{
     index::{
         DrawList, WorkCounts,
-        simd::{Boxes, IdWriter, Kernel, PageRuns, PlaneSet, WithKernel, prefetch_lines},
+        simd::{Boxes, Kernel, PlaneSet, WithKernel, prefetch_lines},
     },
     math::Frustum,
 };
 
-/// Where the answer goes.
-pub(super) trait Answer {
-    /// Polygons `first + bit` of a mask.
-    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
-
-    /// The first `runs` runs of a page.
-    fn page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32);
-
-    /// The ids of a page of single polygons.
-    fn single<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32);
-
-    /// Some runs of a page.
-    fn lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32);
-
-    /// Polygons so far.
-    fn count(&self) -> usize;
-
-    /// The answer is complete.
-    fn finish(self);
-}
-
-/// The answer as ids.
-struct Ids<'a>(IdWriter<'a>);
-
-impl Answer for Ids<'_> {
-    #[inline(always)]
-    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
-        self.0.push(kernel, first, mask);
-    }
-
-    #[inline(always)]
-    fn page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32) {
-        self.0.push_page(kernel, page, runs);
-    }
-
-    #[inline(always)]
-    fn single<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32) {
-        self.0.push_copy(kernel, ids, count);
-    }
-
-    #[inline(always)]
-    fn lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32) {
-        self.0.push_lanes(kernel, page, lanes);
-    }
-
-    #[inline(always)]
-    fn count(&self) -> usize {
-        self.0.len()
-    }
-
-    #[inline(always)]
-    fn finish(self) {
-        self.0.finish();
-    }
-}
-
 impl Osp {
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        let answer = Ids(IdWriter::new(draw_list.ids_mut()));
+        let answer = Ids::new(draw_list);
         self.backend.run(Cull { osp: self, planes: PlaneSet::new(frustum), answer })
+    }
+
+    /// The query of [`crate::index::SpatialIndex::frustum_cull`] with its answer as handles, appended to `found`. Of
+    /// the work, `reported` and `taken_whole` count handles, not polygons.
+    pub fn find_pages(&self, frustum: &Frustum, found: &mut FoundPages) -> WorkCounts {
+        self.backend.run(Cull { osp: self, planes: PlaneSet::new(frustum), answer: Handles(found) })
     }
 }
 
@@ -110,7 +61,7 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
         walk.all();
         let mut work = walk.work;
         work.reported = (walk.answer.count() - before) as u64;
-        work.taken_whole = work.reported - walk.tested;
+        work.taken_whole = work.reported.saturating_sub(walk.tested);
         walk.answer.finish();
         work
     }
@@ -361,7 +312,12 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         while seen != 0 {
             let i = seen.trailing_zeros() as usize & 15;
             seen &= seen - 1;
-            self.wait_for_page(Below { number: bucket.pages[i], planes: sides.planes_at(planes, i) });
+            let below = Below { number: bucket.pages[i], planes: sides.planes_at(planes, i) };
+            if below.planes == 0 && !A::READS_PAGES {
+                self.whole_page(bucket, i);
+            } else {
+                self.wait_for_page(below);
+            }
         }
     }
 
@@ -371,6 +327,12 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     fn whole_bucket(&mut self, bucket: &Bucket) {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         self.work.nodes += pages.len() as u64;
+        if !A::READS_PAGES {
+            for i in 0..pages.len() {
+                self.whole_page(bucket, i);
+            }
+            return;
+        }
         for (i, &number) in pages.iter().enumerate() {
             let single = bucket.single >> i & 1 == 1;
             let page: *const Page = self.page(number);
@@ -386,14 +348,21 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
     }
 
+    /// Hands a page of a bucket out unread.
+    #[inline(always)]
+    fn whole_page(&mut self, bucket: &Bucket, i: usize) {
+        let number = bucket.pages[i];
+        self.answer.page(self.kernel, number, self.page(number), u32::from(bucket.counts[i]));
+    }
+
     #[inline(always)]
     fn next_whole(&mut self) {
         let Whole { number, runs, single } = self.whole.pop();
         let page = self.page(number);
         if single {
-            self.answer.single(self.kernel, &page.first, u32::from(runs));
+            self.answer.single(self.kernel, number, page, u32::from(runs));
         } else {
-            self.answer.page(self.kernel, runs_of(page), u32::from(runs));
+            self.answer.page(self.kernel, number, page, u32::from(runs));
         }
     }
 
@@ -412,7 +381,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let page = self.page(number);
         self.work.nodes += 1;
         if planes == 0 {
-            self.answer.page(self.kernel, runs_of(page), u32::from(page.runs));
+            self.answer.page(self.kernel, number, page, u32::from(page.runs));
             return;
         }
         let boxes = self.page_boxes(number);
@@ -422,7 +391,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         // A run of one has its polygon's own box: it has had its test.
         let exact = u32::from(page.exact);
         self.tested += u64::from((seen & exact).count_ones());
-        self.answer.lanes(self.kernel, runs_of(page), seen & (exact | !sides.cut));
+        self.answer.lanes(self.kernel, number, page, seen & (exact | !sides.cut));
         let cut = seen & sides.cut & !exact;
         let once = sides.cut_once(planes);
         let mut left = planes;
@@ -500,10 +469,4 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
         self.tested += (self.answer.count() - before) as u64;
     }
-}
-
-#[inline(always)]
-fn runs_of(page: &Page) -> PageRuns<'_> {
-    let (gaps, single) = (u32::from(page.gaps), u32::from(page.exact));
-    PageRuns { first: &page.first, masks: &page.masks, gaps, single }
 }
