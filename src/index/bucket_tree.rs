@@ -10,15 +10,16 @@ use super::{
     buckets::{Buckets, NOWHERE, Spot},
     by_id::{ById, FiledBoxes},
     flat_tree::Item,
+    probe::Nearest,
 };
 use crate::{
-    math::{Aabb, Frustum},
+    math::{Aabb, Frustum, Ray},
     scene::PolygonId,
 };
 use glam::Vec3;
 
-/// Polygons of a bucket.
-const LANES: usize = 16;
+/// Polygons of a bucket: a full leaf.
+const LANES: usize = 64;
 
 /// No node.
 const NONE: u32 = u32::MAX;
@@ -31,7 +32,7 @@ pub(super) trait Partition: Send + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 
-    /// Children of an inner node.
+    /// Children of an inner node, at most four.
     const ARITY: usize;
 
     /// Where a node lies and, in an inner node, where it is split.
@@ -53,6 +54,9 @@ pub(super) trait Partition: Send + std::fmt::Debug {
 
     /// The child of an inner node that a centre belongs to.
     fn child_of(&self, cell: &Self::Cell, center: Vec3) -> usize;
+
+    /// Whether splits follow the polygons, so that a subtree that has lost most of them is built anew.
+    const FOLLOWS_POLYGONS: bool;
 
     /// Whether a child with `child` of its parent's `count` polygons has too many of them.
     fn is_lopsided(&self, count: u32, child: u32) -> bool;
@@ -84,7 +88,7 @@ impl<C> TreeNode<C> {
 #[derive(Debug)]
 pub(super) struct BucketTree<P: Partition> {
     partition: P,
-    /// Polygons of a leaf before it is split; a subtree with a quarter of it becomes a leaf again.
+    /// Polygons of a leaf before it is split; a subtree with half as many becomes a leaf again.
     leaf_capacity: u32,
     /// The first one is the root.
     nodes: Vec<TreeNode<P::Cell>>,
@@ -189,11 +193,22 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
     fn commit(&mut self) {}
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        self.cull(frustum, draw_list)
+        self.frustum_cull_all(frustum, draw_list)
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         self.visit(frustum, visitor)
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.ask_along(ray, &mut nearest);
+        nearest.found()
     }
 
     fn validate(&self) -> Result<(), String> {

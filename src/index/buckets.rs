@@ -1,6 +1,11 @@
 //! Polygons in small buckets with their boxes side by side, for trees that grow: a node has a chain of them.
 
-use super::{WorkCounts, flat_tree::Item, lanes::cull_lanes, sink::Sink};
+use super::{
+    WorkCounts,
+    flat_tree::Item,
+    lanes::{LANES, cull_lanes},
+    sink::Sink,
+};
 use crate::{
     math::{Aabb, Frustum, PlaneMask},
     scene::PolygonId,
@@ -43,7 +48,7 @@ impl<const N: usize> Bucket<N> {
     }
 }
 
-/// All buckets of a tree. Only the first of a chain may have free lanes, so a chain is as short as can be.
+/// All buckets of a tree, `N` polygons each (a multiple of [`LANES`]). Only the first of a chain may have free lanes, so a chain is as short as can be.
 #[derive(Clone, Debug)]
 pub(super) struct Buckets<const N: usize> {
     buckets: Vec<Bucket<N>>,
@@ -51,7 +56,10 @@ pub(super) struct Buckets<const N: usize> {
 }
 
 impl<const N: usize> Buckets<N> {
+    const IS_WHOLE_TESTS: () = assert!(N.is_multiple_of(LANES), "a bucket is a multiple of a wide test");
+
     pub(super) fn with_capacity(polygons: usize) -> Self {
+        let () = Self::IS_WHOLE_TESTS;
         Self { buckets: Vec::with_capacity(polygons.div_ceil(N)), first_free: NONE }
     }
 
@@ -172,8 +180,14 @@ impl<const N: usize> Buckets<N> {
         work: &mut WorkCounts,
     ) {
         for (_, bucket) in self.chain(head) {
-            let ids = &bucket.ids[..bucket.len as usize];
-            cull_lanes::<N>(ids, bucket.sides.each_ref(), frustum, mask, sink, work);
+            let len = bucket.len as usize;
+            for (first, ids) in (0..len).step_by(LANES).zip(bucket.ids[..len].chunks(LANES)) {
+                let lanes = |side: usize| {
+                    bucket.sides[side][first..].first_chunk().expect("a bucket is a multiple of a wide test")
+                };
+                let sides = [lanes(0), lanes(1), lanes(2), lanes(3), lanes(4), lanes(5)];
+                cull_lanes(ids, sides, frustum, mask, sink, work);
+            }
         }
     }
 

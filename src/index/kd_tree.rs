@@ -29,7 +29,7 @@ pub struct KdTreeConfig {
 
 impl Default for KdTreeConfig {
     fn default() -> Self {
-        Self { leaf_capacity: 32, max_share: 0.7 }
+        Self { leaf_capacity: 64, max_share: 0.7 }
     }
 }
 
@@ -54,6 +54,7 @@ struct KdSplit {
 impl Partition for KdPartition {
     const NAME: &'static str = "kd-tree";
     const ARITY: usize = 2;
+    const FOLLOWS_POLYGONS: bool = true;
     type Cell = KdSplit;
 
     fn root_cell(&self) -> KdSplit {

@@ -131,7 +131,9 @@ impl IndexKind {
             Self::Hlbvh => bvh::hlbvh(&bvh::HlbvhConfig::default(), config),
             Self::BvhTwoLevel => Box::new(BvhTwoLevel::new(TwoLevelConfig::default(), config)),
             Self::DynamicBvh => Box::new(DynamicBvh::new(config)),
-            Self::LooseOctree => Box::new(LooseOctree::new(LooseOctreeConfig::default(), config)),
+            Self::LooseOctree => {
+                Box::new(LooseOctree::new(LooseOctreeConfig::for_capacity(config.capacity), config))
+            }
             Self::KdTree => kd_tree(&KdTreeConfig::default(), config),
             Self::Quadtree => quadtree(&QuadtreeConfig::default(), config),
         }

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::{WorkCounts, by_id::NO_POLYGON, sink::Sink};
+use super::{WorkCounts, by_id::NO_POLYGON, flat_tree::Item, sink::Sink};
 use crate::{
     math::{Aabb, Frustum, PlaneMask},
     scene::PolygonId,
@@ -9,39 +9,35 @@ use crate::{
 /// Boxes tested at once against a plane. A whole leaf of most trees; four, two or one vector operations wide.
 pub(super) const LANES: usize = 16;
 
-/// Which of two boxes' sides a plane with this normal asks for: the arrays that hold the positive vertex.
-#[inline]
-pub(super) fn positive_sides(normal: glam::Vec3) -> [usize; 3] {
-    [0, 1, 2].map(|axis| if normal[axis] >= 0.0 { axis + 3 } else { axis })
-}
-
-/// The exact test of up to `N` boxes given side by side (`min` x, y, z, `max` x, y, z): appends those that are
+/// The exact test of up to [`LANES`] boxes given side by side (`min` x, y, z, `max` x, y, z): appends those that are
 /// behind no plane of `mask`. Lanes from `ids.len()` on, and those of [`NO_POLYGON`], are not looked at.
 #[inline]
-pub(super) fn cull_lanes<const N: usize>(
+pub(super) fn cull_lanes(
     ids: &[PolygonId],
-    sides: [&[f32; N]; 6],
+    sides: [&[f32; LANES]; 6],
     frustum: &Frustum,
     mask: PlaneMask,
     sink: &mut impl Sink,
     work: &mut WorkCounts,
 ) {
-    let mut behind = [0u32; N];
+    let mut behind = [0u32; LANES];
     for (i, plane) in frustum.planes().iter().enumerate() {
         if !mask.contains(i) {
             continue;
         }
-        let [x, y, z] = positive_sides(plane.normal).map(|side| sides[side]);
         let (n, d) = (plane.normal, plane.d);
-        for lane in 0..N {
+        let x = if n.x >= 0.0 { sides[3] } else { sides[0] };
+        let y = if n.y >= 0.0 { sides[4] } else { sides[1] };
+        let z = if n.z >= 0.0 { sides[5] } else { sides[2] };
+        for lane in 0..LANES {
             // The one expression of the crate (see `crate::math`), on the positive vertex.
             let distance = ((n.x * x[lane] + n.y * y[lane]) + n.z * z[lane]) + d;
             behind[lane] |= u32::from(distance < 0.0);
         }
     }
-    let mut seen = [NO_POLYGON; N];
+    let mut seen = [NO_POLYGON; LANES];
     let mut count = 0;
-    for (lane, &id) in ids.iter().enumerate().take(N) {
+    for (lane, &id) in ids.iter().enumerate().take(LANES) {
         seen[count] = id;
         count += usize::from(behind[lane] == 0 && id != NO_POLYGON);
     }
@@ -55,7 +51,8 @@ pub(super) fn cull_lanes<const N: usize>(
 #[derive(Clone, Debug, Default)]
 pub(super) struct BoxLanes {
     ids: Vec<PolygonId>,
-    /// `min` x, y, z, `max` x, y, z. Each is [`LANES`] longer than `ids`, so that a wide test may start at any box.
+    /// `min` x, y, z, `max` x, y, z. Each is [`LANES`] longer than `ids` once finished, so that a wide test may start at
+    /// any box.
     sides: [Vec<f32>; 6],
 }
 
@@ -74,13 +71,22 @@ impl BoxLanes {
         self.sides.iter_mut().for_each(|side| side.reserve(additional + LANES));
     }
 
-    pub(super) fn push(&mut self, id: PolygonId, bounds: &Aabb) {
-        let at = self.ids.len();
-        self.ids.push(id);
-        for side in &mut self.sides {
-            side.resize(at + 1 + LANES, 0.0);
-        }
-        self.set(at, bounds);
+    /// Appends boxes. [`BoxLanes::finish`] has to follow before the next test.
+    pub(super) fn append(&mut self, items: &[Item]) {
+        self.ids.extend(items.iter().map(|item| item.id));
+        let [min_x, min_y, min_z, max_x, max_y, max_z] = &mut self.sides;
+        min_x.extend(items.iter().map(|item| item.bounds.min.x));
+        min_y.extend(items.iter().map(|item| item.bounds.min.y));
+        min_z.extend(items.iter().map(|item| item.bounds.min.z));
+        max_x.extend(items.iter().map(|item| item.bounds.max.x));
+        max_y.extend(items.iter().map(|item| item.bounds.max.y));
+        max_z.extend(items.iter().map(|item| item.bounds.max.z));
+    }
+
+    /// Makes every array long enough for a wide test of the last box.
+    pub(super) fn finish(&mut self) {
+        let len = self.ids.len() + LANES;
+        self.sides.iter_mut().for_each(|side| side.resize(len, 0.0));
     }
 
     pub(super) fn set(&mut self, at: usize, bounds: &Aabb) {
@@ -126,10 +132,13 @@ impl BoxLanes {
     ) {
         for at in range.clone().step_by(LANES) {
             let ids = &self.ids[at..range.end.min(at + LANES)];
-            let sides = self.sides.each_ref().map(|side| {
-                side[at..].first_chunk().expect("the arrays are longer than the ids by a whole test")
-            });
-            cull_lanes::<LANES>(ids, sides, frustum, mask, sink, work);
+            let lanes = |side: usize| {
+                self.sides[side][at..]
+                    .first_chunk()
+                    .expect("the arrays are longer than the ids by a whole test")
+            };
+            let sides = [lanes(0), lanes(1), lanes(2), lanes(3), lanes(4), lanes(5)];
+            cull_lanes(ids, sides, frustum, mask, sink, work);
         }
     }
 

@@ -73,6 +73,11 @@ impl<'a> Nearest<'a> {
     }
 }
 
+/// Whether a box that the ray enters at `t` is still of interest: what [`Ray::enter_box`] says, without the box.
+pub(super) fn is_wanted(t: f32, reach: f32) -> bool {
+    t <= reach * (1.0 + 4.0 * f32::EPSILON)
+}
+
 struct RayVisitor<'a> {
     ray: &'a Ray,
     nearest: Nearest<'a>,

@@ -26,7 +26,7 @@ pub struct QuadtreeConfig {
 
 impl Default for QuadtreeConfig {
     fn default() -> Self {
-        Self { leaf_capacity: 32, max_depth: 32 }
+        Self { leaf_capacity: 64, max_depth: 32 }
     }
 }
 
@@ -72,6 +72,7 @@ impl QuadPartition {
 impl Partition for QuadPartition {
     const NAME: &'static str = "quadtree";
     const ARITY: usize = 4;
+    const FOLLOWS_POLYGONS: bool = false;
     type Cell = Square;
 
     fn root_cell(&self) -> Square {

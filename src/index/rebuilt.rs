@@ -2,9 +2,10 @@ use super::{
     DrawList, IndexError, SpatialIndex, Visitor, WorkCounts,
     by_id::{ById, FiledBoxes},
     flat_tree::{FlatTree, Item, Tightness},
+    probe::Nearest,
 };
 use crate::{
-    math::{Aabb, Frustum},
+    math::{Aabb, Frustum, Ray},
     scene::PolygonId,
 };
 
@@ -143,6 +144,17 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         self.tree.traverse(frustum, visitor)
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.tree.ray_nearest(ray, &mut nearest);
+        nearest.found()
     }
 
     fn validate(&self) -> Result<(), String> {

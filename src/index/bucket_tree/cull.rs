@@ -2,29 +2,23 @@ use super::{BucketTree, Partition, ROOT};
 use crate::{
     index::{
         Node, Visit, Visitor, WorkCounts,
+        probe::{Nearest, is_wanted},
         sink::{Sink, VisitorSink},
         walk_stack::WalkStack,
     },
-    math::{Containment, Frustum, PlaneMask},
+    math::{Containment, Frustum, PlaneMask, Ray},
 };
 
 impl<P: Partition> BucketTree<P> {
-    pub(super) fn cull(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
-        let mut work = WorkCounts::default();
-        if self.node(ROOT).polygons > 0 {
-            self.cull_below(ROOT, PlaneMask::ALL, frustum, sink, &mut work);
+    pub(super) fn frustum_cull_all(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+        if self.node(ROOT).polygons == 0 {
+            return WorkCounts::default();
         }
-        work
+        self.cull(ROOT, PlaneMask::ALL, frustum, sink)
     }
 
-    fn cull_below(
-        &self,
-        top: u32,
-        mask: PlaneMask,
-        frustum: &Frustum,
-        sink: &mut impl Sink,
-        work: &mut WorkCounts,
-    ) {
+    fn cull(&self, top: u32, mask: PlaneMask, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+        let mut work = WorkCounts::default();
         let mut stack = WalkStack::from((top, mask));
         while let Some((at, mask)) = stack.pop() {
             let node = self.node(at);
@@ -42,11 +36,12 @@ impl<P: Partition> BucketTree<P> {
             if !node.is_leaf() {
                 self.push_children(at, |child| stack.push((child, mask)));
             } else if mask.is_empty() {
-                self.buckets.take_all(node.chain, sink, work);
+                self.buckets.take_all(node.chain, sink, &mut work);
             } else {
-                self.buckets.cull(node.chain, frustum, mask, sink, work);
+                self.buckets.cull(node.chain, frustum, mask, sink, &mut work);
             }
         }
+        work
     }
 
     fn push_children(&self, at: u32, mut push: impl FnMut(u32)) {
@@ -77,9 +72,40 @@ impl<P: Partition> BucketTree<P> {
                 Visit::Descend if !is_leaf => {
                     self.push_children(at, |child| stack.push((child, mask, depth + 1)));
                 }
-                Visit::Descend | Visit::Take => self.cull_below(at, mask, frustum, sink, &mut work),
+                Visit::Descend | Visit::Take => work += self.cull(at, mask, frustum, sink),
             }
         }
         work
+    }
+
+    /// Asks `nearest` about the polygons along a ray, near children first.
+    pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
+        let Some(t) = ray.enter_box(&self.node(ROOT).bounds, nearest.reach()) else { return };
+        let mut stack = WalkStack::from((t, ROOT));
+        while let Some((t, at)) = stack.pop() {
+            if !is_wanted(t, nearest.reach()) {
+                continue;
+            }
+            if self.node(at).is_leaf() {
+                for (_, item) in self.buckets.items(self.node(at).chain) {
+                    if ray.enter_box(&item.bounds, nearest.reach()).is_some() {
+                        nearest.ask(item.id);
+                    }
+                }
+                continue;
+            }
+            // At most four children: taking the farthest again and again is the quickest sort.
+            let mut ways: [Option<(f32, u32)>; 4] = [None; 4];
+            for (way, child) in ways.iter_mut().zip(self.children(at)) {
+                *way = ray.enter_box(&self.node(child).bounds, nearest.reach()).map(|t| (t, child));
+            }
+            let farther = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0);
+            while let Some(way) = ways.iter().flatten().copied().max_by(farther) {
+                ways.iter_mut()
+                    .filter(|other| other.is_some_and(|o| o.1 == way.1))
+                    .for_each(|other| *other = None);
+                stack.push(way);
+            }
+        }
     }
 }

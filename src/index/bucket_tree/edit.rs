@@ -160,7 +160,8 @@ impl<P: Partition> BucketTree<P> {
         self.items = items;
     }
 
-    /// Takes a polygon out, makes the boxes above fit, and makes leaves of subtrees that have become small.
+    /// Takes a polygon out, makes the boxes above fit, and builds the highest subtree anew that has become small: a leaf,
+    /// or, where splits follow the polygons, half of what it was.
     pub(super) fn take_out(&mut self, id: PolygonId) {
         let spot = self.spot.get(id);
         self.spot.set(id, NOWHERE);
@@ -175,8 +176,10 @@ impl<P: Partition> BucketTree<P> {
         while at != NONE {
             let node = self.node_mut(at);
             node.polygons -= 1;
-            let (polygons, is_leaf, parent) = (node.polygons, node.is_leaf(), node.parent);
-            if !is_leaf && polygons <= self.leaf_capacity / 4 {
+            let (polygons, parent) = (node.polygons, node.parent);
+            // Built with two thirds of `rebuild_at`: half of them are gone.
+            let is_thinned = P::FOLLOWS_POLYGONS && polygons < node.rebuild_at / 3;
+            if !node.is_leaf() && (is_thinned || polygons <= self.leaf_capacity / 2) {
                 small = at;
             }
             at = parent;

@@ -31,7 +31,7 @@ impl<P: Partition> BucketTree<P> {
                 if node.chain != buckets::NONE {
                     return fault("an inner node holds polygons");
                 }
-                if node.polygons <= self.leaf_capacity / 4 {
+                if node.polygons <= self.leaf_capacity / 2 {
                     return fault("so few polygons need no children");
                 }
                 for child in self.children(at) {

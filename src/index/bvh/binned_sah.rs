@@ -38,7 +38,7 @@ pub struct SahConfig {
 
 impl Default for SahConfig {
     fn default() -> Self {
-        Self { buckets: 12, leaf_capacity: LEAF_CAPACITY, node_cost: 1.0, polygon_cost: 0.2 }
+        Self { buckets: 12, leaf_capacity: LEAF_CAPACITY, node_cost: 1.0, polygon_cost: 0.03 }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! What they share is elsewhere: the flat tree with its queries, refit and checks, and the index around it that says
 //! when to build. Here are only the builders, one file each; each puts the polygons into an order and says where nodes
-//! begin and end. Leaves hold up to sixteen polygons, one wide test, in all of them.
+//! begin and end. Leaves hold up to 64 polygons in all of them, tested sixteen at a time.
 
 mod binned_sah;
 mod hlbvh;
@@ -25,8 +25,9 @@ pub use two_level::{BvhTwoLevel, TwoLevelConfig};
 
 use super::{IndexConfig, SpatialIndex, rebuilt::Rebuilt};
 
-/// Polygons of a leaf unless told otherwise: one wide test. More: smaller trees, more polygons tested one by one.
-pub(super) const LEAF_CAPACITY: usize = 16;
+/// Polygons of a leaf unless told otherwise: four wide tests. More: smaller trees, more polygons tested. Frustum queries
+/// gain up to here and stay level to 96, from 10 k to 1 M polygons; a tree for rays alone would take fewer.
+pub(super) const LEAF_CAPACITY: usize = 64;
 
 /// A hierarchy halved in the middle of space.
 pub fn bvh_midpoint(config: &MidpointConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {

@@ -31,7 +31,7 @@ pub struct SweepSahConfig {
 
 impl Default for SweepSahConfig {
     fn default() -> Self {
-        Self { leaf_capacity: LEAF_CAPACITY, node_cost: 1.0, polygon_cost: 0.2 }
+        Self { leaf_capacity: LEAF_CAPACITY, node_cost: 1.0, polygon_cost: 0.03 }
     }
 }
 

@@ -13,9 +13,10 @@ use crate::{
         by_id::{ById, FiledBoxes, NO_POLYGON},
         dynamic_bvh::BoxTree,
         flat_tree::{FlatTree, Item, Tightness},
+        probe::Nearest,
         rebuilt::TreeBuilder,
     },
-    math::{Aabb, Frustum},
+    math::{Aabb, Frustum, Ray},
     scene::PolygonId,
 };
 
@@ -168,6 +169,18 @@ impl SpatialIndex for BvhTwoLevel {
         let mut work = self.fixed.traverse(frustum, visitor);
         work += self.dynamic.traverse(frustum, visitor);
         work
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.fixed.ray_nearest(ray, &mut nearest);
+        self.dynamic.ray_nearest(ray, &mut nearest);
+        nearest.found()
     }
 
     fn validate(&self) -> Result<(), String> {

@@ -21,9 +21,10 @@ pub(super) use tree::BoxTree;
 use super::{
     DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts,
     by_id::{ById, FiledBoxes},
+    probe::Nearest,
 };
 use crate::{
-    math::{Aabb, Frustum},
+    math::{Aabb, Frustum, Ray},
     scene::PolygonId,
 };
 
@@ -86,6 +87,17 @@ impl SpatialIndex for DynamicBvh {
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         self.tree.traverse(frustum, visitor)
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.tree.ray_nearest(ray, &mut nearest);
+        nearest.found()
     }
 
     fn validate(&self) -> Result<(), String> {

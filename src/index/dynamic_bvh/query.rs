@@ -1,57 +1,77 @@
-use super::tree::{BoxTree, NONE};
+use super::tree::{Below, BoxTree, NONE};
 use crate::{
     index::{
         Node, Visit, Visitor, WorkCounts,
+        probe::{Nearest, is_wanted},
         sink::{Gather, Sink, VisitorSink},
         walk_stack::WalkStack,
     },
-    math::{Containment, Frustum, PlaneMask},
+    math::{Containment, Frustum, PlaneMask, Ray},
 };
 
 impl BoxTree {
     pub(in crate::index) fn frustum_cull(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
-        let mut work = WorkCounts::default();
-        if self.root != NONE {
-            self.cull_below(self.root, PlaneMask::ALL, frustum, sink, &mut work);
+        if self.root == NONE {
+            return WorkCounts::default();
         }
-        work
+        self.cull(self.root, PlaneMask::ALL, frustum, sink)
     }
 
-    fn cull_below(
-        &self,
-        top: u32,
-        mask: PlaneMask,
-        frustum: &Frustum,
-        sink: &mut impl Sink,
-        work: &mut WorkCounts,
-    ) {
+    fn cull(&self, top: u32, mask: PlaneMask, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+        let mut work = WorkCounts::default();
         let mut seen = Gather::new();
         let mut stack = WalkStack::from((top, mask));
         while let Some((at, mask)) = stack.pop() {
-            let node = self.node(at);
             work.nodes += 1;
             let mut mask = mask;
-            if mask.is_empty() {
-                work.taken_whole += u64::from(node.is_leaf());
-            } else {
+            if !mask.is_empty() {
                 work.boxes += 1;
-                let (containment, left, planes) = frustum.classify_masked(&node.bounds, mask);
+                let (containment, left, planes) = frustum.classify_masked(&self.node(at).bounds, mask);
                 work.planes += u64::from(planes);
                 if containment == Containment::Outside {
                     continue;
                 }
                 mask = left;
             }
-            if node.is_leaf() {
-                work.reported += 1;
-                seen.push(node.id, sink);
-            } else {
-                let [a, b] = node.children;
-                stack.push((b, mask));
-                stack.push((a, mask));
+            match self.below(at) {
+                Below::Leaf(id) => {
+                    work.reported += 1;
+                    seen.push(id, sink);
+                }
+                Below::Inner(_) if mask.is_empty() => self.take_below(at, &mut seen, sink, &mut work),
+                Below::Inner([a, b]) => {
+                    stack.push((b, mask));
+                    stack.push((a, mask));
+                }
             }
         }
         seen.flush(sink);
+        work
+    }
+
+    /// Takes everything below an inner node.
+    fn take_below(&self, top: u32, seen: &mut Gather, sink: &mut impl Sink, work: &mut WorkCounts) {
+        let mut stack = WalkStack::from(top);
+        let mut taken = 0;
+        while let Some(mut at) = stack.pop() {
+            loop {
+                match self.below(at) {
+                    Below::Leaf(id) => {
+                        taken += 1;
+                        seen.push(id, sink);
+                        break;
+                    }
+                    Below::Inner([a, b]) => {
+                        stack.push(b);
+                        at = a;
+                    }
+                }
+            }
+        }
+        // The nodes of a binary tree but its top.
+        work.nodes += 2 * taken - 2;
+        work.taken_whole += taken;
+        work.reported += taken;
     }
 
     pub(in crate::index) fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
@@ -69,28 +89,58 @@ impl BoxTree {
             if containment == Containment::Outside {
                 continue;
             }
+            let below = self.below(at);
             let asked = visitor.node(&Node {
                 bounds: &node.bounds,
                 depth,
                 containment,
                 polygons: node.polygons as usize,
-                is_leaf: node.is_leaf(),
+                is_leaf: matches!(below, Below::Leaf(_)),
             });
             let sink = &mut VisitorSink { visitor, asked };
-            match asked {
-                Visit::Skip => {}
-                Visit::Descend | Visit::Take if node.is_leaf() => {
+            match (asked, below) {
+                (Visit::Skip, _) => {}
+                (_, Below::Leaf(id)) => {
                     work.reported += 1;
-                    sink.put(&[node.id]);
+                    sink.put(&[id]);
                 }
-                Visit::Descend => {
-                    let [a, b] = node.children;
+                (Visit::Descend, Below::Inner([a, b])) => {
                     stack.push((b, mask, depth + 1));
                     stack.push((a, mask, depth + 1));
                 }
-                Visit::Take => self.cull_below(at, mask, frustum, sink, &mut work),
+                (Visit::Take, Below::Inner(_)) => work += self.cull(at, mask, frustum, sink),
             }
         }
         work
+    }
+
+    /// Asks `nearest` about the polygons along a ray, the nearer child first.
+    pub(in crate::index) fn ray_nearest(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
+        if self.root == NONE {
+            return;
+        }
+        let Some(t) = ray.enter_box(&self.node(self.root).bounds, nearest.reach()) else { return };
+        let mut stack = WalkStack::from((t, self.root));
+        while let Some((t, at)) = stack.pop() {
+            if !is_wanted(t, nearest.reach()) {
+                continue;
+            }
+            match self.below(at) {
+                Below::Leaf(id) => nearest.ask(id),
+                Below::Inner([a, b]) => {
+                    let enter = |child| ray.enter_box(&self.node(child).bounds, nearest.reach());
+                    match (enter(a), enter(b)) {
+                        (Some(to_a), Some(to_b)) if to_a <= to_b => {
+                            stack.push((to_b, b));
+                            stack.push((to_a, a));
+                        }
+                        (to_a, to_b) => {
+                            to_a.into_iter().for_each(|t| stack.push((t, a)));
+                            to_b.into_iter().for_each(|t| stack.push((t, b)));
+                        }
+                    }
+                }
+            }
+        }
     }
 }

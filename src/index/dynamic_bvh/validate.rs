@@ -1,4 +1,4 @@
-use super::tree::{BoxTree, NONE};
+use super::tree::{Below, BoxTree, NONE};
 
 /// No tree of `u32` polygons gets deeper while siblings' heights stay within their limit.
 const MAX_HEIGHT: u32 = 300;
@@ -17,13 +17,13 @@ impl BoxTree {
             if node.parent != parent {
                 return Err(format!("node {at} has the parent {}, is below {parent}", node.parent));
             }
-            if node.is_leaf() {
-                if node.polygons != 1 || node.children != [NONE; 2] {
-                    return Err(format!("leaf {at} has children or not one polygon"));
+            let Below::Inner(children) = self.below(at) else {
+                if node.polygons != 1 || node.height != 0 {
+                    return Err(format!("leaf {at} has a height or not one polygon"));
                 }
                 continue;
-            }
-            let [a, b] = node.children.map(|child| self.node(child));
+            };
+            let [a, b] = children.map(|child| self.node(child));
             if node.bounds != a.bounds.union(&b.bounds) {
                 return Err(format!("node {at} does not have the box of its children"));
             }
@@ -33,7 +33,7 @@ impl BoxTree {
             if node.height > MAX_HEIGHT {
                 return Err(format!("node {at} is {} levels high", node.height));
             }
-            stack.extend(node.children.map(|child| (child, at)));
+            stack.extend(children.map(|child| (child, at)));
         }
         let mut free = 0;
         let mut at = self.first_free;
@@ -44,7 +44,7 @@ impl BoxTree {
             free += 1;
             at = self.node(at).parent;
         }
-        if reached + free != self.nodes.len() {
+        if reached + free != self.nodes.len() || self.links.len() != self.nodes.len() {
             return Err(format!("{reached} nodes in the tree, {free} free, {} made", self.nodes.len()));
         }
         Ok(())

@@ -2,23 +2,39 @@ use glam::Vec3;
 
 use crate::math::Aabb;
 
-/// A cell: its level, and its place on that level.
+/// A cell: its level, its place on that level, and its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cell {
     pub(super) level: u32,
-    pub(super) at: [u32; 3],
+    at: [u32; 3],
+    /// Level by level from the root, along the Morton curve on each: the eight children of a cell follow each other.
+    pub(super) number: u32,
 }
 
 impl Cell {
-    pub(super) const ROOT: Self = Self { level: 0, at: [0; 3] };
+    pub(super) const ROOT: Self = Self { level: 0, at: [0; 3], number: 0 };
+
+    fn new(level: u32, at: [u32; 3]) -> Self {
+        let code = (0..level).fold(0, |code, bit| {
+            code | (0..3).fold(0, |three, axis| three | (at[axis] >> bit & 1) << axis) << (3 * bit)
+        });
+        Self { level, at, number: first_of(level) as u32 + code }
+    }
 
     pub(super) fn parent(&self) -> Option<Self> {
-        Some(Self { level: self.level.checked_sub(1)?, at: self.at.map(|k| k >> 1) })
+        let level = self.level.checked_sub(1)?;
+        Some(Self { level, at: self.at.map(|k| k >> 1), number: (self.number - 1) / 8 })
     }
 
     pub(super) fn child(&self, i: u32) -> Self {
-        Self { level: self.level + 1, at: std::array::from_fn(|axis| 2 * self.at[axis] + (i >> axis & 1)) }
+        let at = std::array::from_fn(|axis| 2 * self.at[axis] + (i >> axis & 1));
+        Self { level: self.level + 1, at, number: 8 * self.number + 1 + i }
     }
+}
+
+/// Number of the first cell of a level.
+fn first_of(level: u32) -> usize {
+    ((1 << (3 * level)) - 1) / 7
 }
 
 /// Where the cells lie.
@@ -43,25 +59,19 @@ impl LooseGrid {
 
     /// Cells of all levels.
     pub(super) fn cell_count(&self) -> usize {
-        Self::first_of(self.max_depth + 1)
-    }
-
-    /// Number of the first cell of a level.
-    fn first_of(level: u32) -> usize {
-        ((1 << (3 * level)) - 1) / 7
-    }
-
-    pub(super) fn number(&self, cell: &Cell) -> usize {
-        let [x, y, z] = cell.at.map(|k| k as usize);
-        Self::first_of(cell.level) + (((z << cell.level) | y) << cell.level | x)
+        first_of(self.max_depth + 1)
     }
 
     /// The cell with a number.
     pub(super) fn cell_at(&self, number: usize) -> Cell {
-        let level = (0..=self.max_depth).rev().find(|&level| number >= Self::first_of(level)).unwrap_or(0);
-        let place = number - Self::first_of(level);
-        let mask = (1 << level) - 1;
-        Cell { level, at: [0, 1, 2].map(|axis| (place >> (axis * level) & mask) as u32) }
+        let mut path = [0; 10];
+        let mut depth = 0;
+        let mut at = number;
+        while at > 0 {
+            path[depth] = (at as u32 - 1) % 8;
+            (at, depth) = ((at - 1) / 8, depth + 1);
+        }
+        path[..depth].iter().rev().fold(Cell::ROOT, |cell, &i| cell.child(i))
     }
 
     /// The loose box of a cell: twice its edge, around its middle.
@@ -87,7 +97,7 @@ impl LooseGrid {
         let place = (center - self.min) / self.size_m * cells;
         let last = (1u32 << level) - 1;
         let at = [place.x, place.y, place.z].map(|k| (k as u32).min(last));
-        let mut next = Some(Cell { level, at });
+        let mut next = Some(Cell::new(level, at));
         while let Some(cell) = next {
             if self.loose_box(&cell).contains(bounds) {
                 return Some(cell);

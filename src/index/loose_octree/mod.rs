@@ -25,10 +25,10 @@ use crate::{
     math::{Aabb, Frustum},
     scene::PolygonId,
 };
-use cell::{Cell, LooseGrid};
+use cell::LooseGrid;
 
-/// Polygons of a bucket: cells hold few.
-const LANES: usize = 8;
+/// Polygons of a bucket: about what a cell holds.
+const LANES: usize = 32;
 
 /// The deepest tree that is made: 2.4 million cells, 19 MB.
 const MAX_MAX_DEPTH: u32 = 7;
@@ -41,20 +41,33 @@ pub struct LooseOctreeConfig {
     pub max_depth: u32,
 }
 
-impl Default for LooseOctreeConfig {
-    fn default() -> Self {
-        Self { max_depth: 5 }
+impl LooseOctreeConfig {
+    /// As deep as leaves about 32 polygons for each of the smallest cells.
+    pub fn for_capacity(polygons: usize) -> Self {
+        let cells = (polygons / 32).max(1);
+        Self { max_depth: cells.ilog2().div_ceil(3).clamp(2, MAX_MAX_DEPTH) }
     }
+}
+
+/// What there is of a cell.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    /// First bucket of its own polygons.
+    chain: u32,
+    /// Polygons in it and below.
+    polygons: u32,
+}
+
+impl Slot {
+    const EMPTY: Self = Self { chain: buckets::NONE, polygons: 0 };
 }
 
 /// The tree.
 #[derive(Debug)]
 pub struct LooseOctree {
     grid: LooseGrid,
-    /// First bucket of every cell, level by level; the last one is of the list beside the tree.
-    chains: Vec<u32>,
-    /// Polygons in every cell and below.
-    counts: Vec<u32>,
+    /// Every cell by its number; the last one is the list beside the tree.
+    slots: Vec<Slot>,
     buckets: Buckets<LANES>,
     filed: FiledBoxes,
     spot: ById<Spot>,
@@ -68,8 +81,7 @@ impl LooseOctree {
         spot.reserve(index.capacity);
         Self {
             grid,
-            chains: vec![buckets::NONE; grid.cell_count() + 1],
-            counts: vec![0; grid.cell_count() + 1],
+            slots: vec![Slot::EMPTY; grid.cell_count() + 1],
             buckets: Buckets::with_capacity(2 * index.capacity),
             filed: FiledBoxes::with_capacity(index.capacity),
             spot,
@@ -78,34 +90,34 @@ impl LooseOctree {
 
     /// Number of polygons that no cell of the tree can hold.
     pub fn outside_root(&self) -> usize {
-        self.counts[self.outside()] as usize
+        self.slots[self.outside()].polygons as usize
     }
 
     /// The place of the list beside the tree.
     fn outside(&self) -> usize {
-        self.chains.len() - 1
+        self.slots.len() - 1
     }
 
-    fn count(&mut self, cell: usize, by: i32) {
-        if cell == self.outside() {
-            self.counts[cell] = self.counts[cell].wrapping_add_signed(by);
-            return;
-        }
-        let mut next = Some(self.grid.cell_at(cell));
-        while let Some(cell) = next {
-            let count = &mut self.counts[self.grid.number(&cell)];
+    /// Adds to the counts of a cell and those above it.
+    fn count(&mut self, mut cell: usize, by: i32) {
+        let outside = self.outside();
+        loop {
+            let count = &mut self.slots[cell].polygons;
             *count = count.wrapping_add_signed(by);
-            next = cell.parent();
+            if cell == 0 || cell == outside {
+                return;
+            }
+            cell = (cell - 1) / 8;
         }
     }
 
     fn cell_for(&self, bounds: &Aabb) -> usize {
-        self.grid.place(bounds).map_or(self.outside(), |cell: Cell| self.grid.number(&cell))
+        self.grid.place(bounds).map_or(self.outside(), |cell| cell.number as usize)
     }
 
     fn file(&mut self, id: PolygonId, bounds: &Aabb) {
         let cell = self.cell_for(bounds);
-        let spot = self.buckets.push(&mut self.chains[cell], cell as u32, &Item { bounds: *bounds, id });
+        let spot = self.buckets.push(&mut self.slots[cell].chain, cell as u32, &Item { bounds: *bounds, id });
         self.spot.set(id, spot);
         self.count(cell, 1);
     }
@@ -114,7 +126,7 @@ impl LooseOctree {
         let spot = self.spot.get(id);
         self.spot.set(id, NOWHERE);
         let cell = self.buckets.owner(spot) as usize;
-        if let Some(moved) = self.buckets.remove(&mut self.chains[cell], spot) {
+        if let Some(moved) = self.buckets.remove(&mut self.slots[cell].chain, spot) {
             self.spot.set(moved, spot);
         }
         self.count(cell, -1);
@@ -157,7 +169,7 @@ impl SpatialIndex for LooseOctree {
     fn commit(&mut self) {}
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        self.cull(frustum, draw_list)
+        self.cull_all(frustum, draw_list)
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
@@ -169,15 +181,14 @@ impl SpatialIndex for LooseOctree {
     }
 
     fn bytes(&self) -> usize {
-        (self.chains.capacity() + self.counts.capacity()) * size_of::<u32>()
+        self.slots.capacity() * size_of::<Slot>()
             + self.buckets.bytes()
             + self.filed.bytes()
             + self.spot.bytes()
     }
 
     fn clear(&mut self) {
-        self.chains.fill(buckets::NONE);
-        self.counts.fill(0);
+        self.slots.fill(Slot::EMPTY);
         self.buckets.clear();
         self.filed.clear();
         self.spot.clear();

@@ -9,23 +9,17 @@ use crate::{
 };
 
 impl LooseOctree {
-    pub(super) fn cull(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+    pub(super) fn cull_all(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
         let mut work = WorkCounts::default();
-        if self.counts[0] > 0 {
-            self.cull_below(Cell::ROOT, PlaneMask::ALL, frustum, sink, &mut work);
+        if self.slots[0].polygons > 0 {
+            work += self.cull(Cell::ROOT, PlaneMask::ALL, frustum, sink);
         }
-        self.buckets.cull(self.chains[self.outside()], frustum, PlaneMask::ALL, sink, &mut work);
+        self.buckets.cull(self.slots[self.outside()].chain, frustum, PlaneMask::ALL, sink, &mut work);
         work
     }
 
-    fn cull_below(
-        &self,
-        top: Cell,
-        mask: PlaneMask,
-        frustum: &Frustum,
-        sink: &mut impl Sink,
-        work: &mut WorkCounts,
-    ) {
+    fn cull(&self, top: Cell, mask: PlaneMask, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+        let mut work = WorkCounts::default();
         let mut stack = WalkStack::from((top, mask));
         while let Some((cell, mask)) = stack.pop() {
             work.nodes += 1;
@@ -39,9 +33,10 @@ impl LooseOctree {
                 }
                 mask = left;
             }
-            self.own(&cell, mask, frustum, sink, work);
+            self.own(&cell, mask, frustum, sink, &mut work);
             self.for_children(&cell, |child| stack.push((child, mask)));
         }
+        work
     }
 
     /// The polygons of a cell itself.
@@ -53,7 +48,7 @@ impl LooseOctree {
         sink: &mut impl Sink,
         work: &mut WorkCounts,
     ) {
-        let chain = self.chains[self.grid.number(cell)];
+        let chain = self.slots[cell.number as usize].chain;
         if mask.is_empty() {
             self.buckets.take_all(chain, sink, work);
         } else {
@@ -64,10 +59,10 @@ impl LooseOctree {
     /// Calls `each` for the children that hold anything, the last first.
     fn for_children(&self, cell: &Cell, mut each: impl FnMut(Cell)) {
         if cell.level < self.grid.max_depth {
-            for child in (0..8).rev().map(|i| cell.child(i)) {
-                if self.counts[self.grid.number(&child)] > 0 {
-                    each(child);
-                }
+            let first = cell.child(0).number as usize;
+            let children = &self.slots[first..first + 8];
+            for i in (0..8).rev().filter(|&i| children[i].polygons > 0) {
+                each(cell.child(i as u32));
             }
         }
     }
@@ -76,8 +71,8 @@ impl LooseOctree {
         let mut work = WorkCounts::default();
         let mut stack = WalkStack::from((Cell::ROOT, PlaneMask::ALL));
         while let Some((cell, mask)) = stack.pop() {
-            let number = self.grid.number(&cell);
-            if self.counts[number] == 0 {
+            let polygons = self.slots[cell.number as usize].polygons as usize;
+            if polygons == 0 {
                 continue; // Only an empty root: children without polygons are never pushed.
             }
             let bounds = self.grid.loose_box(&cell);
@@ -90,17 +85,12 @@ impl LooseOctree {
             }
             let mut is_leaf = true;
             self.for_children(&cell, |_| is_leaf = false);
-            let asked = visitor.node(&Node {
-                bounds: &bounds,
-                depth: cell.level,
-                containment,
-                polygons: self.counts[number] as usize,
-                is_leaf,
-            });
+            let asked =
+                visitor.node(&Node { bounds: &bounds, depth: cell.level, containment, polygons, is_leaf });
             let sink = &mut VisitorSink { visitor, asked };
             match asked {
                 Visit::Skip => {}
-                Visit::Take => self.cull_below(cell, mask, frustum, sink, &mut work),
+                Visit::Take => work += self.cull(cell, mask, frustum, sink),
                 Visit::Descend => {
                     self.own(&cell, mask, frustum, sink, &mut work);
                     self.for_children(&cell, |child| stack.push((child, mask)));
@@ -113,7 +103,7 @@ impl LooseOctree {
 
     /// The list beside the tree as one more leaf at the top.
     fn visit_outside(&self, frustum: &Frustum, visitor: &mut dyn Visitor, work: &mut WorkCounts) {
-        let chain = self.chains[self.outside()];
+        let chain = self.slots[self.outside()].chain;
         if chain == buckets::NONE {
             return;
         }

@@ -1,9 +1,9 @@
-use super::{LooseOctree, cell::Cell};
+use super::{LooseOctree, Slot, cell::Cell};
 
 impl LooseOctree {
     pub(super) fn check(&self) -> Result<(), String> {
         let mut filed = 0;
-        for (number, &chain) in self.chains.iter().enumerate() {
+        for (number, &Slot { chain, polygons }) in self.slots.iter().enumerate() {
             self.buckets.validate_chain(chain, number as u32)?;
             let mut own = 0;
             for (spot, item) in self.buckets.items(chain) {
@@ -22,11 +22,8 @@ impl LooseOctree {
             filed += own;
             let below: u32 =
                 if number == self.outside() { 0 } else { self.count_below(&self.grid.cell_at(number)) };
-            if self.counts[number] != own + below {
-                return Err(format!(
-                    "cell {number} counts {}, has {own} and {below} below",
-                    self.counts[number]
-                ));
+            if polygons != own + below {
+                return Err(format!("cell {number} counts {polygons}, has {own} and {below} below"));
             }
         }
         if filed as usize != self.filed.len() {
@@ -39,6 +36,6 @@ impl LooseOctree {
         if cell.level == self.grid.max_depth {
             return 0;
         }
-        (0..8).map(|i| self.counts[self.grid.number(&cell.child(i))]).sum()
+        (0..8).map(|i| self.slots[cell.child(i).number as usize].polygons).sum()
     }
 }

@@ -11,7 +11,8 @@ use crate::{
 /// How an octree is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreeConfig {
-    /// A node with more polygons is split. Larger: quicker builds, more polygons tested one by one. 16 is one wide test.
+    /// A node with more polygons is split. Larger: quicker builds, more polygons tested. Sixteen are tested at once;
+    /// queries gain up to 64.
     pub leaf_capacity: usize,
     /// Deepest level, at most 96; nodes there are leaves whatever they hold. Cells halve at every level, so only polygons piled up
     /// on a geometric series of places get there.
@@ -20,7 +21,7 @@ pub struct OctreeConfig {
 
 impl Default for OctreeConfig {
     fn default() -> Self {
-        Self { leaf_capacity: 16, max_depth: 48 }
+        Self { leaf_capacity: 64, max_depth: 48 }
     }
 }
 

@@ -4,6 +4,11 @@
 //! The layout with skip numbers is from Brian Smits, "Efficiency Issues for Ray Tracing" (1998); leaving planes out
 //! that a node has passed wholly ("plane masking") from Lee Bishop et al., "Designing a PC Game Engine" (1998).
 
+mod ray;
+mod validate;
+
+pub(super) use validate::Tightness;
+
 use super::{
     Node, Visit, Visitor, WorkCounts,
     by_id::NO_POLYGON,
@@ -75,11 +80,8 @@ impl FlatTree {
     pub(super) fn leaf(&mut self, depth: usize, items: &[Item]) {
         self.close(depth);
         let at = self.nodes.len() as u32;
-        let mut bounds = Aabb::EMPTY;
-        for item in items {
-            bounds = bounds.union(&item.bounds);
-            self.lanes.push(item.id, &item.bounds);
-        }
+        let bounds = items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
+        self.lanes.append(items);
         self.nodes.push(FlatNode { bounds, polygons: items.len() as u32, skip: at + 1 });
     }
 
@@ -94,6 +96,7 @@ impl FlatTree {
     /// Ends the tree: boxes and counts of the inner nodes.
     pub(super) fn finish(&mut self) {
         self.close(0);
+        self.lanes.finish();
         for at in (0..self.nodes.len()).rev() {
             self.gather_children(at);
         }
@@ -174,23 +177,13 @@ impl FlatTree {
     }
 
     pub(super) fn frustum_cull(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
-        let mut work = WorkCounts::default();
-        self.cull(0, self.nodes.len(), 0, PlaneMask::ALL, frustum, sink, &mut work);
-        work
+        let part = Part { start: 0, end: self.nodes.len(), first: 0, mask: PlaneMask::ALL };
+        self.cull(part, frustum, sink)
     }
 
-    /// Culls the nodes from `at` up to, but without, `end`; `first` is the place of their first polygon.
-    #[expect(clippy::too_many_arguments, reason = "a place in the tree is three numbers; two callers")]
-    fn cull(
-        &self,
-        mut at: usize,
-        end: usize,
-        mut first: usize,
-        mask: PlaneMask,
-        frustum: &Frustum,
-        sink: &mut impl Sink,
-        work: &mut WorkCounts,
-    ) {
+    fn cull(&self, part: Part, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+        let mut work = WorkCounts::default();
+        let Part { start: mut at, end, mut first, mask } = part;
         let mut above = Ancestors::new(end, mask);
         while at < end {
             let mask = above.mask_at(at);
@@ -203,9 +196,9 @@ impl FlatTree {
             work.planes += u64::from(planes);
             match containment {
                 Containment::Outside => {}
-                Containment::Inside => self.take(first, behind_it, sink, work),
+                Containment::Inside => self.take(first, behind_it, sink, &mut work),
                 Containment::Intersects if next == at + 1 => {
-                    self.lanes.cull(first..behind_it, frustum, mask, sink, work);
+                    self.lanes.cull(first..behind_it, frustum, mask, sink, &mut work);
                 }
                 Containment::Intersects => {
                     above.push(next, mask);
@@ -215,6 +208,7 @@ impl FlatTree {
             }
             (at, first) = (next, behind_it);
         }
+        work
     }
 
     fn take(&self, first: usize, end: usize, sink: &mut impl Sink, work: &mut WorkCounts) {
@@ -269,56 +263,15 @@ impl FlatTree {
                     }
                     _ if containment == Containment::Inside => self.take(first, behind_it, sink, &mut work),
                     _ if is_leaf => self.lanes.cull(first..behind_it, frustum, inner_mask, sink, &mut work),
-                    _ => self.cull(at + 1, next, first, inner_mask, frustum, sink, &mut work),
+                    _ => {
+                        let part = Part { start: at + 1, end: next, first, mask: inner_mask };
+                        work += self.cull(part, frustum, sink);
+                    }
                 }
             }
             (at, first) = (next, behind_it);
         }
         work
-    }
-
-    /// Checks the shape and that every box holds what is below, tightly if `tight`.
-    pub(super) fn validate(&self, tight: Tightness) -> Result<(), String> {
-        let mut ends = Vec::new();
-        let mut first = 0;
-        for (at, node) in self.nodes.iter().enumerate() {
-            while ends.last() == Some(&at) {
-                ends.pop();
-            }
-            let skip = node.skip as usize;
-            if skip <= at || skip > *ends.last().unwrap_or(&self.nodes.len()) {
-                return Err(format!("node {at} ends at {skip}"));
-            }
-            let (mut bounds, mut polygons) = (Aabb::EMPTY, 0);
-            if self.is_leaf(at) {
-                polygons = node.polygons;
-                bounds = self.lanes.bounds(first..first + polygons as usize);
-                first += polygons as usize;
-            } else {
-                for child in self.children(at) {
-                    bounds = bounds.union(&self.nodes[child].bounds);
-                    polygons += self.nodes[child].polygons;
-                }
-                ends.push(skip);
-            }
-            if ends.len() > MAX_DEPTH {
-                return Err(format!("node {at} is deeper than {MAX_DEPTH}"));
-            }
-            if polygons != node.polygons || polygons == 0 {
-                return Err(format!("node {at} counts {} polygons, has {polygons}", node.polygons));
-            }
-            if !node.bounds.contains(&bounds) || (tight == Tightness::Tight && node.bounds != bounds) {
-                return Err(format!("node {at} has the box {:?}, needs {bounds:?}", node.bounds));
-            }
-        }
-        if first != self.len() {
-            return Err(format!("{first} polygons in leaves, {} filed", self.len()));
-        }
-        let holes = self.ids().iter().filter(|&&id| id == NO_POLYGON).count();
-        if holes != self.holes {
-            return Err(format!("{holes} holes, {} counted", self.holes));
-        }
-        Ok(())
     }
 
     /// The box of the polygon at a place of [`FlatTree::ids`].
@@ -333,20 +286,31 @@ impl FlatTree {
     }
 }
 
-/// Whether boxes may be larger than needed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Tightness {
-    Tight,
-    Loose,
+/// Half the surface of a box, in `f64` because the squares of `f32` numbers overflow.
+#[inline]
+pub(super) fn area(bounds: &Aabb) -> f64 {
+    if bounds.is_empty() { 0.0 } else { joined_area(bounds, bounds) }
 }
 
-/// Half the surface of a box, in `f64` because the squares of `f32` numbers overflow.
-pub(super) fn area(bounds: &Aabb) -> f64 {
-    if bounds.is_empty() {
-        return 0.0;
-    }
-    let [x, y, z] = [0, 1, 2].map(|axis| f64::from(bounds.max[axis]) - f64::from(bounds.min[axis]));
+/// Half the surface of the smallest box around two that are not empty.
+#[inline]
+pub(super) fn joined_area(a: &Aabb, b: &Aabb) -> f64 {
+    let (min, max) = (a.min.min(b.min), a.max.max(b.max));
+    let x = f64::from(max.x) - f64::from(min.x);
+    let y = f64::from(max.y) - f64::from(min.y);
+    let z = f64::from(max.z) - f64::from(min.z);
     x * y + y * z + z * x
+}
+
+/// Nodes in a row, all children of one node with everything below them: from `start` up to, but without, `end`.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    start: usize,
+    end: usize,
+    /// Place of their first polygon.
+    first: usize,
+    /// The planes that the node around them has left to test.
+    mask: PlaneMask,
 }
 
 /// The nodes around the one being looked at: where each ends, and which planes it has left to test.
