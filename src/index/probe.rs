@@ -205,38 +205,70 @@ impl Ord for Near {
     }
 }
 
-struct NearestVisitor<'a> {
+/// The nearest polygons to a point so far.
+pub(super) struct NearestPolygons<'a> {
     point: Vec3,
     count: usize,
     distance_m: &'a mut dyn FnMut(PolygonId) -> f32,
-    /// The nearest so far, the farthest of them on top.
+    /// The farthest of them on top.
     found: BinaryHeap<Near>,
 }
 
-impl Visitor for NearestVisitor<'_> {
-    fn node(&mut self, node: &Node<'_>) -> Visit {
+impl<'a> NearestPolygons<'a> {
+    /// `None` if there is nothing to look for: no polygon is wanted, or the point is none.
+    pub(super) fn new(
+        point: Vec3,
+        count: usize,
+        filed: usize,
+        distance_m: &'a mut dyn FnMut(PolygonId) -> f32,
+    ) -> Option<Self> {
+        let is_wanted = count > 0 && !point.is_nan();
+        is_wanted.then(|| Self {
+            point,
+            count,
+            distance_m,
+            found: BinaryHeap::with_capacity(count.min(filed)),
+        })
+    }
+
+    /// The distance of a box, metres, if it is still of interest.
+    pub(super) fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
         let reach_m = match self.found.peek() {
             Some(last) if self.found.len() == self.count => last.distance_m * (1.0 + RAY_SLACK),
             _ => f32::INFINITY,
         };
         // A root: the square of a short distance may be too small for an `f32`.
-        if node.bounds.distance_squared(self.point).sqrt() <= reach_m { Visit::Descend } else { Visit::Skip }
+        Some(bounds.distance_squared(self.point).sqrt()).filter(|&distance_m| distance_m <= reach_m)
+    }
+
+    /// Asks a polygon.
+    pub(super) fn ask(&mut self, id: PolygonId) {
+        let near = Near { distance_m: (self.distance_m)(id), id };
+        if near.distance_m.is_nan() {
+            return;
+        }
+        if self.found.len() < self.count {
+            self.found.push(near);
+        } else if let Some(mut last) = self.found.peek_mut()
+            && near < *last
+        {
+            *last = near;
+        }
+    }
+
+    /// The polygons and their distances, the nearest first.
+    pub(super) fn into_found(self) -> impl Iterator<Item = (PolygonId, f32)> {
+        self.found.into_sorted_vec().into_iter().map(|near| (near.id, near.distance_m))
+    }
+}
+
+impl Visitor for NearestPolygons<'_> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        if self.distance_of(node.bounds).is_some() { Visit::Descend } else { Visit::Skip }
     }
 
     fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
-        for &id in ids {
-            let near = Near { distance_m: (self.distance_m)(id), id };
-            if near.distance_m.is_nan() {
-                continue;
-            }
-            if self.found.len() < self.count {
-                self.found.push(near);
-            } else if let Some(mut last) = self.found.peek_mut()
-                && near < *last
-            {
-                *last = near;
-            }
-        }
+        ids.iter().for_each(|&id| self.ask(id));
     }
 }
 
@@ -249,12 +281,10 @@ pub(super) fn nearest<I: SpatialIndex + ?Sized>(
     out: &mut Vec<(PolygonId, f32)>,
 ) -> WorkCounts {
     out.clear();
-    if count == 0 || point.is_nan() {
+    let Some(mut visitor) = NearestPolygons::new(point, count, index.len(), distance_m) else {
         return WorkCounts::default();
-    }
-    let found = BinaryHeap::with_capacity(count.min(index.len()));
-    let mut visitor = NearestVisitor { point, count, distance_m, found };
+    };
     let work = index.traverse(&Frustum::everything(), &mut visitor);
-    out.extend(visitor.found.into_sorted_vec().into_iter().map(|near| (near.id, near.distance_m)));
+    out.extend(visitor.into_found());
     WorkCounts { reported: out.len() as u64, ..work }
 }

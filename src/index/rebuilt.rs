@@ -2,12 +2,13 @@ use super::{
     DrawList, IndexError, SpatialIndex, Visitor, WorkCounts,
     by_id::{ById, FiledBoxes},
     flat_tree::{FlatTree, Item, Tightness},
-    probe::Nearest,
+    probe::{Nearest, NearestPolygons},
 };
 use crate::{
     math::{Aabb, Frustum, Ray},
     scene::PolygonId,
 };
+use glam::Vec3;
 
 /// A tree that is refitted may grow to this multiple of the relative surface it was built with; then it is rebuilt.
 /// Larger: cheaper commits, slower queries.
@@ -155,6 +156,22 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
         let mut nearest = Nearest::new(t_max, hit);
         self.tree.ray_nearest(ray, &mut nearest);
         nearest.found()
+    }
+
+    fn nearest(
+        &self,
+        point: Vec3,
+        count: usize,
+        distance_m: &mut dyn FnMut(PolygonId) -> f32,
+        out: &mut Vec<(PolygonId, f32)>,
+    ) -> WorkCounts {
+        out.clear();
+        let Some(mut nearest) = NearestPolygons::new(point, count, self.len(), distance_m) else {
+            return WorkCounts::default();
+        };
+        let work = self.tree.ask_nearest(&mut nearest);
+        out.extend(nearest.into_found());
+        WorkCounts { reported: out.len() as u64, ..work }
     }
 
     fn validate(&self) -> Result<(), String> {

@@ -4,6 +4,7 @@
 //! The layout with skip numbers is from Brian Smits, "Efficiency Issues for Ray Tracing" (1998); leaving planes out
 //! that a node has passed wholly ("plane masking") from Lee Bishop et al., "Designing a PC Game Engine" (1998).
 
+mod near;
 mod ray;
 mod validate;
 
