@@ -269,7 +269,7 @@ fn an_empty_session_is_no_error() {
 
 #[test]
 fn every_command_has_examples_in_its_help() {
-    for command in ["replay", "info", "import", "synth", "bench", "draw-index"] {
+    for command in ["replay", "info", "import", "synth", "bench", "draw-index", "pick"] {
         let output = osp(&[command, "--help"]);
         assert!(output.status.success());
         assert!(stdout(&output).contains("Examples:\n  osp "), "{command}: {}", stdout(&output));
@@ -384,4 +384,32 @@ fn indexes_are_drawn_as_cells_and_as_trees() {
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         assert!(stderr(&output).contains(words), "{args:?}: {}", stderr(&output));
     }
+}
+
+#[test]
+fn picking_finds_the_same_polygon_in_every_index() {
+    let folder = temp();
+    let session = folder.path().join("room.ron");
+    let session = session.to_str().expect("utf-8");
+    assert!(osp(&["synth", "room", "--polygons", "800", session]).status.success());
+    let mut hits = 0;
+    for at in ["0.5,0.5", "0.3,0.7", "0,0"] {
+        let pick = |index: &str| json_of(&osp(&["pick", session, "--at", at, "--index", index, "--json"]));
+        let expected = pick("brute-force");
+        hits += usize::from(expected["picked"].is_object());
+        for index in ["osp", "octree-rebuild", "dynamic-bvh"] {
+            let found = pick(index);
+            assert_eq!(found["picked"], expected["picked"], "{index} at {at}");
+            assert!(
+                found["polygons_asked"].as_u64() <= expected["polygons_asked"].as_u64(),
+                "{index} at {at}"
+            );
+        }
+    }
+    assert!(hits > 0, "walls are all around");
+    let words = stdout(&osp(&["pick", session, "--at", "0.5,0.5"]));
+    assert!(words.contains("polygon") && words.contains("asked"), "{words}");
+    let outside = osp(&["pick", session, "--at", "1.5,0"]);
+    assert_eq!(outside.status.code(), Some(2));
+    assert!(stderr(&outside).contains("from 0 to 1"), "{}", stderr(&outside));
 }

@@ -261,10 +261,5 @@ impl Document {
 
 /// Where a ray meets a polygon, from either side.
 pub(super) fn meet_polygon(scene: &Scene, id: PolygonId, ray: &Ray) -> Option<f32> {
-    let polygon = scene.polygon(id);
-    match *polygon.vertices() {
-        [a, b, c] => ray.meet_triangle([a, b, c]),
-        [a, b, c, d] => ray.meet_triangle([a, b, c]).or_else(|| ray.meet_triangle([a, c, d])),
-        _ => None,
-    }
+    scene.polygon(id).meet(ray)
 }

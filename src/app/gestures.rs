@@ -1,7 +1,6 @@
 use glam::{Vec2, Vec3};
 
 use super::{
-    navigator::ray_through,
     pen::{Pen, PenPoint, Snap},
     studio::{Studio, ToolChoice},
 };
@@ -265,7 +264,7 @@ impl Studio {
         if self.snap == Snap::Off {
             return None;
         }
-        let ray = ray_through(view, at);
+        let ray = view.ray_through(at);
         let without = self.pen.stroke();
         let (_, t) = self.pick(&ray, without)?;
         Some(ray.origin + ray.direction * t)
@@ -290,7 +289,7 @@ impl Studio {
         let touch = 2.0 * TOUCH_PX / size_px.max(Vec2::ONE);
         BESIDE.iter().find_map(|&beside| {
             let (view, on_screen) = self.view_at(at + touch * Vec2::from(beside), aspect)?;
-            let ray = ray_through(&view, on_screen);
+            let ray = view.ray_through(on_screen);
             let (id, t) = self.pick(&ray, None)?;
             let stroke = self.scene().stroke_of(id).id()?;
             Some((stroke, ray.origin + ray.direction * t))
@@ -316,7 +315,7 @@ impl Studio {
         let Some((view, on_screen)) = self.gestures.pointer.and_then(|at| self.view_at(at, aspect)) else {
             return;
         };
-        let ray = ray_through(&view, on_screen);
+        let ray = view.ray_through(on_screen);
         if let Some((_, t)) = self.pick(&ray, None) {
             self.navigator.look_at(ray.origin + ray.direction * t);
         }
@@ -324,7 +323,7 @@ impl Studio {
 }
 
 fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
-    let ray = ray_through(view, at);
+    let ray = view.ray_through(at);
     let distance_m = (anchor - ray.origin).dot(view.forward_in_world()).max(view.projection.near_m * 2.0);
     ray.origin + ray.direction * distance_m
 }

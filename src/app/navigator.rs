@@ -133,15 +133,6 @@ impl Navigator {
     }
 }
 
-/// The ray from the eye through a point of the window: -1 to 1 from left to right and from the lower to the upper
-/// border. Its parameter is the distance along the view, metres.
-pub(super) fn ray_through(view: &View, at: Vec2) -> Ray {
-    let Projection { left, right, bottom, top, .. } = view.projection;
-    let x = left + (right - left) * (at.x * 0.5 + 0.5);
-    let y = bottom + (top - bottom) * (at.y * 0.5 + 0.5);
-    Ray::new(view.eye_in_world, rotate(view.world_from_view, Vec3::new(x, y, -1.0)))
-}
-
 /// Metres that a pixel covers at this distance along the view, on a window this many pixels high.
 pub(super) fn pixel_m(view: &View, distance_m: f32, height_px: f32) -> f32 {
     (view.projection.top - view.projection.bottom) * distance_m / height_px.max(1.0)
@@ -159,7 +150,7 @@ mod tests {
             navigator.pan(Vec2::new(0.05, -0.02));
             navigator.zoom(0.7);
             let view = navigator.view(1.6, &Aabb::EMPTY);
-            let ray = ray_through(&view, Vec2::ZERO);
+            let ray = view.ray_through(Vec2::ZERO);
             let there = ray.origin + ray.direction * navigator.distance_m();
             assert!(there.distance(navigator.target()) < 1.0e-4 * navigator.distance_m().max(1.0));
         }
@@ -188,7 +179,7 @@ mod tests {
             (a.view(1.0, &Aabb::EMPTY).forward_in_world(), b.view(1.0, &Aabb::EMPTY).forward_in_world());
         assert!(forward_a.distance(forward_b) < 1.0e-5);
         b.look_at(Vec3::new(3.0, 2.0, 1.0));
-        let ray = ray_through(&b.view(1.0, &Aabb::EMPTY), Vec2::ZERO);
+        let ray = b.view(1.0, &Aabb::EMPTY).ray_through(Vec2::ZERO);
         assert!((ray.origin + ray.direction * b.distance_m()).distance(Vec3::new(3.0, 2.0, 1.0)) < 1.0e-4);
     }
 

@@ -1,6 +1,6 @@
 use glam::{Quat, Vec2, Vec3};
 
-use super::navigator::{pixel_m, ray_through};
+use super::navigator::pixel_m;
 use crate::{
     math::rotate,
     recording::{Event, NormalRule, StrokeId, Tool},
@@ -106,7 +106,7 @@ pub struct PenPoint<'a> {
 impl PenPoint<'_> {
     /// The point under the pointer on the plane through `anchor` parallel to the window.
     fn on_plane(&self, anchor: Vec3) -> Vec3 {
-        let ray = ray_through(self.view, self.at);
+        let ray = self.view.ray_through(self.at);
         let forward = self.view.forward_in_world();
         // The ray's parameter is the distance along the view.
         let distance_m = (anchor - ray.origin).dot(forward).max(self.view.projection.near_m * 2.0);

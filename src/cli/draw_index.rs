@@ -5,23 +5,20 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, anyhow, ensure};
 use clap::{Args, ValueEnum};
 
 use super::{
     Outcome,
     frame_choice::FrameChoice,
     output::{complain, say},
-    replay::{index_parser, root_cube},
-    session::OpenSession,
+    played::Played,
+    replay::index_parser,
 };
 use crate::{
-    index::{IndexConfig, IndexKind},
-    metrics::{StageClock, summarize},
-    recording::{Pace, Pacer},
+    index::IndexKind,
+    recording::Pace,
     report::{Side, Structure, StructureView, thousands},
-    scene::Scene,
-    visibility::Pipeline,
 };
 
 /// Draw the cells of an index over the polygons, or its tree, as it stands after a frame.
@@ -90,9 +87,11 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         "{}: .dot is for a tree: add --as tree",
         args.out.display()
     );
-    let (scene, structure, frame) = play(args)?;
+    let Played { scene, pipeline, moment, .. } =
+        Played::up_to(args.frame, &args.file, args.pace, args.index, args.lenient)?;
+    let structure = Structure::of(pipeline.index());
     let name = args.file.file_name().unwrap_or(args.file.as_os_str()).to_string_lossy();
-    let title = format!("{name}, frame {frame}, {}", args.index.name());
+    let title = format!("{name}, frame {}, {}", moment.frame, args.index.name());
     let write = |path: &Path| -> anyhow::Result<()> {
         let place = || path.display().to_string();
         if is_dot {
@@ -119,36 +118,4 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         args.out.display()
     ))?;
     Ok(Outcome::Done)
-}
-
-/// The session up to the frame: the model, the structure of the index, and the number of the frame.
-fn play(args: &DrawIndexArgs) -> anyhow::Result<(Scene, Structure, u64)> {
-    let mut session = OpenSession::open(&args.file, args.lenient)?;
-    let (summary, _, read) = summarize(&mut session, args.pace);
-    for warning in &session.notes().warnings {
-        complain(&format!("warning: {warning}"));
-    }
-    read?;
-    let last = args.frame.number(&args.file, &summary, args.pace)?;
-    let session = OpenSession::open(&args.file, args.lenient)?;
-    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
-    let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
-    let mut pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
-    let mut pacer = Pacer::new(session, args.pace);
-    let (mut scene, mut events, mut changes) = (Scene::new(), Vec::new(), Vec::new());
-    for frame in 0..=last {
-        if !pacer.next_frame(&mut events)? {
-            bail!("{}: it has become shorter while it was read", args.file.display());
-        }
-        changes.clear();
-        for event in &events {
-            scene.apply(event, &mut changes);
-        }
-        pipeline.skip(&scene, &changes);
-        if frame == last {
-            pipeline.commit();
-        }
-    }
-    let structure = Structure::of(pipeline.index());
-    Ok((scene, structure, last))
 }

@@ -5,6 +5,8 @@
 mod allocations;
 mod new_recording;
 mod output;
+mod pick;
+mod played;
 mod session;
 
 mod bench;
@@ -59,6 +61,7 @@ enum Command {
     Import(import::ImportArgs),
     Bench(bench::BenchArgs),
     DrawIndex(draw_index::DrawIndexArgs),
+    Pick(pick::PickArgs),
     Synth(synth::SynthArgs),
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
@@ -84,6 +87,7 @@ pub fn run() -> ExitCode {
         Command::Import(args) => import::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::DrawIndex(args) => draw_index::run(&args),
+        Command::Pick(args) => pick::run(&args),
         Command::Synth(args) => synth::run(&args),
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),

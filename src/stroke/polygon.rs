@@ -1,7 +1,7 @@
 use glam::Vec3;
 
 use super::Drops;
-use crate::math::{Aabb, COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2};
+use crate::math::{Aabb, COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2, Ray};
 
 /// A quad whose fourth corner leaves the plane of the others by less than this fraction of its longest edge is
 /// flat. Larger: fewer polygons, but occluders are pushed further back to stay conservative.
@@ -29,6 +29,15 @@ impl ConvexPolygon {
     /// The corners in order.
     pub fn vertices(&self) -> &[Vec3] {
         &self.corners[..self.count as usize]
+    }
+
+    /// Where a ray meets the polygon, from either side; see [`Ray::meet_triangle`].
+    pub fn meet(&self, ray: &Ray) -> Option<f32> {
+        match *self.vertices() {
+            [a, b, c] => ray.meet_triangle([a, b, c]),
+            [a, b, c, d] => ray.meet_triangle([a, b, c]).or_else(|| ray.meet_triangle([a, c, d])),
+            _ => None,
+        }
     }
 
     /// The tight box.

@@ -1,7 +1,7 @@
-use glam::{DVec3, Mat4, Quat, Vec3, Vec4};
+use glam::{DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 
 use crate::{
-    math::{Frustum, Plane, rotate},
+    math::{Frustum, Plane, Ray, rotate},
     occlusion::ViewWindow,
 };
 
@@ -79,6 +79,15 @@ impl View {
         let Projection { left, right, bottom, top, .. } = self.projection;
         [(left, bottom), (right, bottom), (right, top), (left, top)]
             .map(|(x, y)| rotate(self.world_from_view, Vec3::new(x, y, -1.0)))
+    }
+
+    /// The ray from the eye through a point of the window: -1 to 1 from left to right and from the lower to the upper
+    /// border. Its parameter is the distance along the view, metres.
+    pub fn ray_through(&self, at: Vec2) -> Ray {
+        let Projection { left, right, bottom, top, .. } = self.projection;
+        let x = left + (right - left) * (at.x * 0.5 + 0.5);
+        let y = bottom + (top - bottom) * (at.y * 0.5 + 0.5);
+        Ray::new(self.eye_in_world, rotate(self.world_from_view, Vec3::new(x, y, -1.0)))
     }
 
     /// The six planes, world space, normals inwards and of unit length: left, right, lower, upper, near, far.

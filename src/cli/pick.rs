@@ -1,0 +1,135 @@
+//! `osp pick`: what is under a point of a session's picture.
+
+use std::{path::PathBuf, str::FromStr, time::Instant};
+
+use clap::Args;
+use glam::Vec2;
+use serde::Serialize;
+
+use super::{
+    Outcome,
+    frame_choice::FrameChoice,
+    output::say,
+    played::Played,
+    replay::{camera_parser, index_parser},
+};
+use crate::{
+    index::IndexKind,
+    recording::Pace,
+    scene::PolygonId,
+    visibility::{CameraChoice, CameraPath},
+};
+
+/// Find the polygon and stroke under a point of a frame's picture, by a ray through the index.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp pick recordings/room.ron
+  osp pick sketch.tilt --at 0.25,0.5 --frame 120 --camera orbit
+  osp pick sketch.tilt --index bvh-sah --json
+
+Prints the polygon, its stroke, the point in world space, its distance along the view, and how many polygons were asked.")]
+pub(super) struct PickArgs {
+    /// The session, of any format that replay reads.
+    file: PathBuf,
+    /// The point of the picture: 0,0 is the upper left corner, 1,1 the lower right one.
+    #[arg(long, default_value = "0.5,0.5", value_name = "X,Y")]
+    at: At,
+    /// The frame: its number from 0, or `last`.
+    #[arg(long, default_value = "last")]
+    frame: FrameChoice,
+    /// The index that is asked.
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    index: IndexKind,
+    /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    #[arg(long, default_value = "samples:16")]
+    pace: Pace,
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    camera: CameraChoice,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Skip damaged pieces and count them, instead of stopping at the first.
+    #[arg(long)]
+    lenient: bool,
+}
+
+/// A point of the picture, from the upper left corner.
+#[derive(Clone, Copy, Debug)]
+struct At(Vec2);
+
+impl FromStr for At {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.split_once(',')
+            .and_then(|(x, y)| Some(Vec2::new(x.trim().parse().ok()?, y.trim().parse().ok()?)))
+            .filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(Vec2::ONE).all())
+            .map(Self)
+            .ok_or_else(|| format!("expected X,Y, both from 0 to 1; found `{text}`"))
+    }
+}
+
+#[derive(Serialize)]
+struct Picked {
+    polygon: u32,
+    stroke: Option<u32>,
+    point_m: [f32; 3],
+    distance_m: f32,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    recording: String,
+    frame: u64,
+    index: &'a str,
+    picked: Option<Picked>,
+    polygons_asked: u64,
+    us: f64,
+}
+
+pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
+    let played = Played::up_to(args.frame, &args.file, args.pace, args.index, args.lenient)?;
+    let camera = CameraPath::new(args.camera, played.header.camera, &played.summary.bounds);
+    let view = camera.view(&played.moment);
+    // The picture's y goes down, the view's up.
+    let at = Vec2::new(args.at.0.x * 2.0 - 1.0, 1.0 - args.at.0.y * 2.0);
+    let ray = view.ray_through(at);
+    let mut asked = 0;
+    let mut meet = |id: PolygonId| {
+        asked += 1;
+        played.scene.polygon(id).meet(&ray)
+    };
+    let start = Instant::now();
+    let found = played.pipeline.index().ray_nearest(&ray, view.projection.far_m, &mut meet);
+    let us = start.elapsed().as_nanos() as f64 / 1000.0;
+    let picked = found.map(|(id, distance_m)| Picked {
+        polygon: id.0,
+        stroke: played.scene.stroke_of(id).id().map(|stroke| stroke.0),
+        point_m: (ray.origin + ray.direction * distance_m).to_array(),
+        distance_m,
+    });
+    let report = Report {
+        recording: args.file.display().to_string(),
+        frame: played.moment.frame,
+        index: args.index.name(),
+        picked,
+        polygons_asked: asked,
+        us,
+    };
+    if args.json {
+        say(&serde_json::to_string(&report)?)?;
+        return Ok(Outcome::Done);
+    }
+    let work = format!("{} asked {asked} polygons in {us:.1} µs", report.index);
+    match &report.picked {
+        None => say(&format!("nothing is there; {work}"))?,
+        Some(Picked { polygon, stroke, point_m: [x, y, z], distance_m }) => {
+            let stroke = stroke.map_or("no stroke".to_owned(), |stroke| format!("stroke {stroke}"));
+            say(&format!(
+                "polygon {polygon} of {stroke} at ({x:.3}, {y:.3}, {z:.3}) m, {distance_m:.3} m along the view; {work}"
+            ))?;
+        }
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,64 @@
+//! A session played up to a frame, for commands that look at that frame alone.
+
+use std::path::Path;
+
+use anyhow::bail;
+
+use super::{frame_choice::FrameChoice, output::complain, replay::root_cube, session::OpenSession};
+use crate::{
+    index::{IndexConfig, IndexKind},
+    metrics::{StageClock, Summary, summarize},
+    recording::{Header, Pace, Pacer},
+    scene::Scene,
+    visibility::{Moment, Pipeline},
+};
+
+/// The model and an index after a frame.
+pub(super) struct Played {
+    pub(super) header: Header,
+    pub(super) summary: Summary,
+    pub(super) scene: Scene,
+    pub(super) pipeline: Pipeline,
+    /// Number of the frame, and the poses of head and hand then.
+    pub(super) moment: Moment,
+}
+
+impl Played {
+    pub(super) fn up_to(
+        frame: FrameChoice,
+        file: &Path,
+        pace: Pace,
+        index: IndexKind,
+        lenient: bool,
+    ) -> anyhow::Result<Self> {
+        let mut session = OpenSession::open(file, lenient)?;
+        let (summary, _, read) = summarize(&mut session, pace);
+        for warning in &session.notes().warnings {
+            complain(&format!("warning: {warning}"));
+        }
+        read?;
+        let last = frame.number(file, &summary, pace)?;
+        let session = OpenSession::open(file, lenient)?;
+        let header = session.header.clone();
+        let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+        let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
+        let mut pipeline = Pipeline::new(index.create(&config), capacity, StageClock::default());
+        let mut pacer = Pacer::new(session, pace);
+        let (mut scene, mut moment) = (Scene::new(), Moment::default());
+        let (mut events, mut changes) = (Vec::new(), Vec::new());
+        for number in 0..=last {
+            if !pacer.next_frame(&mut events)? {
+                bail!("{}: it has become shorter while it was read", file.display());
+            }
+            moment.frame = number;
+            changes.clear();
+            for event in &events {
+                moment.note(event);
+                scene.apply(event, &mut changes);
+            }
+            pipeline.skip(&scene, &changes);
+        }
+        pipeline.commit();
+        Ok(Self { header, summary, scene, pipeline, moment })
+    }
+}
