@@ -336,8 +336,8 @@ mod tests {
 
     fn filled(kind: IndexKind) -> Box<dyn SpatialIndex> {
         let mut index = kind.create(&IndexConfig::default());
-        for i in 0..500u32 {
-            let at = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32) * 0.3 - Vec3::ONE;
+        for i in 0..4000u32 {
+            let at = Vec3::new((i % 20) as f32, (i / 20 % 20) as f32, (i / 400) as f32) * 0.2 - Vec3::ONE;
             index.insert(PolygonId(i), &Aabb::cube(at, 0.02)).expect("finite boxes, each id once");
         }
         index.commit();
@@ -381,6 +381,6 @@ mod tests {
         assert!(dot.contains(r#"label="a \"name\"";"#), "{dot}");
         assert_eq!(dot.matches(" polygons").count(), 7);
         assert_eq!(dot.matches(" -> ").count(), 6);
-        assert!(dot.contains("500 polygons") && dot.contains(r"\n+"), "{dot}");
+        assert!(dot.contains("4,000 polygons") && dot.contains(r"\n+"), "{dot}");
     }
 }
