@@ -1,7 +1,7 @@
 use glam::{Quat, Vec2, Vec3};
 
 use crate::{
-    math::{Aabb, Ray, rotate},
+    math::{Aabb, rotate},
     visibility::{Projection, View},
 };
 
