@@ -262,6 +262,15 @@ impl OspWindow<'_> {
         read_ppm(&output.expect("import of ImageMagick").stdout)
     }
 
+    /// Keeps a picture of the window where the environment variable `OSP_SCREENSHOTS` names a folder: the README's.
+    pub(crate) fn keep_picture(&self, name: &str) {
+        let Some(folder) = std::env::var_os("OSP_SCREENSHOTS") else { return };
+        // Tests run in the project's folder.
+        let path = Path::new(&folder).join(name);
+        let shot = self.desk.command("import").args(["-window", &self.id]).arg(path).status();
+        assert!(shot.expect("import of ImageMagick").success());
+    }
+
     /// Waits until nothing comes any more.
     pub(crate) fn settle(&mut self) {
         let mut seen = (0, Instant::now());

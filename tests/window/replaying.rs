@@ -22,3 +22,46 @@ fn a_recording_is_played_stopped_and_entered_anywhere() {
     assert_eq!(window.number("polygons"), polygons);
     assert!(window.close().success());
 }
+
+#[test]
+fn a_frozen_camera_shows_what_is_left_out_and_why() {
+    let Some(desk) = Desk::new() else { return };
+    let recording = format!("{}/recordings/room.ron", env!("CARGO_MANIFEST_DIR"));
+    let mut window =
+        desk.open(&["replay", &recording, "--window", "--pace", "samples:64", "--occlusion", "msvbsp"]);
+    window.point(590, 300);
+    window.key("space");
+    window.until_last("some frames played", |frame| frame["position"].as_u64() > Some(40));
+    window.key("space");
+    window.until("a stop", |frames| {
+        frames.len() > 1 && frames[frames.len() - 1]["position"] == frames[frames.len() - 2]["position"]
+    });
+    // On to a moment at which the head looks at a wall with much behind it.
+    for _ in 0..80 {
+        if window.number("occluded") > 50 {
+            break;
+        }
+        let position = window.number("position");
+        window.key("period");
+        window.until_last("a step", |frame| frame["position"] == position + 1);
+    }
+    window.settle();
+    let (visible, occluded) = (window.number("visible"), window.number("occluded"));
+    let drawn = window.number("drawn");
+    assert_eq!(drawn, visible - occluded);
+    assert!(occluded > 50, "{occluded} of {visible} hidden");
+    window.key("c");
+    window.until_last("a frozen camera", |frame| frame["frozen"] == true);
+    // The eye goes where it sees everything; the culling stays.
+    window.key("h");
+    window.drag(3, &[(590, 300), (640, 290), (700, 280), (790, 265)]);
+    window.settle();
+    assert_eq!((window.number("visible"), window.number("occluded")), (visible, occluded));
+    window.keep_picture("window.png");
+    let (pixels, ..) = window.picture();
+    let count =
+        |is_so: fn([u32; 3]) -> bool| pixels.iter().filter(|pixel| is_so(pixel.map(u32::from))).count();
+    let out_of_view = count(|[r, g, b]| r > 90 && r > 2 * g.max(b));
+    assert!(out_of_view > 2000, "{out_of_view} red pixels");
+    assert!(window.close().success());
+}
