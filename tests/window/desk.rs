@@ -52,8 +52,9 @@ impl Desk {
             }
         }
         let folder = tempfile::tempdir().expect("a folder");
+        // Without -noreset the server forgets its clients when the last of those that come and go has gone.
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1400x1000x24", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-screen", "0", "1400x1000x24", "-nolisten", "tcp", "-noreset"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -70,7 +71,19 @@ impl Desk {
             .stderr(Stdio::null())
             .spawn()
             .expect("openbox");
-        Some(Self { display, folder, _window_manager: Ours(window_manager), _server: server, _turn: turn })
+        let desk =
+            Self { display, folder, _window_manager: Ours(window_manager), _server: server, _turn: turn };
+        desk.await_window_manager();
+        Some(desk)
+    }
+
+    /// A window that opens while the window manager is starting may never be shown.
+    fn await_window_manager(&self) {
+        let start = Instant::now();
+        while !self.command("wmctrl").arg("-m").output().expect("wmctrl").status.success() {
+            assert!(start.elapsed() < PATIENCE, "openbox does not start");
+            thread::sleep(Duration::from_millis(20));
+        }
     }
 
     /// A folder that goes with the desk.
