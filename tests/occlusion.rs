@@ -12,6 +12,8 @@ mod culling;
 mod judge;
 #[path = "occlusion/occluders.rs"]
 mod occluders;
+#[path = "occlusion/pipeline.rs"]
+mod pipeline;
 #[path = "occlusion/pool.rs"]
 mod pool;
 #[path = "occlusion/random.rs"]

@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use super::patch::Patch;
+use super::patch::{MAX_PATCH, Patch};
 use crate::{
     scene::{Change, Paged, PolygonId, Scene},
     stroke::ConvexPolygon,
@@ -12,8 +12,9 @@ const OPEN_PATCHES: usize = 6;
 /// Polygons left over from candidates that have died that are offered anew in the same frame; more take their turn.
 const ORPHANS: usize = 1024;
 
-/// Polygons looked at again in a frame when many candidates have died.
-const RESCAN_A_FRAME: usize = 256;
+/// Polygons offered again in a frame when many candidates have died, and polygons looked at for that.
+const OFFERS_A_FRAME: usize = 256;
+const LOOKS_A_FRAME: usize = 8192;
 
 /// No candidate.
 const NONE: u32 = u32::MAX;
@@ -87,6 +88,8 @@ pub struct OccluderPool {
     open: [u32; OPEN_PATCHES],
     /// Smallest area that the last trim kept, m^2.
     threshold_m2: f32,
+    /// What [`OccluderPool::follow_roughly`] takes to be large, m^2.
+    large_m2: f32,
     /// Where looking for replacements has got to; at the end, there is nothing to look for.
     rescan: usize,
     orphans: Vec<PolygonId>,
@@ -105,6 +108,7 @@ impl OccluderPool {
             slot_of: Paged::new(),
             open: [NONE; OPEN_PATCHES],
             threshold_m2: 0.0,
+            large_m2: 1.0e-4,
             rescan: usize::MAX,
             orphans: Vec::with_capacity(ORPHANS),
             areas: Vec::with_capacity(room),
@@ -140,7 +144,9 @@ impl OccluderPool {
         self.reserve(scene.polygon_count());
         for &change in changes {
             match change {
-                Change::Insert(id) => self.offer(scene, id),
+                Change::Insert(id) => {
+                    self.offer(scene, id);
+                }
                 Change::Remove(id) => self.take_out(scene, id),
                 Change::Update(id) => {
                     self.take_out(scene, id);
@@ -154,20 +160,38 @@ impl OccluderPool {
                 self.offer(scene, id);
             }
         }
-        self.replace_the_dead(scene);
+        self.catch_up(scene, OFFERS_A_FRAME);
     }
 
-    /// Follows the scene as [`OccluderPool::follow`] does, but only as far as candidates have to go; what came is looked
-    /// at by later calls of `follow`, some of it at a time. For frames in which nothing is asked of the pool.
-    pub fn follow_what_went(&mut self, scene: &Scene, changes: &[Change]) {
+    /// Follows the scene as [`OccluderPool::follow`] does, but only as far as candidates have to go, and the largest of
+    /// what came, at most this many, become some. The rest is looked at by later calls of `follow` or `catch_up`. For
+    /// frames in which nothing is asked of the pool. How many offers there were.
+    pub fn follow_roughly(&mut self, scene: &Scene, changes: &[Change], offers: usize) -> usize {
+        let mut made = 0;
         for &change in changes {
             if let Change::Remove(id) | Change::Update(id) = change {
                 self.take_out(scene, id);
             }
             if let Change::Insert(id) | Change::Update(id) = change {
                 self.rescan = self.rescan.min(id.index());
+                if made < offers && self.is_large(scene, id) {
+                    self.reserve(scene.polygon_count());
+                    made += usize::from(self.offer(scene, id));
+                }
             }
         }
+        made
+    }
+
+    /// Whether a polygon is among the largest sixteenth, about, of those that this was asked of.
+    fn is_large(&mut self, scene: &Scene, id: PolygonId) -> bool {
+        let area_m2 = 0.5 * scene.polygon(id).area_vector().length();
+        let is_large = area_m2 > self.large_m2;
+        // Steps up and down cancel where one in sixteen is larger; small ones, so that a wide stroke stays large for
+        // some hundred polygons.
+        let step = if is_large { 1.016 } else { 0.999 };
+        self.large_m2 = (self.large_m2 * step).clamp(1.0e-12, 1.0e12);
+        is_large
     }
 
     pub(super) fn sketches(&self) -> &[Sketch] {
@@ -176,6 +200,30 @@ impl OccluderPool {
 
     pub(super) fn patch(&self, slot: u32) -> &Patch {
         &self.patches[slot as usize]
+    }
+
+    /// Whether there are polygons that no call of `follow` or `catch_up` has looked at yet.
+    pub fn is_behind(&self, scene: &Scene) -> bool {
+        self.rescan < scene.polygon_count()
+    }
+
+    /// Looks at polygons that came while nothing was asked of the pool, or that may take the place of others that went:
+    /// at most this many offers (about 1.5 µs each). How many there were.
+    pub fn catch_up(&mut self, scene: &Scene, offers: usize) -> usize {
+        self.reserve(scene.polygon_count());
+        let end = scene.polygon_count().min(self.rescan.saturating_add(LOOKS_A_FRAME));
+        let mut made = 0;
+        while self.rescan < end && made < offers {
+            let id = PolygonId(self.rescan as u32);
+            self.rescan += 1;
+            if scene.is_visible(id) && self.slot(id) == NONE {
+                made += usize::from(self.offer(scene, id));
+            }
+        }
+        if self.rescan >= scene.polygon_count() {
+            self.rescan = usize::MAX;
+        }
+        made
     }
 
     fn slot(&self, id: PolygonId) -> u32 {
@@ -188,12 +236,20 @@ impl OccluderPool {
         }
     }
 
-    fn offer(&mut self, scene: &Scene, id: PolygonId) {
+    /// Makes a polygon a candidate, or part of one, if it can be. Whether that took more than a glance.
+    fn offer(&mut self, scene: &Scene, id: PolygonId) -> bool {
         let (.., opacity) = scene.stroke_of(id).color();
         if opacity < 1.0 || opacity.is_nan() || self.slot(id) != NONE {
-            return;
+            return false;
         }
         let polygon = scene.polygon(id);
+        // Not even a patch full of its like would stay.
+        if self.threshold_m2 > 0.0 {
+            let enough_m2 = self.threshold_m2 / MAX_PATCH as f32;
+            if polygon.area_vector().length_squared() < 4.0 * enough_m2 * enough_m2 {
+                return false;
+            }
+        }
         if self.config.grouping == Grouping::Patches {
             for k in 0..OPEN_PATCHES {
                 let slot = self.open[k];
@@ -206,14 +262,14 @@ impl OccluderPool {
                     self.put(slot, joined);
                     self.set_slot(id, slot);
                     self.merge_newest(&polygon);
-                    return;
+                    return true;
                 }
             }
         }
         let patch = Patch::new(id, &polygon);
         let area = patch.area_m2();
         if !(area > 0.0 && area.is_finite()) {
-            return;
+            return true;
         }
         if self.len() >= 2 * self.config.capacity.max(1) {
             self.trim();
@@ -233,6 +289,7 @@ impl OccluderPool {
         if is_small && !self.open.contains(&given_way) {
             self.release(given_way);
         }
+        true
     }
 
     /// The newest open patch has grown by a polygon: perhaps that closes the gap to another one.
@@ -330,20 +387,5 @@ impl OccluderPool {
             self.release(slot);
             slot += 1;
         }
-    }
-
-    fn replace_the_dead(&mut self, scene: &Scene) {
-        if self.rescan >= scene.polygon_count() {
-            self.rescan = usize::MAX;
-            return;
-        }
-        let end = (self.rescan + RESCAN_A_FRAME).min(scene.polygon_count());
-        for i in self.rescan..end {
-            let id = PolygonId(i as u32);
-            if scene.is_visible(id) {
-                self.offer(scene, id);
-            }
-        }
-        self.rescan = end;
     }
 }

@@ -19,6 +19,18 @@ pub struct OcclusionConfig {
     pub cull: CullConfig,
 }
 
+/// What offering a polygon to the pool costs, nanoseconds, about.
+const OFFER_NS: f64 = 1500.0;
+
+/// Looking at a polygon's area, nanoseconds.
+const LOOK_NS: f64 = 10.0;
+
+/// Most polygons that are offered in the frame in which they come.
+const MOST_AT_ONCE: f64 = 16.0;
+
+/// Fewer offers than this wait: most frames then have none.
+const LEAST_OFFERS: usize = 128;
+
 /// Everything that culling by occlusion needs from frame to frame: candidates, the choice among them, and a culler.
 pub struct OcclusionStage {
     config: OcclusionConfig,
@@ -58,9 +70,18 @@ impl OcclusionStage {
         self.pool.follow(scene, changes);
     }
 
-    /// Instead of [`OcclusionStage::follow`] in a frame that is not culled; much cheaper.
-    pub fn follow_what_went(&mut self, scene: &Scene, changes: &[Change]) {
-        self.pool.follow_what_went(scene, changes);
+    /// Instead of [`OcclusionStage::follow`] in a frame that is not culled: only what has to be done at once, and, for
+    /// about as many nanoseconds as `budget_ns`, what makes candidates of what came. About what that took of the budget.
+    pub fn follow_roughly(&mut self, scene: &Scene, changes: &[Change], budget_ns: f64) -> f64 {
+        let at_once = (budget_ns / OFFER_NS).min(MOST_AT_ONCE) as usize;
+        let looks_ns = if at_once > 0 { LOOK_NS * changes.len() as f64 } else { 0.0 };
+        let mut spent_ns = looks_ns + self.pool.follow_roughly(scene, changes, at_once) as f64 * OFFER_NS;
+        let offers = ((budget_ns - spent_ns) / OFFER_NS) as usize;
+        if offers >= LEAST_OFFERS && self.pool.is_behind(scene) {
+            // Looking is not for nothing either.
+            spent_ns += (self.pool.catch_up(scene, offers) + 1) as f64 * OFFER_NS;
+        }
+        spent_ns
     }
 
     /// Chooses the occluders for a window.

@@ -139,7 +139,15 @@ impl OcclusionPass {
 
     /// A frame that is not looked at.
     pub(super) fn skip(&mut self, scene: &Scene, changes: &[Change]) {
-        self.stage.follow_what_went(scene, changes);
+        self.stage.follow_roughly(scene, changes, 0.0);
+    }
+
+    fn follow_roughly(&mut self, scene: &Scene, changes: &[Change]) {
+        let budget_ns = self.switch.as_ref().map_or(0.0, AutoSwitch::idle_budget_ns);
+        let spent_ns = self.stage.follow_roughly(scene, changes, budget_ns);
+        if let Some(switch) = &mut self.switch {
+            switch.spend_idle(spent_ns);
+        }
     }
 
     /// A frame: `in_view` is what the frustum may see.
@@ -157,12 +165,16 @@ impl OcclusionPass {
         let start = clock.start();
         let wanted = self.switch.as_mut().is_none_or(|switch| switch.decide(seen));
         let Some(window) = wanted.then(|| view.window()).flatten() else {
-            self.stage.follow_what_went(scene, changes);
+            self.follow_roughly(scene, changes);
             record.select = clock.since(start);
             record.fingerprint = fingerprint_of_frame(in_view.ids());
             return record;
         };
-        self.stage.follow(scene, changes);
+        // A try makes do with the candidates that there are.
+        match self.switch.as_ref().is_none_or(AutoSwitch::is_on) {
+            true => self.stage.follow(scene, changes),
+            false => self.follow_roughly(scene, changes),
+        }
         let select = self.stage.select(scene, &window);
         record.select = clock.since(start);
 

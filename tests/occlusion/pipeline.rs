@@ -1,0 +1,156 @@
+//! Culling by occlusion inside the pipeline: whatever `auto` decides, what can be seen is drawn.
+
+use glam::Vec3;
+use osp::{
+    index::{IndexConfig, IndexKind},
+    math::Aabb,
+    metrics::StageClock,
+    occlusion::{CullerKind, oracle::OracleConfig, scenes::TestScene},
+    recording::Event,
+    scene::Scene,
+    visibility::{
+        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline,
+        verify,
+    },
+};
+
+use crate::session::view;
+
+fn pipeline(pass: Option<PassConfig>) -> Pipeline {
+    let index = IndexKind::Osp.create(&IndexConfig::default());
+    let pipeline = Pipeline::new(index, 10_000, StageClock::default());
+    match pass {
+        Some(config) => pipeline.with_occlusion(OcclusionPass::new(config, 10_000)),
+        None => pipeline,
+    }
+}
+
+fn auto(polygon_ns: f64, basis: AutoBasis) -> PassConfig {
+    PassConfig { polygon_ns, basis, ..PassConfig::new(OcclusionChoice::Auto) }
+}
+
+/// A built-in scene that grows over 60 frames, seen from inside, and then looked at from everywhere.
+fn play(scene: TestScene, pipelines: &mut [Pipeline], mut frame: impl FnMut(usize, &Scene, &[Pipeline])) {
+    let mut events = scene.events();
+    let first_view = events.iter().position(|e| matches!(e, Event::Head { .. })).unwrap_or(events.len());
+    let views = events.split_off(first_view);
+    let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
+    let mut looks = views.iter().map(|event| {
+        let mut moment = Moment::default();
+        moment.note(event);
+        camera.view(&moment)
+    });
+    let inside = looks.next().unwrap_or_else(|| view(Vec3::ZERO, Vec3::NEG_Z));
+    let (mut model, mut changes) = (Scene::new(), Vec::new());
+    let batches: Vec<&[Event]> = events.chunks(events.len().div_ceil(60)).collect();
+    let later = looks.map(|view| (&[][..], view));
+    for (number, (batch, view)) in batches.into_iter().map(|batch| (batch, inside)).chain(later).enumerate() {
+        changes.clear();
+        batch.iter().for_each(|event| model.apply(event, &mut changes));
+        for pipeline in &mut *pipelines {
+            let record = pipeline.frame(&model, &changes, &view);
+            assert_eq!(record.drawn(), pipeline.draw_list().len() as u64);
+            assert_eq!(record.visible, pipeline.in_view().len() as u64);
+        }
+        frame(number, &model, pipelines);
+        if number % 9 == 8 {
+            let window = view.window().expect("a pointed cone");
+            let config = OracleConfig { width: 480, height: 270 };
+            let visible = verify::visible_polygons(&model, &window, pipelines[0].in_view().ids(), config);
+            for pipeline in &*pipelines {
+                let name = pipeline.occlusion().map(|pass| *pass.config());
+                assert_eq!(verify::missing(&visible, pipeline.draw_list().ids()), 0, "{number}: {name:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn auto_never_changes_what_can_be_seen() {
+    for scene in [TestScene::Rooms, TestScene::Panels] {
+        let mut pipelines = vec![pipeline(None)];
+        for polygon_ns in [1.0, 10.0, 100.0, 10_000.0] {
+            for basis in [AutoBasis::Time, AutoBasis::Work] {
+                pipelines.push(pipeline(Some(auto(polygon_ns, basis))));
+            }
+        }
+        let (mut in_use, mut idle) = (0, 0);
+        play(scene, &mut pipelines, |_, _, pipelines| {
+            for pipeline in pipelines {
+                // Not used: the frustum's own list, to the last polygon.
+                let same = std::ptr::eq(pipeline.draw_list(), pipeline.in_view());
+                (in_use, idle) = (in_use + u32::from(!same), idle + u32::from(same));
+            }
+        });
+        assert!(in_use > 50 && idle > 50, "{in_use} frames with, {idle} without");
+    }
+}
+
+#[test]
+fn auto_goes_by_what_drawing_costs() {
+    // Drawing that costs nothing is never saved; drawing that costs 10 µs a polygon always.
+    let configs = [0.001, 10_000.0].map(|polygon_ns| Some(auto(polygon_ns, AutoBasis::Work)));
+    let mut pipelines: Vec<_> = configs.into_iter().map(pipeline).collect();
+    let mut used = [0; 2];
+    play(TestScene::Rooms, &mut pipelines, |_, _, pipelines| {
+        for (used, pipeline) in used.iter_mut().zip(pipelines) {
+            *used += u32::from(!std::ptr::eq(pipeline.draw_list(), pipeline.in_view()));
+        }
+    });
+    assert_eq!(used[0], 0);
+    assert!(used[1] > 60, "{used:?}");
+}
+
+#[test]
+fn auto_by_work_decides_the_same_each_time() {
+    let mut fingerprints = Vec::new();
+    for _ in 0..2 {
+        let mut pipelines = vec![pipeline(Some(auto(30.0, AutoBasis::Work)))];
+        let mut drawn = Vec::new();
+        play(TestScene::Rooms, &mut pipelines, |_, _, pipelines| {
+            drawn.push(osp::metrics::fingerprint_of_frame(pipelines[0].draw_list().ids()));
+        });
+        fingerprints.push(drawn);
+    }
+    assert_eq!(fingerprints[0], fingerprints[1]);
+}
+
+/// A pool that has followed only roughly for a while still knows what has gone.
+#[test]
+fn what_went_while_nobody_asked_hides_nothing() {
+    use crate::session::{Told, polygon_of};
+    use osp::recording::StrokeId;
+    let wall = |z: f32| [(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)].map(|(x, y)| Vec3::new(x, y, z));
+    let mut told = Told::default();
+    // A wall before a sheet, and, from afar, a pass that is used only where something is in view.
+    let mut pipelines = vec![pipeline(Some(auto(1.0e6, AutoBasis::Work)))];
+    told.tell(&[
+        polygon_of(0, &wall(-2.0)),
+        polygon_of(1, &wall(-4.0).map(|p| p * Vec3::new(0.5, 0.5, 1.0))),
+    ]);
+    let before = view(Vec3::ZERO, Vec3::NEG_Z);
+    let away = view(Vec3::ZERO, Vec3::Z);
+    let changes = told.changes.clone();
+    assert_eq!(pipelines[0].frame(&told.scene, &changes, &before).drawn(), 1);
+    told.tell(&[Event::Erase { t: 0.0, stroke: StrokeId(0) }]);
+    let changes = told.changes.clone();
+    assert!(!pipelines[0].frame(&told.scene, &changes, &away).occlusion.used);
+    let record = pipelines[0].frame(&told.scene, &[], &before);
+    assert!(record.occlusion.used);
+    assert_eq!(record.drawn(), 1, "the sheet behind the wall that has gone");
+    // And what came back hides again, if not at once.
+    told.tell(&[Event::Undo { t: 0.0 }]);
+    let changes = told.changes.clone();
+    assert!(!pipelines[0].frame(&told.scene, &changes, &away).occlusion.used);
+    let drawn: Vec<u64> = (0..3).map(|_| pipelines[0].frame(&told.scene, &[], &before).drawn()).collect();
+    assert_eq!(drawn.last(), Some(&1), "{drawn:?}");
+}
+
+#[test]
+fn every_choice_has_a_name() {
+    for name in OcclusionChoice::names() {
+        assert_eq!(OcclusionChoice::from_name(name).map(OcclusionChoice::name), Some(name));
+    }
+    assert_eq!(OcclusionChoice::from_name("guess"), None);
+    assert_eq!(OcclusionChoice::from_name("depth"), Some(OcclusionChoice::Always(CullerKind::Depth)));
+}
