@@ -1,4 +1,17 @@
 //! Occlusion culling: what is called hidden is hidden.
+//!
+//! | obligation | test |
+//! | --- | --- |
+//! | where the paper's rules fail, the sound tree does not | `counterexamples::rule_2_…`, `rule_5_…`, `rule_6_…`, `the_eight_corners_…` |
+//! | every "hidden" of random, adversarial scenes is recomputed | `stress::random_stress_…`, `pool::random_stress_of_patches_…` |
+//! | no culled polygon owns a pixel, or a point between pixels | `truth::no_sound_method_…`, `command::no_sound_method_…` |
+//! | hidden by ball, so by box, so by outline | `stress::hidden_by_sphere_implies_…` |
+//! | one occluder hides as much in the tree as alone | `stress::one_occluder_…` |
+//! | the order of occluders changes effect only | `stress::the_order_…` |
+//! | the paper's own form is caught | `stress::the_judge_catches_the_paper`, `truth::the_oracle_catches_the_paper` |
+//! | no input of occluders hides what is visible or panics | `occluders::no_occluder_input_…` |
+//! | no allocation, bounded trees | `allocations::…`, `culling::steady_frames_…` |
+//! | `auto` never changes what can be seen | `pipeline::…` |
 
 #[path = "occlusion/allocations.rs"]
 mod allocations;

@@ -92,6 +92,9 @@ pub(super) struct VerifyArgs {
     /// Test nodes only, not the polygons in them.
     #[arg(long)]
     nodes_only: bool,
+    /// Time each stage this many times, and take the fastest.
+    #[arg(long, default_value_t = 9, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    repeats: u32,
     /// Pixels of the picture that says what is visible.
     #[arg(long, default_value = "2560x1440", value_name = "WxH")]
     pixels: Pixels,
@@ -211,7 +214,7 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
             ..CullConfig::default()
         },
         oracle: OracleConfig { width: args.pixels.width, height: args.pixels.height },
-        repeats: 9,
+        repeats: args.repeats,
     }
 }
 

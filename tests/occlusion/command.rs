@@ -45,6 +45,57 @@ fn verify_says_what_each_method_culled_and_what_it_cost() {
 }
 
 #[test]
+fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
+    let mut files: Vec<String> = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings"))
+        .expect("the folder of recordings")
+        .map(|entry| entry.expect("an entry").path().to_string_lossy().into_owned())
+        .filter(|path| path.ends_with(".ron"))
+        .collect();
+    files.sort();
+    assert!(files.len() >= 4, "{files:?}");
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    let output = osp(&[&["verify", "--views", "3", "--pixels", "640x360", "--json"], &files[..]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let (mut hidden, mut views) = (0.0, 0);
+    for line in text(&output.stdout).lines() {
+        let report: Value = serde_json::from_str(line).expect("JSON");
+        hidden += report["hidden_mean"].as_f64().expect("a number");
+        for run in report["runs"].as_array().expect("runs") {
+            assert_eq!(run["false_culls"], 0, "{run}");
+            views += run["views"].as_u64().expect("a number");
+        }
+    }
+    assert!(hidden > 100.0 && views >= 4 * 3 * 4, "{hidden} hidden, {views} views");
+}
+
+/// Real sketches, painted and tracked, and the scenes: sampled views of each.
+#[test]
+fn no_sound_method_culls_what_is_visible_in_the_corpus() {
+    let Some(corpus) = std::env::var_os("OSP_CORPUS") else {
+        eprintln!("skipped: OSP_CORPUS is not set");
+        return;
+    };
+    let mut files = Vec::new();
+    for folder in ["tilt", "apa", "cassie/raw_data", "poses", "scenes"] {
+        let entries =
+            std::fs::read_dir(std::path::Path::new(&corpus).join(folder)).expect("a folder of the corpus");
+        for entry in entries {
+            let path = entry.expect("an entry").path().to_string_lossy().into_owned();
+            if [".tilt", ".apa", ".json", ".poses", ".obj", ".obj.gz"].iter().any(|end| path.ends_with(end)) {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    assert!(files.len() > 10, "{files:?}");
+    for file in &files {
+        // Of dense models, a large picture is the faster one: fewer polygons without a pixel have to be asked by rays.
+        let output = osp(&["verify", file, "--views", "1", "--repeats", "1", "--lenient"]);
+        assert!(output.status.success(), "{file}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn verify_prints_a_line_for_each_method_and_number_of_occluders() {
     let output =
         verify(&["scene:rooms", "--views", "2", "--occlusion", "msvbsp,msvbsp-paper", "--occluders", "4,16"]);

@@ -85,7 +85,9 @@ fn truth(told: &Told, view: &View, in_view: &DrawList) -> Vec<(PolygonId, Sight)
 fn every_index_and_culler_draws_each_visible_polygon_once() {
     let told = hall();
     let mut culled = 0;
-    for view in views() {
+    // Many combinations: fewer views where the tests themselves are slow.
+    let count = if cfg!(debug_assertions) { 4 } else { usize::MAX };
+    for view in views().into_iter().take(count) {
         let window = view.window().expect("a window");
         let mut all = DrawList::new();
         filed(IndexKind::BruteForce, &told).frustum_cull(&view.frustum(), &mut all);

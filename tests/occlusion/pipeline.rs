@@ -5,7 +5,7 @@ use osp::{
     index::{IndexConfig, IndexKind},
     math::Aabb,
     metrics::StageClock,
-    occlusion::{CullerKind, oracle::OracleConfig, scenes::TestScene},
+    occlusion::{CullerKind, Soundness, oracle::OracleConfig, scenes::TestScene},
     recording::Event,
     scene::Scene,
     visibility::{
@@ -123,7 +123,7 @@ fn what_went_while_nobody_asked_hides_nothing() {
     let wall = |z: f32| [(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)].map(|(x, y)| Vec3::new(x, y, z));
     let mut told = Told::default();
     // A wall before a sheet, and, from afar, a pass that is used only where something is in view.
-    let mut pipelines = vec![pipeline(Some(auto(1.0e6, AutoBasis::Work)))];
+    let mut lane = pipeline(Some(auto(1.0e6, AutoBasis::Work)));
     told.tell(&[
         polygon_of(0, &wall(-2.0)),
         polygon_of(1, &wall(-4.0).map(|p| p * Vec3::new(0.5, 0.5, 1.0))),
@@ -131,26 +131,31 @@ fn what_went_while_nobody_asked_hides_nothing() {
     let before = view(Vec3::ZERO, Vec3::NEG_Z);
     let away = view(Vec3::ZERO, Vec3::Z);
     let changes = told.changes.clone();
-    assert_eq!(pipelines[0].frame(&told.scene, &changes, &before).drawn(), 1);
+    assert_eq!(lane.frame(&told.scene, &changes, &before).drawn(), 1);
     told.tell(&[Event::Erase { t: 0.0, stroke: StrokeId(0) }]);
     let changes = told.changes.clone();
-    assert!(!pipelines[0].frame(&told.scene, &changes, &away).occlusion.used);
-    let record = pipelines[0].frame(&told.scene, &[], &before);
+    assert!(!lane.frame(&told.scene, &changes, &away).occlusion.used);
+    let record = lane.frame(&told.scene, &[], &before);
     assert!(record.occlusion.used);
     assert_eq!(record.drawn(), 1, "the sheet behind the wall that has gone");
     // And what came back hides again, if not at once.
     told.tell(&[Event::Undo { t: 0.0 }]);
     let changes = told.changes.clone();
-    assert!(!pipelines[0].frame(&told.scene, &changes, &away).occlusion.used);
-    let drawn: Vec<u64> = (0..3).map(|_| pipelines[0].frame(&told.scene, &[], &before).drawn()).collect();
+    assert!(!lane.frame(&told.scene, &changes, &away).occlusion.used);
+    let drawn: Vec<u64> = (0..3).map(|_| lane.frame(&told.scene, &[], &before).drawn()).collect();
     assert_eq!(drawn.last(), Some(&1), "{drawn:?}");
 }
 
 #[test]
-fn every_choice_has_a_name() {
+fn every_choice_has_a_name_and_the_paper_is_none_by_default() {
     for name in OcclusionChoice::names() {
         assert_eq!(OcclusionChoice::from_name(name).map(OcclusionChoice::name), Some(name));
     }
     assert_eq!(OcclusionChoice::from_name("guess"), None);
+    assert_eq!(OcclusionChoice::Auto.soundness(), Soundness::Sound);
+    // The paper's own form is there to compare with, labelled, and never chosen by itself.
+    for kind in [CullerKind::MsvbspPaper, CullerKind::MsvbspPaperCapless] {
+        assert!(matches!(kind.soundness(), Soundness::Unsound(_)) && !CullerKind::sound().contains(&kind));
+    }
     assert_eq!(OcclusionChoice::from_name("depth"), Some(OcclusionChoice::Always(CullerKind::Depth)));
 }

@@ -10,8 +10,8 @@ use crate::{
     random::{FAMILIES, Random, Scene, ball, volume},
 };
 
-/// Scenes of each family. A release build asks more than a million questions, a debug build fewer.
-const SCENES: u64 = if cfg!(debug_assertions) { 16 } else { 280 };
+/// Scenes of each family: all the tests here together ask more than a million questions, in release builds of each culler.
+const SCENES: u64 = if cfg!(debug_assertions) { 64 } else { 280 };
 const VOLUMES: usize = 60;
 
 /// What a culler answered and how often that was wrong.
