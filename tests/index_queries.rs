@@ -2,6 +2,8 @@
 
 #[path = "support/boxes.rs"]
 mod boxes;
+#[path = "index_queries/bsp.rs"]
+mod bsp;
 
 use boxes::{Rng, drawn, root};
 use glam::Vec3;

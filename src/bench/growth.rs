@@ -1,4 +1,4 @@
-use std::time::Instant;
+use std::{ops::Range, time::Instant};
 
 use serde::Serialize;
 
@@ -8,6 +8,7 @@ use crate::{
     math::{Aabb, Frustum},
     recording::{RecordingError, SynthKind, synthesize},
     scene::{Change, PolygonId, Scene},
+    stroke::ConvexPolygon,
     visibility::{CameraChoice, CameraPath, Moment},
 };
 
@@ -16,8 +17,10 @@ const MOST_FRAMES: usize = 400;
 /// Frames that a budget leaves at least.
 const FEWEST_FRAMES: usize = 3;
 
-/// Budgets that filling an index may take.
-const LONGEST_FILL: f64 = 10.0;
+/// Budgets that filling an index, and drawing the fewest frames, may take.
+const LONGEST: f64 = 10.0;
+/// Polygons whose corners are kept for an index that wants them; of later ones it gets the boxes.
+const MOST_SHAPES: usize = 1_100_000;
 
 /// Settings of [`grow`].
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +33,8 @@ pub struct GrowthConfig {
     pub reference: IndexKind,
     /// Polygons that a frame inserts: what a hand at 90 frames a second draws, and a little more.
     pub batch: u32,
-    /// Time for the frames of an index at a size, seconds. An index that needs ten times as long to be filled, going
-    /// by the size before, is left out.
+    /// Time for the frames of an index at a size, seconds. An index that needs ten times as long to be filled and to
+    /// draw three frames, going by the size before, is left out.
     pub budget_secs: f64,
 }
 
@@ -75,7 +78,7 @@ pub struct Skipped {
     pub index: String,
     /// The size.
     pub polygons: u32,
-    /// Seconds that filling it would have taken, going by the size before.
+    /// Seconds that filling it and drawing three frames would have taken, going by the size before.
     pub expected_secs: f64,
 }
 
@@ -98,57 +101,75 @@ pub fn grow(
     progress("drawing the synthetic session");
     // A stroke is finished, so a few more than asked for; what is beyond the size is what the frames insert.
     let spare = config.batch * MOST_FRAMES as u32;
-    let boxes = boxes(largest.saturating_add(spare))?;
-    // Nanoseconds that the last size took to be filled, and the size.
-    let mut filled_before: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
+    let wants_shapes =
+        |kind: &IndexKind| kind.create(&IndexConfig { capacity: 0, ..IndexConfig::default() }).wants_shapes();
+    let shapes = if config.kinds.iter().any(wants_shapes) { MOST_SHAPES } else { 0 };
+    let drawing = Drawing::new(largest.saturating_add(spare), shapes)?;
+    // Nanoseconds that the last size took, and the size.
+    let mut took_before: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
     for &size in &sizes {
-        let count = (size as usize).min(boxes.len());
-        let (mine, next) = boxes.split_at(count);
-        let next = &next[..next.len().min(spare as usize)];
-        let mut reference = Subject::filled(config.reference, mine, next.len());
-        for (kind, before) in config.kinds.iter().zip(&mut filled_before) {
+        let count = (size as usize).min(drawing.boxes.len());
+        let most = drawing.boxes.len().min(count + spare as usize);
+        let mut reference = Subject::filled(config.reference, &drawing, count, most);
+        for (kind, before) in config.kinds.iter().zip(&mut took_before) {
             if let Some((ns, polygons)) = *before {
                 let expected_secs = ns * 1.0e-9 * f64::from(size) / f64::from(polygons);
-                if expected_secs > config.budget_secs * LONGEST_FILL {
+                if expected_secs > config.budget_secs * LONGEST {
                     let index = kind.name().to_owned();
                     skipped.push(Skipped { index, polygons: size, expected_secs });
                     continue;
                 }
             }
             progress(&format!("{} at {size} polygons", kind.name()));
-            let mut subject = Subject::filled(*kind, mine, next.len());
-            *before = Some((subject.fill_ns, size));
-            rows.push(measure(&mut subject, &mut reference, next, config));
+            let mut subject = Subject::filled(*kind, &drawing, count, most);
+            let row = measure(&mut subject, &mut reference, config);
+            *before = Some((subject.fill_ns + FEWEST_FRAMES as f64 * 1000.0 * row.frame_us.median, size));
+            rows.push(row);
             reference.take_out();
         }
     }
     Ok((rows, skipped))
 }
 
-/// The boxes of a synthetic session's polygons in order of drawing.
-fn boxes(polygons: u32) -> Result<Vec<Aabb>, RecordingError> {
-    let mut scene = Scene::new();
-    let mut changes = Vec::new();
-    let mut boxes = Vec::with_capacity(polygons as usize);
-    for event in synthesize(SynthKind::Scribble, polygons, 1) {
-        changes.clear();
-        scene.apply(&event?, &mut changes);
-        for change in &changes {
-            match *change {
-                Change::Insert(id) if id.index() >= boxes.len() => boxes.push(*scene.bounds(id)),
-                _ => {}
+/// A synthetic session's polygons in order of drawing.
+struct Drawing {
+    boxes: Vec<Aabb>,
+    /// Of the first ones, the corners.
+    shapes: Vec<ConvexPolygon>,
+}
+
+impl Drawing {
+    fn new(polygons: u32, shapes: usize) -> Result<Self, RecordingError> {
+        let mut scene = Scene::new();
+        let mut changes = Vec::new();
+        let mut drawing = Self { boxes: Vec::with_capacity(polygons as usize), shapes: Vec::new() };
+        for event in synthesize(SynthKind::Scribble, polygons, 1) {
+            changes.clear();
+            scene.apply(&event?, &mut changes);
+            for change in &changes {
+                if let Change::Insert(id) = *change
+                    && id.index() >= drawing.boxes.len()
+                {
+                    drawing.boxes.push(*scene.bounds(id));
+                    if drawing.shapes.len() < shapes {
+                        drawing.shapes.push(scene.polygon(id));
+                    }
+                }
             }
         }
+        Ok(drawing)
     }
-    Ok(boxes)
 }
 
 /// An index with what it needs to be measured.
-struct Subject {
+struct Subject<'a> {
     index: Box<dyn SpatialIndex>,
+    drawing: &'a Drawing,
+    wants_shapes: bool,
     draw_list: DrawList,
-    /// Polygons of the fill.
+    /// Polygons of the fill, and of those that there are.
     filed: usize,
+    most: usize,
     /// Polygons inserted since.
     more: usize,
     fill_ns: f64,
@@ -170,34 +191,50 @@ impl Frame {
     }
 }
 
-impl Subject {
-    fn filled(kind: IndexKind, boxes: &[Aabb], more: usize) -> Self {
-        let room = boxes.len() + more;
-        let mut index = kind.create(&IndexConfig { capacity: room, ..IndexConfig::default() });
-        let start = Instant::now();
-        for (bounds, id) in boxes.iter().zip(0..) {
-            // Boxes of a synthetic session are finite and each id comes once.
-            let filed = index.insert(PolygonId(id), bounds);
-            debug_assert_eq!(filed, Ok(()));
-        }
-        index.commit();
-        let fill_ns = start.elapsed().as_nanos() as f64;
+impl<'a> Subject<'a> {
+    fn filled(kind: IndexKind, drawing: &'a Drawing, filed: usize, most: usize) -> Self {
+        let index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
         let mut draw_list = DrawList::new();
-        draw_list.reserve(room);
-        let bytes = index.bytes();
-        Self { index, draw_list, filed: boxes.len(), more: 0, fill_ns, bytes }
+        draw_list.reserve(most);
+        let wants_shapes = index.wants_shapes();
+        let mut subject =
+            Self { index, drawing, wants_shapes, draw_list, filed, most, more: 0, fill_ns: 0.0, bytes: 0 };
+        let start = Instant::now();
+        subject.insert(0..filed);
+        subject.index.commit();
+        subject.fill_ns = start.elapsed().as_nanos() as f64;
+        subject.bytes = subject.index.bytes();
+        subject
     }
 
-    fn frame(&mut self, batch: &[Aabb], frustum: &Frustum) -> Frame {
-        let start = Instant::now();
-        for bounds in batch {
-            let id = PolygonId((self.filed + self.more) as u32);
+    fn insert(&mut self, range: Range<usize>) {
+        let first = range.start;
+        for (bounds, at) in self.drawing.boxes[range].iter().zip(first..) {
+            let id = PolygonId(at as u32);
+            // Boxes of a synthetic session are finite and each id comes once.
             let filed = self.index.insert(id, bounds);
             debug_assert_eq!(filed, Ok(()));
-            self.more += 1;
+            if self.wants_shapes
+                && let Some(shape) = self.drawing.shapes.get(at)
+            {
+                self.index.shape(id, shape);
+            }
         }
+    }
+
+    /// How many polygons are left to be inserted.
+    fn left(&self) -> usize {
+        self.most - self.filed - self.more
+    }
+
+    /// A frame that inserts this many polygons.
+    fn frame(&mut self, batch: usize, frustum: &Frustum) -> Frame {
+        let first = self.filed + self.more;
+        let start = Instant::now();
+        self.insert(first..first + batch);
         self.index.commit();
         let insert_ns = start.elapsed().as_nanos() as f64;
+        self.more += batch;
         self.draw_list.clear();
         let start = Instant::now();
         let work = self.index.frustum_cull(frustum, &mut self.draw_list);
@@ -222,9 +259,9 @@ struct Pairs(Vec<(Frame, Frame)>);
 
 impl Pairs {
     fn measure(
-        subject: &mut Subject,
-        reference: &mut Subject,
-        mut batch: impl FnMut(usize) -> Option<Vec<Aabb>>,
+        subject: &mut Subject<'_>,
+        reference: &mut Subject<'_>,
+        batch: usize,
         view: impl Fn(u64) -> Frustum,
         budget_secs: f64,
     ) -> Self {
@@ -234,15 +271,17 @@ impl Pairs {
             if frame >= FEWEST_FRAMES && start.elapsed().as_secs_f64() > budget_secs {
                 break;
             }
-            let Some(batch) = batch(frame) else { break };
+            if batch > subject.left() {
+                break;
+            }
             let frustum = view(frame as u64);
             // Neither always runs first.
             let pair = if frame % 2 == 0 {
-                let first = subject.frame(&batch, &frustum);
-                (first, reference.frame(&batch, &frustum))
+                let first = subject.frame(batch, &frustum);
+                (first, reference.frame(batch, &frustum))
             } else {
-                let first = reference.frame(&batch, &frustum);
-                (subject.frame(&batch, &frustum), first)
+                let first = reference.frame(batch, &frustum);
+                (subject.frame(batch, &frustum), first)
             };
             pairs.push(pair);
         }
@@ -272,12 +311,7 @@ impl Pairs {
     }
 }
 
-fn measure(
-    subject: &mut Subject,
-    reference: &mut Subject,
-    next: &[Aabb],
-    config: &GrowthConfig,
-) -> GrowthRow {
+fn measure(subject: &mut Subject<'_>, reference: &mut Subject<'_>, config: &GrowthConfig) -> GrowthRow {
     let path = |choice| {
         let camera = CameraPath::new(choice, None, &IndexConfig::default().root);
         // A quick turn, so that few frames still look everywhere.
@@ -285,11 +319,9 @@ fn measure(
     };
     let share = config.budget_secs / 3.0;
     let batch = config.batch as usize;
-    let insert = |frame: usize| next.get(frame * batch..(frame + 1) * batch).map(<[Aabb]>::to_vec);
-    let nothing = |_| Some(Vec::new());
-    let drawing = Pairs::measure(subject, reference, insert, path(CameraChoice::Inside), share);
-    let still = Pairs::measure(subject, reference, nothing, path(CameraChoice::Inside), share);
-    let still_all = Pairs::measure(subject, reference, nothing, path(CameraChoice::Orbit), share);
+    let drawing = Pairs::measure(subject, reference, batch, path(CameraChoice::Inside), share);
+    let still = Pairs::measure(subject, reference, 0, path(CameraChoice::Inside), share);
+    let still_all = Pairs::measure(subject, reference, 0, path(CameraChoice::Orbit), share);
     let polygons = subject.filed.max(1) as f64;
     GrowthRow {
         index: subject.index.name().to_owned(),

@@ -56,7 +56,7 @@ pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
         page.table(&growth_grid(&report.growth));
         for skipped in &report.skipped {
             page.paragraph(&format!(
-                "{} was left out at {} polygons: filling it takes about {} s.",
+                "{} was left out at {} polygons: filling it and drawing three frames takes about {} s.",
                 skipped.index,
                 thousands(u64::from(skipped.polygons)),
                 short(skipped.expected_secs)

@@ -164,7 +164,7 @@ impl BenchReport {
             parts.push(growth_grid(&self.growth).text());
             for skipped in &self.skipped {
                 parts.push(format!(
-                    "{} was left out at {} polygons: filling it takes about {} s.",
+                    "{} was left out at {} polygons: filling it and drawing three frames takes about {} s.",
                     skipped.index,
                     thousands(u64::from(skipped.polygons)),
                     short(skipped.expected_secs)

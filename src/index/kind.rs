@@ -1,7 +1,7 @@
 use super::{
-    BruteForce, BruteSimd, BvhTwoLevel, DynamicBvh, KdTreeConfig, LooseOctree, LooseOctreeConfig,
-    OctreeConfig, Osp, OspPaper, QuadtreeConfig, SpatialIndex, TimeOrder, TwoLevelConfig, bvh, kd_tree,
-    octree_rebuild, quadtree,
+    BruteForce, BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, KdTreeConfig, LooseOctree,
+    LooseOctreeConfig, OctreeConfig, Osp, OspPaper, QuadtreeConfig, SpatialIndex, TimeOrder, TwoLevelConfig,
+    bvh, kd_tree, octree_rebuild, quadtree,
 };
 use crate::math::Aabb;
 use glam::Vec3;
@@ -59,6 +59,8 @@ pub enum IndexKind {
     KdTree,
     /// [`quadtree`].
     Quadtree,
+    /// [`Bsp`].
+    Bsp,
 }
 
 impl IndexKind {
@@ -81,6 +83,7 @@ impl IndexKind {
         Self::LooseOctree,
         Self::KdTree,
         Self::Quadtree,
+        Self::Bsp,
     ];
 
     /// Those that are compared unless told otherwise: the reference, the paper's two structures, and the fast tree.
@@ -106,6 +109,7 @@ impl IndexKind {
             Self::LooseOctree => "loose-octree",
             Self::KdTree => "kd-tree",
             Self::Quadtree => "quadtree",
+            Self::Bsp => "bsp",
         }
     }
 
@@ -136,6 +140,7 @@ impl IndexKind {
             }
             Self::KdTree => kd_tree(&KdTreeConfig::default(), config),
             Self::Quadtree => quadtree(&QuadtreeConfig::default(), config),
+            Self::Bsp => Box::new(Bsp::new(BspConfig::default(), config)),
         }
     }
 }

@@ -6,6 +6,7 @@
 
 mod brute_force;
 mod brute_simd;
+mod bsp;
 mod bucket_tree;
 mod buckets;
 mod bvh;
@@ -33,6 +34,7 @@ mod work;
 
 pub use brute_force::BruteForce;
 pub use brute_simd::BruteSimd;
+pub use bsp::{Bsp, BspConfig, BspCounts};
 pub use bvh::{
     BvhTwoLevel, HlbvhConfig, LbvhConfig, MedianConfig, MidpointConfig, SahConfig, SweepSahConfig,
     TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, lbvh,

@@ -75,6 +75,25 @@ impl<B: TreeBuilder> Rebuilt<B> {
         }
     }
 
+    pub(super) fn builder(&self) -> &B {
+        &self.builder
+    }
+
+    /// The builder, to be told something that boxes do not say: the next commit builds anew.
+    pub(super) fn builder_mut(&mut self) -> &mut B {
+        self.due = Due::Rebuild;
+        &mut self.builder
+    }
+
+    /// Whether something has changed since the last commit.
+    pub(super) fn is_due(&self) -> bool {
+        self.due != Due::Nothing
+    }
+
+    pub(super) fn contains(&self, id: PolygonId) -> bool {
+        self.filed.contains(id)
+    }
+
     fn rebuild(&mut self) {
         self.tree.start(self.filed.len());
         self.items.clear();

@@ -5,6 +5,7 @@ use super::{DrawList, WorkCounts, probe};
 use crate::{
     math::{Aabb, Containment, Frustum, Ray, Sphere},
     scene::PolygonId,
+    stroke::ConvexPolygon,
 };
 
 /// Why an index refused a change. It is then as it was before.
@@ -59,6 +60,16 @@ pub trait SpatialIndex: Send {
     /// # Errors
     /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
+
+    /// Whether it files more of a polygon than its box. Then [`SpatialIndex::shape`] is worth a call for every polygon
+    /// that came or moved; it is free not to ask a scene for them otherwise.
+    fn wants_shapes(&self) -> bool {
+        false
+    }
+
+    /// Tells the corners of a filed polygon, in world space, after `insert` or `update` (which forgets what was told
+    /// before). Changes no answer of a query. Of a polygon that is not filed or not finite, nothing is kept.
+    fn shape(&mut self, _id: PolygonId, _polygon: &ConvexPolygon) {}
 
     /// Ends a batch of changes: whatever the structure has to do before the next query (a rebuild, a bounded share of
     /// upkeep). Called once a frame; cheap when nothing has changed.

@@ -94,6 +94,7 @@ impl Pipeline {
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
     /// filed once its box is finite again.
     fn file(&mut self, scene: &Scene, changes: &[Change], record: &mut FrameRecord) {
+        let wants_shapes = self.index.wants_shapes();
         for &change in changes {
             let outcome = match change {
                 Change::Insert(id) => {
@@ -113,6 +114,9 @@ impl Pipeline {
                     self.follow(id, scene.bounds(id))
                 }
             };
+            if let (true, Ok(()), Change::Insert(id) | Change::Update(id)) = (wants_shapes, outcome, change) {
+                self.index.shape(id, &scene.polygon(id));
+            }
             self.refused += u64::from(outcome.is_err());
         }
     }

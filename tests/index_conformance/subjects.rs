@@ -1,7 +1,7 @@
 //! What is tested: every index as it is used, and some made so that small scenes reach all of their code.
 
 use osp::index::{
-    BvhTwoLevel, HlbvhConfig, IndexConfig, IndexKind, KdTreeConfig, LbvhConfig, LooseOctree,
+    Bsp, BspConfig, BvhTwoLevel, HlbvhConfig, IndexConfig, IndexKind, KdTreeConfig, LbvhConfig, LooseOctree,
     LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeConfig, OspGrid, OspPaper, QuadtreeConfig,
     SahConfig, SpatialIndex, SweepSahConfig, TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah,
     bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_rebuild, quadtree,
@@ -64,6 +64,13 @@ pub(crate) fn subjects() -> Vec<Subject> {
     add(
         "quadtree, leaf 4",
         Box::new(|config| quadtree(&QuadtreeConfig { leaf_capacity: 4, max_depth: 9 }, config)),
+    );
+    add(
+        "bsp, few pieces",
+        Box::new(|config| {
+            let few = BspConfig { candidates: 1, cut_weight: 0.0, max_pieces_per_polygon: 1 };
+            Box::new(Bsp::new(few, config))
+        }),
     );
     subjects
 }

@@ -11,7 +11,7 @@ mod median;
 mod midpoint;
 mod morton;
 mod sweep_sah;
-mod top_down;
+pub(super) mod top_down;
 mod two_level;
 
 pub(super) use binned_sah::BinnedSahBuilder;

@@ -7,7 +7,7 @@ use crate::{
 
 /// What a builder says about a range of polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Split {
+pub(in crate::index) enum Split {
     /// It stays together (granted if it fits into a leaf).
     Leaf,
     /// This many come first. A count that leaves one side empty means: in halves.
@@ -15,7 +15,7 @@ pub(super) enum Split {
 }
 
 /// A builder's polygons, in whatever form it orders them.
-pub(super) trait Ranges {
+pub(in crate::index) trait Ranges {
     /// Orders a range so that the two sides of its split follow each other.
     fn split(&mut self, range: Range<usize>) -> Split;
 
@@ -25,7 +25,7 @@ pub(super) trait Ranges {
 
 /// A node still to be made.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pending {
+pub(in crate::index) struct Pending {
     start: u32,
     end: u32,
     depth: u32,
@@ -33,7 +33,7 @@ pub(super) struct Pending {
 
 /// Builds a binary tree of `range` depth first, its top at `depth`. Whatever `ranges` answers, a leaf holds at most
 /// `leaf_capacity` polygons, every node has fewer than its parent, and the depth stays in bounds.
-pub(super) fn build_top_down(
+pub(in crate::index) fn build_top_down(
     range: Range<usize>,
     depth: usize,
     leaf_capacity: usize,
@@ -69,9 +69,9 @@ pub(super) fn build_top_down(
 }
 
 /// Whole items, ordered in place by a function.
-pub(super) struct InPlace<'a, F> {
-    pub(super) items: &'a mut [Item],
-    pub(super) split: F,
+pub(in crate::index) struct InPlace<'a, F> {
+    pub(in crate::index) items: &'a mut [Item],
+    pub(in crate::index) split: F,
 }
 
 impl<F: FnMut(&mut [Item]) -> Split> Ranges for InPlace<'_, F> {
@@ -85,7 +85,7 @@ impl<F: FnMut(&mut [Item]) -> Split> Ranges for InPlace<'_, F> {
 }
 
 /// Something with a box.
-pub(super) trait Boxed {
+pub(in crate::index) trait Boxed {
     fn bounds(&self) -> &Aabb;
 
     /// Polygons in it.
@@ -101,7 +101,7 @@ impl Boxed for Item {
 }
 
 /// The box around the centres.
-pub(super) fn box_of_centers(items: &[impl Boxed]) -> Aabb {
+pub(in crate::index) fn box_of_centers(items: &[impl Boxed]) -> Aabb {
     items.iter().fold(Aabb::EMPTY, |all, item| {
         let center = item.bounds().center();
         Aabb::new(all.min.min(center), all.max.max(center))
@@ -109,7 +109,7 @@ pub(super) fn box_of_centers(items: &[impl Boxed]) -> Aabb {
 }
 
 /// The axis on which a box is longest.
-pub(super) fn longest_axis(bounds: &Aabb) -> usize {
+pub(in crate::index) fn longest_axis(bounds: &Aabb) -> usize {
     // Halved, because the length of a huge box overflows.
     let half = bounds.max * 0.5 - bounds.min * 0.5;
     half.max_position()
@@ -117,13 +117,13 @@ pub(super) fn longest_axis(bounds: &Aabb) -> usize {
 
 /// The middle of an interval, but below `max` if the interval has any length: some centres lie at or below it, some
 /// above.
-pub(super) fn split_point(min: f32, max: f32) -> f32 {
+pub(in crate::index) fn split_point(min: f32, max: f32) -> f32 {
     let middle = min * 0.5 + max * 0.5;
     if middle < max { middle } else { min }
 }
 
 /// Brings those first for which `is_first` holds, and counts them.
-pub(super) fn partition<T>(items: &mut [T], mut is_first: impl FnMut(&T) -> bool) -> usize {
+pub(in crate::index) fn partition<T>(items: &mut [T], mut is_first: impl FnMut(&T) -> bool) -> usize {
     let (mut low, mut high) = (0, items.len());
     loop {
         while low < high && is_first(&items[low]) {
