@@ -36,6 +36,8 @@ pub enum Command {
     Index(IndexKind),
     /// Choose how polygons are found that others hide.
     Occlusion(OcclusionChoice),
+    /// Most occluders of a view; `None` is the method's own number.
+    Occluders(Option<usize>),
     /// Turn stages of culling on and off.
     Stages(Stages),
     /// Turn pictures of the structures on and off.

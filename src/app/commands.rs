@@ -61,6 +61,7 @@ impl Studio {
                 self.tell_of_reindexing();
             }
             Command::Occlusion(choice) => self.switch_index(self.culling.kind(), choice),
+            Command::Occluders(most) => self.culling.set_occluders(most),
             Command::Stages(stages) => self.culling.set_stages(stages),
             Command::Layers(layers) => self.layers = layers,
             Command::New => self.replace(Subject::Sketch(Box::new(Document::new(&self.autosaves)))),

@@ -4,7 +4,7 @@ use crate::{
     index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
     math::{Aabb, Ray},
     metrics::{FrameRecord, StageClock},
-    occlusion::CullerKind,
+    occlusion::{CullerKind, ShadowVolume},
     recording::StrokeId,
     scene::{Change, PolygonId, Scene},
     visibility::{OcclusionChoice, OcclusionPass, PassConfig, Pipeline, View},
@@ -59,14 +59,15 @@ pub struct PickCounts {
 pub struct Culling {
     kind: IndexKind,
     occlusion: OcclusionChoice,
+    occluders: Option<usize>,
     root: Aabb,
     pipeline: Pipeline,
     clock: StageClock,
     stages: Stages,
     reindexed: Option<Reindexed>,
     picks: PickCounts,
-    /// The polygons to draw on each screen for each eye.
-    lists: Vec<DrawList>,
+    /// All polygons, while the view does not cull.
+    all: DrawList,
     /// One bit for each polygon, while the ones left out are looked for.
     marks: Vec<u64>,
 }
@@ -79,13 +80,14 @@ impl Culling {
         Self {
             kind,
             occlusion: NO_OCCLUSION,
+            occluders: None,
             root,
             pipeline: create(kind, NO_OCCLUSION, root, 0, clock),
             clock,
             stages: Stages::default(),
             reindexed: None,
             picks: PickCounts::default(),
-            lists: Vec::new(),
+            all: DrawList::new(),
             marks: Vec::new(),
         }
     }
@@ -120,6 +122,23 @@ impl Culling {
         self.stages = stages;
     }
 
+    /// Most occluders of a view; `None` where none are looked for.
+    pub fn most_occluders(&self) -> Option<usize> {
+        self.pipeline.occlusion().map(OcclusionPass::most_occluders)
+    }
+
+    /// Changes the most occluders of a view.
+    pub fn set_occluders(&mut self, occluders: Option<usize>) {
+        self.occluders = occluders;
+        self.pipeline.set_occluders(occluders);
+    }
+
+    /// The shadows of the first view's occluders in the last frame, the eye being the origin.
+    pub fn shadows(&self) -> &[ShadowVolume] {
+        let pass = self.pipeline.occlusion().filter(|_| self.pipeline.is_occluded());
+        pass.map_or(&[], |pass| pass.shadows())
+    }
+
     /// What the last change of the index took.
     pub fn reindexed(&self) -> Option<Reindexed> {
         self.reindexed
@@ -136,6 +155,7 @@ impl Culling {
         let start = self.clock.start();
         let root = root_for(bounds);
         let mut pipeline = create(kind, occlusion, root, scene.polygon_count(), self.clock);
+        pipeline.set_occluders(self.occluders);
         pipeline.load(scene);
         let took = Duration::from_nanos(self.clock.since(start).ns);
         let polygons = pipeline.index().len() as u64;
@@ -148,53 +168,46 @@ impl Culling {
         self.pipeline.skip(scene, changes);
     }
 
-    /// One frame: the index follows the changes and is asked what each of `views` may see. What others hide is left out
-    /// of the first view alone.
+    /// One frame: the index follows the changes and is asked what each of `views` (screens, eyes) may see, and what of
+    /// that nothing hides.
     pub fn frame(&mut self, scene: &Scene, changes: &[Change], views: &[View]) -> FrameRecord {
-        self.lists.resize_with(views.len(), DrawList::new);
-        let Some((first, others)) = views.split_first() else {
-            // Nothing is looked at, but nothing may be missed either.
-            self.pipeline.skip(scene, changes);
-            return FrameRecord::default();
-        };
-        let mut record = self.pipeline.frame(scene, changes, first);
-        for (list, view) in self.lists[1..].iter_mut().zip(others) {
-            let start = self.clock.start();
-            list.clear();
-            record.work += self.pipeline.index().frustum_cull(&view.frustum(), list);
-            record.cull.ns += self.clock.since(start).ns;
-        }
-        if self.stages.frustum {
-            self.lists[0].clone_from(self.pipeline.draw_list());
-        } else {
-            for list in &mut self.lists {
-                list.clear();
-                list.ids_mut().extend(scene.visible_ids());
-            }
+        let record = self.pipeline.frame_of_views(scene, changes, views);
+        self.all.clear();
+        if !self.stages.frustum {
+            self.all.ids_mut().extend(scene.visible_ids());
         }
         record
     }
 
     /// The polygons to draw in a view of the last frame; none if there was no such view.
     pub fn drawn(&self, view: usize) -> &[PolygonId] {
-        self.lists.get(view).map_or(&[], DrawList::ids)
+        match self.pipeline.draw_lists().get(view) {
+            Some(list) if self.stages.frustum => list.ids(),
+            Some(_) => self.all.ids(),
+            None => &[],
+        }
     }
 
     /// Appends the polygons that no view of the last frame draws: those outside of all views, and those in view that
     /// others hide.
     pub fn left_out(&mut self, scene: &Scene, outside: &mut Vec<PolygonId>, hidden: &mut Vec<PolygonId>) {
-        self.marks.clear();
-        self.marks.resize(scene.polygon_count().div_ceil(64), 0);
-        for id in self.lists.iter().flat_map(DrawList::ids) {
-            self.marks[id.index() / 64] |= 1 << (id.index() % 64);
+        let mut marks = std::mem::take(&mut self.marks);
+        marks.clear();
+        marks.resize(scene.polygon_count().div_ceil(64), 0);
+        let is_marked = |id: PolygonId, marks: &[u64]| marks[id.index() / 64] >> (id.index() % 64) & 1 == 1;
+        for i in 0..self.pipeline.draw_lists().len() {
+            for id in self.drawn(i).iter().copied() {
+                marks[id.index() / 64] |= 1 << (id.index() % 64);
+            }
         }
-        let is_drawn = |id: &PolygonId, marks: &[u64]| marks[id.index() / 64] >> (id.index() % 64) & 1 == 1;
-        let first_hidden = hidden.len();
-        hidden.extend(self.pipeline.in_view().ids().iter().filter(|id| !is_drawn(id, &self.marks)));
-        for id in &hidden[first_hidden..] {
-            self.marks[id.index() / 64] |= 1 << (id.index() % 64);
+        for id in self.pipeline.in_view_lists().iter().flat_map(DrawList::ids).copied() {
+            if !is_marked(id, &marks) {
+                hidden.push(id);
+                marks[id.index() / 64] |= 1 << (id.index() % 64);
+            }
         }
-        outside.extend(scene.visible_ids().filter(|id| !is_drawn(id, &self.marks)));
+        outside.extend(scene.visible_ids().filter(|&id| !is_marked(id, &marks)));
+        self.marks = marks;
     }
 
     /// The polygon that a ray meets first, and the ray's parameter there; polygons of the stroke `without` do not count.

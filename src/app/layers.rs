@@ -3,6 +3,7 @@ use glam::Vec3;
 use crate::{
     index::{Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum, rotate},
+    occlusion::ShadowVolume,
     render::{Depth, LineBatch, LineColor},
     scene::{PolygonId, Scene},
     visibility::View,
@@ -22,6 +23,8 @@ pub struct LayerChoice {
     pub node_depth: u32,
     /// Polygons that lie across a split of the root: they cannot be filed deeper.
     pub straddlers: bool,
+    /// What hides other polygons, and the space behind it in which it hides them.
+    pub shadows: bool,
     /// Polygons that were culled, tinted by the reason (to be seen with the culling camera frozen).
     pub culled: bool,
     /// The grid on the floor.
@@ -30,7 +33,7 @@ pub struct LayerChoice {
 
 impl Default for LayerChoice {
     fn default() -> Self {
-        Self { nodes: false, node_depth: 6, straddlers: false, culled: true, grid: true }
+        Self { nodes: false, node_depth: 6, straddlers: false, shadows: false, culled: true, grid: true }
     }
 }
 
@@ -103,6 +106,33 @@ pub(super) fn draw_view(view: &View, length_m: f32, out: &mut LineBatch) {
     out.outline(&ends, color, Depth::Hidden);
     let near = view.corner_directions().map(|direction| view.eye_in_world + direction * (length_m * 0.15));
     out.outline(&near, color, Depth::Hidden);
+}
+
+/// Draws occluders and their shadow volumes as far as `length_m` from the eye; returns how many.
+pub(super) fn draw_shadows(
+    eye_in_world: Vec3,
+    shadows: &[ShadowVolume],
+    length_m: f32,
+    out: &mut LineBatch,
+) -> usize {
+    for shadow in shadows {
+        let corners = shadow.corners().iter().map(|v| eye_in_world + v.as_vec3());
+        let ends = shadow.corners().iter().map(|v| {
+            let far_m = v.length().max(f64::from(length_m));
+            eye_in_world + (v.normalize_or_zero() * far_m).as_vec3()
+        });
+        let (corners, ends): (Vec<Vec3>, Vec<Vec3>) = (corners.collect(), ends.collect());
+        for (from, to) in corners.iter().zip(&ends) {
+            out.line(*from, *to, [120, 200, 255, 120], Depth::Hidden);
+        }
+        for i in 0..corners.len() {
+            let next = (i + 1) % corners.len();
+            out.face(&[corners[i], corners[next], ends[next], ends[i]], [90, 160, 255, 14]);
+        }
+        out.outline(&corners, [255, 240, 120, 255], Depth::Through);
+        out.outline(&ends, [120, 200, 255, 70], Depth::Hidden);
+    }
+    shadows.len()
 }
 
 /// Draws a grid on the floor whose cells suit the distance of the eye.

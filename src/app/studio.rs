@@ -487,6 +487,12 @@ impl Studio {
             let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
             layers::draw_nodes(self.culling.index(), &frustum, self.layers.node_depth, &mut self.lines);
         }
+        if self.layers.shadows {
+            let culled_from = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view);
+            let length_m = self.subject.bounds().extent().length().max(0.1) * 2.0;
+            let shadows = self.culling.shadows();
+            layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.lines);
+        }
         if self.layers.straddlers {
             let ids = layers::straddlers(scene, &self.culling.root());
             layers::draw_outlines(scene, ids.into_iter(), Vec3::ZERO, [255, 90, 200, 200], &mut self.lines);

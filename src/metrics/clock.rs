@@ -22,6 +22,13 @@ pub struct Stage {
     pub allocations: u64,
 }
 
+impl std::ops::AddAssign for Stage {
+    fn add_assign(&mut self, other: Self) {
+        self.ns += other.ns;
+        self.allocations += other.allocations;
+    }
+}
+
 impl StageClock {
     /// A clock that reads the number of allocations so far from `allocations` (of the calling thread).
     pub fn counting(allocations: fn() -> u64) -> Self {

@@ -1,6 +1,6 @@
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::scene::PolygonId;
+use crate::{index::DrawList, scene::PolygonId};
 
 /// A number for a frame's visible set: equal for equal sets, whatever their order; a polygon reported twice changes it.
 pub fn fingerprint_of_frame(ids: &[PolygonId]) -> u64 {
@@ -14,6 +14,11 @@ pub fn fingerprint_of_frame(ids: &[PolygonId]) -> u64 {
     };
     let sum = ids.iter().map(mixed).fold(0u64, u64::wrapping_add);
     sum ^ (ids.len() as u64).wrapping_mul(0xd6e8_feb8_6659_fd93)
+}
+
+/// A number for what the views of a frame see, in their order; of one view, that of [`fingerprint_of_frame`].
+pub fn fingerprint_of_views(lists: &[DrawList]) -> u64 {
+    lists.iter().fold(0, |all, list| all.rotate_left(1) ^ fingerprint_of_frame(list.ids()))
 }
 
 /// The fingerprints of a session's frames, chained.

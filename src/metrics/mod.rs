@@ -6,6 +6,6 @@ mod record;
 mod summary;
 
 pub use clock::{Reading, Stage, StageClock};
-pub use fingerprint::{SessionFingerprint, fingerprint_of_frame};
+pub use fingerprint::{SessionFingerprint, fingerprint_of_frame, fingerprint_of_views};
 pub use record::{FrameRecord, OcclusionRecord};
 pub use summary::{Summary, summarize};

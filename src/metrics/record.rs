@@ -41,8 +41,10 @@ pub struct OcclusionRecord {
     pub build: Stage,
     /// Walking the index and testing.
     pub query: Stage,
-    /// Occluders chosen.
+    /// Occluders chosen, for all views.
     pub occluders: u64,
+    /// Splitting planes of the trees (or covered tiles of the depth buffers) built from them, of all views.
+    pub nodes: u64,
     /// Nodes and polygons tested.
     pub tests: u64,
     /// Of the set that is drawn.

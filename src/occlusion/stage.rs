@@ -65,6 +65,14 @@ impl OcclusionStage {
         self.pool.reserve(polygons);
     }
 
+    /// Changes the most occluders of a frame; the candidates stay.
+    pub fn set_occluders(&mut self, kind: CullerKind, occluders: usize) {
+        self.config.select.occluders = occluders;
+        self.selector = Selector::new(self.config.select);
+        self.selector.reserve(2 * self.config.pool.capacity + 1);
+        self.culler = kind.create(occluders);
+    }
+
     /// Follows the scene's changes; once a frame that is culled.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
         self.pool.follow(scene, changes);

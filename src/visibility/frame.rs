@@ -1,15 +1,18 @@
 use crate::{
     index::{DrawList, IndexError, SpatialIndex},
     math::Aabb,
-    metrics::{FrameRecord, StageClock, fingerprint_of_frame},
+    metrics::{FrameRecord, StageClock, fingerprint_of_views},
     scene::{Change, PolygonId, Scene},
     visibility::{OcclusionPass, View},
 };
 
+static NOTHING: DrawList = DrawList::new();
+
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
-    draw_list: DrawList,
+    /// What the frustum of each view may see.
+    in_view: Vec<DrawList>,
     occlusion: Option<OcclusionPass>,
     /// Whether the last frame was culled by occlusion.
     occluded: bool,
@@ -30,9 +33,9 @@ impl std::fmt::Debug for Pipeline {
 impl Pipeline {
     /// A pipeline around an empty index. `capacity` is the number of polygons that the draw list has room for.
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
-        let mut draw_list = DrawList::new();
-        draw_list.reserve(capacity);
-        Self { index, draw_list, occlusion: None, occluded: false, clock, refused: 0, frame: 0 }
+        let mut first = DrawList::new();
+        first.reserve(capacity);
+        Self { index, in_view: vec![first], occlusion: None, occluded: false, clock, refused: 0, frame: 0 }
     }
 
     /// The pipeline with culling by occlusion after the frustum; before the first frame.
@@ -44,9 +47,15 @@ impl Pipeline {
 
     /// One frame: file what came, cull by the frustum and by occlusion, and leave the polygons to draw in the draw list.
     pub fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) -> FrameRecord {
+        self.frame_of_views(scene, changes, std::slice::from_ref(view))
+    }
+
+    /// A frame that is looked at in several views (screens, eyes), each culled for itself. The record is of all of them
+    /// together.
+    pub fn frame_of_views(&mut self, scene: &Scene, changes: &[Change], views: &[View]) -> FrameRecord {
         let mut record = FrameRecord { frame: self.frame, ..FrameRecord::default() };
-        self.draw_list.clear();
-        let frustum = view.frustum();
+        self.in_view.resize_with(views.len(), DrawList::new);
+        self.in_view.iter_mut().for_each(DrawList::clear);
 
         let stage = self.clock.start();
         self.file(scene, changes, &mut record);
@@ -54,14 +63,16 @@ impl Pipeline {
         record.insert = self.clock.since(stage);
 
         let stage = self.clock.start();
-        record.work = self.index.frustum_cull(&frustum, &mut self.draw_list);
+        for (view, list) in views.iter().zip(&mut self.in_view) {
+            record.work += self.index.frustum_cull(&view.frustum(), list);
+        }
         record.cull = self.clock.since(stage);
 
         record.polygons = self.index.len() as u64;
-        record.visible = self.draw_list.len() as u64;
-        record.fingerprint = fingerprint_of_frame(self.draw_list.ids());
+        record.visible = self.in_view.iter().map(|list| list.len() as u64).sum();
+        record.fingerprint = fingerprint_of_views(&self.in_view);
         if let Some(pass) = &mut self.occlusion {
-            record.occlusion = pass.frame(&*self.index, scene, changes, view, &self.draw_list, &self.clock);
+            record.occlusion = pass.frame(&*self.index, scene, changes, views, &self.in_view, &self.clock);
         }
         self.occluded = record.occlusion.used;
         self.frame += 1;
@@ -133,14 +144,36 @@ impl Pipeline {
         }
     }
 
-    /// The polygons to draw, as the last frame left them.
-    pub fn draw_list(&self) -> &DrawList {
-        self.occlusion.as_ref().filter(|_| self.occluded).map_or(&self.draw_list, |pass| pass.drawn())
+    /// The polygons to draw in each view, as the last frame left them.
+    pub fn draw_lists(&self) -> &[DrawList] {
+        self.occlusion.as_ref().filter(|_| self.occluded).map_or(&self.in_view, |pass| pass.drawn())
     }
 
-    /// The polygons that the frustum may see, occluded or not, as the last frame left them.
+    /// The polygons to draw in the first view; none if the last frame had no view.
+    pub fn draw_list(&self) -> &DrawList {
+        self.draw_lists().first().unwrap_or(&NOTHING)
+    }
+
+    /// The polygons that the frustum of each view may see, occluded or not, as the last frame left them.
+    pub fn in_view_lists(&self) -> &[DrawList] {
+        &self.in_view
+    }
+
+    /// The polygons that the frustum of the first view may see.
     pub fn in_view(&self) -> &DrawList {
-        &self.draw_list
+        self.in_view.first().unwrap_or(&NOTHING)
+    }
+
+    /// Changes the most occluders of a frame, if occlusion is looked for; `None` is the method's own number.
+    pub fn set_occluders(&mut self, occluders: Option<usize>) {
+        if let Some(pass) = &mut self.occlusion {
+            pass.set_occluders(occluders);
+        }
+    }
+
+    /// Whether the last frame was culled by occlusion.
+    pub fn is_occluded(&self) -> bool {
+        self.occluded
     }
 
     /// Culling by occlusion, if there is any.

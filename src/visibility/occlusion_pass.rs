@@ -1,9 +1,9 @@
 use crate::{
     index::{DrawList, SpatialIndex},
-    metrics::{OcclusionRecord, StageClock, fingerprint_of_frame},
+    metrics::{OcclusionRecord, StageClock, fingerprint_of_views},
     occlusion::{
         AutoConfig, AutoSwitch, CullConfig, CullerKind, OcclusionConfig, OcclusionStage, Outcome,
-        SelectConfig, Soundness, work_ns,
+        SelectConfig, ShadowVolume, Soundness, ViewWindow, work_ns,
     },
     scene::{Change, Scene},
     visibility::View,
@@ -99,7 +99,8 @@ pub struct OcclusionPass {
     config: PassConfig,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
-    drawn: DrawList,
+    /// What is left of each view.
+    drawn: Vec<DrawList>,
 }
 
 impl OcclusionPass {
@@ -118,7 +119,7 @@ impl OcclusionPass {
                 AutoSwitch::new(AutoConfig { polygon_ns: config.polygon_ns, ..AutoConfig::default() })
             }),
             config,
-            drawn,
+            drawn: vec![drawn],
         }
     }
 
@@ -127,8 +128,25 @@ impl OcclusionPass {
         &self.config
     }
 
-    /// What is left of the last frame in which it was used.
-    pub(super) fn drawn(&self) -> &DrawList {
+    /// Changes the most occluders of a frame; `None` is the method's own number. What is known of the scene stays.
+    pub fn set_occluders(&mut self, occluders: Option<usize>) {
+        self.config.occluders = occluders;
+        self.stage.set_occluders(self.config.choice.kind(), self.config.occluders());
+    }
+
+    /// Most occluders of a view in a frame.
+    pub fn most_occluders(&self) -> usize {
+        self.config.occluders()
+    }
+
+    /// The shadows of the occluders of the first view, best first, with the eye as the origin; as the last frame left
+    /// them in which it was used.
+    pub fn shadows(&self) -> &[ShadowVolume] {
+        self.stage.selector().chosen()
+    }
+
+    /// What is left of each view in the last frame in which it was used.
+    pub(super) fn drawn(&self) -> &[DrawList] {
         &self.drawn
     }
 
@@ -150,55 +168,86 @@ impl OcclusionPass {
         }
     }
 
-    /// A frame: `in_view` is what the frustum may see.
+    /// A frame: `in_view[i]` is what the frustum of `views[i]` may see. The views share the candidates; each has occluders
+    /// and a tree of its own, because a screen's near plane and sides cut what occludes on it.
     pub(super) fn frame(
         &mut self,
         index: &dyn SpatialIndex,
         scene: &Scene,
         changes: &[Change],
-        view: &View,
-        in_view: &DrawList,
+        views: &[View],
+        in_view: &[DrawList],
         clock: &StageClock,
     ) -> OcclusionRecord {
         let mut record = OcclusionRecord::default();
-        let seen = in_view.len() as u64;
+        let seen = in_view.iter().map(|list| list.len() as u64).sum();
         let start = clock.start();
         let wanted = self.switch.as_mut().is_none_or(|switch| switch.decide(seen));
-        let Some(window) = wanted.then(|| view.window()).flatten() else {
+        if !(wanted && views.iter().any(|view| view.window().is_some())) {
             self.follow_roughly(scene, changes);
             record.select = clock.since(start);
-            record.fingerprint = fingerprint_of_frame(in_view.ids());
+            record.fingerprint = fingerprint_of_views(in_view);
             return record;
-        };
+        }
         // A try makes do with the candidates that there are.
         match self.switch.as_ref().is_none_or(AutoSwitch::is_on) {
             true => self.stage.follow(scene, changes),
             false => self.follow_roughly(scene, changes),
         }
-        let select = self.stage.select(scene, &window);
         record.select = clock.since(start);
-
-        let start = clock.start();
-        let build = self.stage.build(&window);
-        record.build = clock.since(start);
-
-        let start = clock.start();
-        self.drawn.clear();
-        let (cull, _) = self.stage.cull(index, scene, &view.frustum(), &mut self.drawn);
-        record.query = clock.since(start);
-
+        self.drawn.resize_with(views.len(), DrawList::new);
+        let mut work_cost_ns = 0.0;
+        // The first view last: what is left in the stage is then the first view's.
+        for (i, view) in views.iter().enumerate().rev() {
+            let Some(window) = view.window() else {
+                self.drawn[i].clone_from(&in_view[i]);
+                continue;
+            };
+            work_cost_ns += self.cull(index, scene, view, &window, i, clock, &mut record);
+        }
         record.used = true;
-        record.occluded = seen - (self.drawn.len() as u64).min(seen);
-        record.occluders = u64::from(select.chosen);
-        record.tests = cull.node_tests + cull.polygon_tests;
-        record.fingerprint = fingerprint_of_frame(self.drawn.ids());
+        let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
+        record.occluded = seen - drawn.min(seen);
+        record.fingerprint = fingerprint_of_views(&self.drawn);
         if let Some(switch) = &mut self.switch {
             let cost_ns = match self.config.basis {
                 AutoBasis::Time => record.total_ns() as f64,
-                AutoBasis::Work => work_ns(&select, &build, &cull),
+                AutoBasis::Work => work_cost_ns,
             };
             switch.note(Outcome { cost_ns, culled: record.occluded });
         }
         record
+    }
+
+    /// Chooses, builds and culls for one view; returns what that costs by its work counts, nanoseconds.
+    #[expect(clippy::too_many_arguments, reason = "all of a frame, for one of its views")]
+    fn cull(
+        &mut self,
+        index: &dyn SpatialIndex,
+        scene: &Scene,
+        view: &View,
+        window: &ViewWindow,
+        number: usize,
+        clock: &StageClock,
+        record: &mut OcclusionRecord,
+    ) -> f64 {
+        let start = clock.start();
+        let select = self.stage.select(scene, window);
+        record.select += clock.since(start);
+
+        let start = clock.start();
+        let build = self.stage.build(window);
+        record.build += clock.since(start);
+
+        let start = clock.start();
+        let drawn = &mut self.drawn[number];
+        drawn.clear();
+        let (cull, _) = self.stage.cull(index, scene, &view.frustum(), drawn);
+        record.query += clock.since(start);
+
+        record.occluders += u64::from(select.chosen);
+        record.nodes += u64::from(build.nodes);
+        record.tests += cull.node_tests + cull.polygon_tests;
+        work_ns(&select, &build, &cull)
     }
 }

@@ -150,7 +150,7 @@ fn replay_runs_every_method_of_occlusion_and_sees_the_same_in_the_frustum() {
     let methods = "none,frusta,svbsp,msvbsp-paper,msvbsp,depth,auto";
     let plain = json_of(&replay(&["--index", "osp", "--json"]));
     assert!(plain["runs"][0]["occlusion"].is_null() && plain["runs"][0]["occluded_mean"].is_null());
-    let args = ["--occlusion", methods, "--polygon-ns", "1000", "--verify-frames", "2", "--json"];
+    let args = ["--occlusion", methods, "--polygon-ns", "20000", "--verify-frames", "2", "--json"];
     let report = json_of(&replay(&args));
     assert_eq!(report["indexes_agree"], true);
     let runs = report["runs"].as_array().expect("runs");

@@ -87,6 +87,41 @@ fn auto_never_changes_what_can_be_seen() {
 }
 
 #[test]
+fn every_view_of_a_frame_is_culled_as_if_it_were_alone() {
+    let mut events = TestScene::Rooms.events();
+    let first_view = events.iter().position(|e| matches!(e, Event::Head { .. })).expect("views");
+    let heads = events.split_off(first_view);
+    let (mut model, mut changes) = (Scene::new(), Vec::new());
+    events.iter().for_each(|event| model.apply(event, &mut changes));
+    let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
+    let mut moment = Moment::default();
+    let views: Vec<_> = heads
+        .iter()
+        .step_by(5)
+        .take(4)
+        .map(|head| {
+            moment.note(head);
+            camera.view(&moment)
+        })
+        .collect();
+    let always =
+        PassConfig { polygon_ns: 1000.0, ..PassConfig::new(OcclusionChoice::Always(CullerKind::Msvbsp)) };
+    let mut together = pipeline(Some(always));
+    let record = together.frame_of_views(&model, &changes, &views);
+    let mut occluded = 0;
+    for (i, view) in views.iter().enumerate() {
+        let mut alone = pipeline(Some(always));
+        occluded += alone.frame(&model, &changes, view).occlusion.occluded;
+        assert_eq!(alone.draw_list(), &together.draw_lists()[i], "view {i}");
+        assert_eq!(alone.in_view(), &together.in_view_lists()[i], "view {i}");
+    }
+    assert!(occluded > 100 && occluded == record.occlusion.occluded, "{occluded}: {record:?}");
+    // A frame without a view draws nothing and misses nothing.
+    assert_eq!(together.frame_of_views(&model, &[], &[]).visible, 0);
+    assert!(together.draw_list().is_empty());
+}
+
+#[test]
 fn auto_goes_by_what_drawing_costs() {
     // Drawing that costs nothing is never saved; drawing that costs 10 µs a polygon always.
     let configs = [0.001, 10_000.0].map(|polygon_ns| Some(auto(polygon_ns, AutoBasis::Work)));

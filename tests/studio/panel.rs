@@ -5,13 +5,14 @@ use egui_kittest::{
 };
 use osp::{
     app::{
-        Autosaves, Document, FrameReport, FrameStage, FrameTimes, Player, Studio, Subject, ToolChoice,
+        Autosaves, Command, Document, FrameReport, FrameStage, FrameTimes, Player, Room, Studio, Subject,
+        ToolChoice,
         ui::{Interface, SHORTCUTS},
     },
     glam,
     index::IndexKind,
     recording::{Pace, Tool},
-    visibility::CameraChoice,
+    visibility::{CameraChoice, OcclusionChoice, Rig},
 };
 
 /// A window without a display: the panels, and the frame that follows them as it does in the real one.
@@ -103,7 +104,7 @@ fn every_tool_has_a_button_and_a_key() {
         harness.get_by_label(name).click();
         harness.run_steps(2);
         assert_eq!(harness.state().studio.tool(), tool, "the button {name}");
-        harness.state_mut().studio.command(osp::app::Command::Tool(before));
+        harness.state_mut().studio.command(Command::Tool(before));
         harness.key_press(key);
         harness.run_steps(2);
         assert_eq!(harness.state().studio.tool(), tool, "the key {key:?}");
@@ -270,4 +271,71 @@ fn a_replay_is_played_and_stepped_by_its_bar() {
     assert!(reports.iter().all(|report| report.record.inserted == 0));
     assert_eq!(harness.state().studio.scene().strokes().len(), strokes);
     assert!(harness.get_by_label("Undo").accesskit_node().is_disabled());
+}
+
+/// Two screens, two eyes: what a wall hides is left out of every view.
+#[test]
+fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("wall.ron");
+    std::fs::write(&path, walls_and_squares()).expect("written");
+    let mut harness =
+        window(|autosaves| Subject::Sketch(Box::new(Document::open(&path, autosaves).expect("a session").0)));
+    harness.state_mut().studio.set_room(Room::new(Rig::open("dual-wall").expect("a shipped rig")));
+    harness.run_steps(2);
+    let in_view = harness.state().report.record.visible;
+    let drawn = |harness: &Harness<'_, Window>, i: usize| harness.state().studio.culling().drawn(i).len();
+    let each: Vec<usize> = (0..4).map(|i| drawn(&harness, i)).collect();
+    assert_eq!(each.iter().sum::<usize>() as u64, in_view);
+    assert!(each.iter().all(|&count| count > 100), "{each:?}");
+    let msvbsp = OcclusionChoice::from_name("msvbsp").expect("a method");
+    harness.state_mut().studio.command(Command::Occlusion(msvbsp));
+    harness.run_steps(2);
+    for (i, all) in each.iter().enumerate() {
+        assert!(drawn(&harness, i) < all - 50, "screen {i}: {} of {all}", drawn(&harness, i));
+    }
+    let record = harness.state().report.record;
+    assert_eq!(record.drawn(), harness.state().report.drawn);
+    assert!(record.occlusion.occluders >= 4 && record.occlusion.nodes >= 12, "{record:?}");
+    harness.get_by_label("nodes of their trees");
+
+    let faces = harness.state().studio.lines().triangle_count();
+    harness.get_by_label("occluders and their shadows").click();
+    harness.run_steps(2);
+    // A wall's shadow has four sides.
+    assert!(harness.state().studio.lines().triangle_count() >= faces + 8);
+
+    // With the least budget there is one occluder in each view.
+    harness.state_mut().studio.command(Command::Occluders(Some(1)));
+    harness.run_steps(2);
+    assert_eq!(harness.state().report.record.occlusion.occluders, 4);
+    harness.get_by_label("most occluders");
+    harness.state_mut().studio.command(Command::Index(IndexKind::OctreeRebuild));
+    harness.run_steps(2);
+    assert_eq!(harness.state().report.record.occlusion.occluders, 4, "another index keeps the limit");
+}
+
+/// A wall before each screen of the rig `dual-wall`, and small squares behind it.
+fn walls_and_squares() -> String {
+    let mut text =
+        "Header(format:1,name:\"walls\",camera:(p:(0.0,1.6,0.0),q:(0.0,0.0,0.0,1.0),fov_degrees:60.0))\n"
+            .to_owned();
+    let mut square = |away_m: f32, middle: (f32, f32), half_m: f32, screen: f32| {
+        let corner = |(right, up): (f32, f32)| {
+            let (x, y) = (middle.0 + right * half_m, middle.1 + up * half_m);
+            // Turned by 45 degrees to the left (-1) or right (1).
+            let (x, z) = ((x + screen * away_m) / 2.0f32.sqrt(), (screen * x - away_m) / 2.0f32.sqrt());
+            format!("({x:?},{:?},{z:?})", 1.6 + y)
+        };
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).join(",");
+        text += &format!("Polygon(t:0.0,vertices:[{corners}],color:(0.8,0.7,0.6,1.0))\n");
+    };
+    for screen in [-1.0, 1.0] {
+        square(2.0, (0.0, 0.0), 1.2, screen);
+        for i in 0..400 {
+            let middle = ((i % 20) as f32 * 0.05 - 0.5, (i / 20) as f32 * 0.05 - 0.5);
+            square(3.0, middle, 0.02, screen);
+        }
+    }
+    text
 }

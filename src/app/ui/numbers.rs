@@ -7,6 +7,7 @@ use super::{
 use crate::{
     app::{
         command::Command,
+        culling::NO_OCCLUSION,
         stats::{FrameStage, History},
         studio::Studio,
     },
@@ -123,6 +124,8 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("polygons", count(report.record.polygons)),
             ("in view", count(report.record.visible)),
             ("hidden behind others", count(report.record.occlusion.occluded)),
+            ("occluders", count(report.record.occlusion.occluders)),
+            ("nodes of their trees", count(report.record.occlusion.nodes)),
             ("drawn", count(report.drawn)),
             ("came, went, moved", {
                 let record = report.record;
@@ -157,6 +160,14 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             }
         }
     });
+    if now != NO_OCCLUSION {
+        let most = culling.most_occluders().unwrap_or(0);
+        let mut wanted = most;
+        ui.add(Slider::new(&mut wanted, 1..=256).logarithmic(true).text("most occluders"));
+        if wanted != most {
+            wishes.commands.push(Command::Occluders(Some(wanted)));
+        }
+    }
     let mut stages = culling.stages();
     ui.checkbox(&mut stages.frustum, "cull by the view");
     if stages != culling.stages() {
@@ -184,6 +195,7 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     if layers.nodes {
         ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest"));
     }
+    ui.checkbox(&mut layers.shadows, "occluders and their shadows");
     ui.checkbox(&mut layers.straddlers, "polygons across the root's middle");
     if layers != studio.layers() {
         wishes.commands.push(Command::Layers(layers));
