@@ -1,5 +1,8 @@
 //! Views, frusta, cameras, pacing and fingerprints.
 
+#[path = "visibility/volumes.rs"]
+mod volumes;
+
 use glam::{Quat, Vec3};
 use osp::{
     index::{IndexConfig, IndexKind},

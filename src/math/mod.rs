@@ -8,16 +8,20 @@
 
 mod aabb;
 mod frustum;
+mod obb;
 mod plane;
 mod ray;
 mod rotation;
 mod sphere;
 mod tolerance;
+mod volume;
 
 pub use aabb::Aabb;
 pub use frustum::{Containment, Frustum, PlaneMask};
+pub use obb::Obb;
 pub use plane::Plane;
 pub use ray::Ray;
 pub use rotation::{rotate, unit};
 pub use sphere::Sphere;
 pub use tolerance::{COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2, TOLERANCE_M};
+pub use volume::Volume;

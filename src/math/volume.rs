@@ -1,0 +1,128 @@
+use glam::{Affine3A, Mat4, Vec3};
+
+use super::{Aabb, Containment, Frustum, Obb, Plane, Sphere};
+
+/// What rounding may move a volume against a plane, as a fraction of the numbers that go in: a handful of `f32` steps.
+const ROUNDING: f32 = 16.0 * f32::EPSILON;
+
+/// Something convex that holds what it stands for, with a middle.
+pub trait Volume {
+    /// Its middle, metres.
+    fn center(&self) -> Vec3;
+
+    /// How far it reaches from its middle along `direction`, times the direction's length ("projected radius").
+    fn reach_along(&self, direction: Vec3) -> f32;
+
+    /// A length that no point of it is farther from the middle than, metres.
+    fn size_m(&self) -> f32;
+}
+
+impl Volume for Aabb {
+    fn center(&self) -> Vec3 {
+        self.center()
+    }
+
+    fn reach_along(&self, direction: Vec3) -> f32 {
+        let half = half_sides(self) * direction.abs();
+        half.x + half.y + half.z
+    }
+
+    fn size_m(&self) -> f32 {
+        half_sides(self).element_sum()
+    }
+}
+
+/// Halved first, so that it does not overflow for huge boxes.
+fn half_sides(bounds: &Aabb) -> Vec3 {
+    bounds.max * 0.5 - bounds.min * 0.5
+}
+
+impl Volume for Sphere {
+    fn center(&self) -> Vec3 {
+        self.center
+    }
+
+    fn reach_along(&self, direction: Vec3) -> f32 {
+        self.radius_m * direction.length()
+    }
+
+    fn size_m(&self) -> f32 {
+        self.radius_m
+    }
+}
+
+impl Volume for Obb {
+    fn center(&self) -> Vec3 {
+        self.center()
+    }
+
+    fn reach_along(&self, direction: Vec3) -> f32 {
+        let [a, b, c] = self.axes();
+        let half = self.half_sides_m();
+        half.x * a.dot(direction).abs() + half.y * b.dot(direction).abs() + half.z * c.dot(direction).abs()
+    }
+
+    fn size_m(&self) -> f32 {
+        self.half_sides_m().element_sum()
+    }
+}
+
+impl Frustum {
+    /// The three-outcome test of any volume by its projected radius. Conservative: never [`Containment::Outside`] if a
+    /// point of the volume is in the frustum, never [`Containment::Inside`] if one is not; near a plane, where rounding
+    /// decides, it is [`Containment::Intersects`].
+    ///
+    /// For the boxes of indexes there is [`Frustum::classify`], whose answers are the same bit for bit everywhere.
+    pub fn classify_volume(&self, volume: &impl Volume) -> Containment {
+        let center = volume.center();
+        let far = center.abs().max_element() + volume.size_m();
+        let mut is_inside = true;
+        for plane in self.planes() {
+            let distance = plane.signed_distance(center);
+            let reach = volume.reach_along(plane.normal);
+            let rounding = ROUNDING * (plane.normal.abs().element_sum() * far + plane.d.abs());
+            // With a number that is none neither holds.
+            if distance < -(reach + rounding) {
+                return Containment::Outside;
+            }
+            is_inside &= distance >= reach + rounding;
+        }
+        if is_inside { Containment::Inside } else { Containment::Intersects }
+    }
+
+    /// The frustum of a matrix from some space to clip space (x and y from -w to w, z from 0 to w, in either direction),
+    /// in that space; normals of unit length, but for planes at infinity, which have everything on their inner side.
+    ///
+    /// Gil Gribb and Klaus Hartmann, "Fast Extraction of Viewing Frustum Planes from the World-View-Projection Matrix"
+    /// (2001).
+    pub fn from_matrix(clip_from_space: &Mat4) -> Self {
+        let row = |i| clip_from_space.row(i);
+        let (x, y, z, w) = (row(0), row(1), row(2), row(3));
+        Self::new([w + x, w - x, w + y, w - y, z, w - z].map(|sum| {
+            let normal = sum.truncate();
+            let length = normal.length();
+            // What is left of a plane at infinity is rounding.
+            let is_plane = length > ROUNDING * (z.truncate().length() + w.truncate().length());
+            if is_plane { Plane { normal: normal / length, d: sum.w / length } } else { EVERYTHING }
+        }))
+    }
+
+    /// The frustum as it is in another space: what lies in it there lies in this one here. Volumes that are kept in the
+    /// space of a group are then tested as they are.
+    ///
+    /// Wider by rounding, for transforms that turn, move and scale.
+    #[must_use]
+    pub fn in_space(&self, world_from_space: &Affine3A) -> Self {
+        let (matrix, origin) = (world_from_space.matrix3, Vec3::from(world_from_space.translation));
+        Self::new(self.planes().map(|plane| {
+            let along = |axis: glam::Vec3A| plane.normal.dot(Vec3::from(axis));
+            let normal = Vec3::new(along(matrix.x_axis), along(matrix.y_axis), along(matrix.z_axis));
+            let rounding =
+                ROUNDING * (plane.normal.abs().element_sum() * origin.abs().max_element() + plane.d.abs());
+            Plane { normal, d: plane.signed_distance(origin) + rounding }
+        }))
+    }
+}
+
+/// A plane that has everything on its inner side.
+const EVERYTHING: Plane = Plane { normal: Vec3::ZERO, d: 0.0 };
