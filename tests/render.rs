@@ -6,6 +6,8 @@
 #[cfg(feature = "cli")]
 #[path = "render/commands.rs"]
 mod commands;
+#[path = "render/hzb.rs"]
+mod hzb;
 #[path = "render/identity.rs"]
 mod identity;
 #[path = "render/pictures.rs"]

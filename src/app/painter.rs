@@ -310,6 +310,7 @@ impl Painter {
         gpu.queue().submit(commands);
         for pane in &mut self.panes {
             pane.timer.submitted();
+            pane.slot.submitted();
         }
         gpu.queue().present(frame);
         if self.panes.first().is_some_and(|pane| !pane.timer.is_available()) {

@@ -18,6 +18,14 @@ pub enum RenderError {
         /// What it would have to have.
         lacks: &'static str,
     },
+    /// The driver cannot do what culling while drawing needs.
+    #[error("the graphics adapter {adapter} cannot find what is hidden while it draws: it lacks {lacks}")]
+    NoOcclusion {
+        /// Name of the adapter.
+        adapter: String,
+        /// What it would have to have.
+        lacks: &'static str,
+    },
     /// The driver refused to open a device.
     #[error("the graphics adapter {adapter} did not open: {reason}")]
     NoDevice {

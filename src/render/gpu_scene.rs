@@ -1,5 +1,6 @@
 use super::{
     Gpu,
+    order::BLOCK,
     record::{PolygonRecord, is_transparent},
 };
 use crate::scene::{Change, PolygonId, Scene};
@@ -13,6 +14,9 @@ const GAP: usize = 16;
 
 /// Polygons of one transfer (1 MiB), so that loading a large session does not need as much staging memory again.
 const TRANSFER: usize = 1 << 14;
+
+/// Most polygons of a chunk: 128 MiB, what every adapter binds at once.
+const MAX_CHUNK: usize = 1 << 21;
 
 /// Every polygon of a scene on the GPU, in chunks of fixed size: growing adds a chunk and never moves what is there.
 #[derive(Debug)]
@@ -51,7 +55,8 @@ impl GpuScene {
             entries: &entries,
         });
         Self {
-            chunk_len: chunk_len.max(1),
+            // No block of the order of drawing lies in two chunks.
+            chunk_len: chunk_len.clamp(1, MAX_CHUNK).next_multiple_of(BLOCK),
             chunks: Vec::new(),
             pages: Vec::new(),
             placeholder: create_chunk(gpu, 1),
@@ -72,6 +77,11 @@ impl GpuScene {
         self.chunk_len
     }
 
+    /// The chunks, in the order of the polygons' numbers.
+    pub(super) fn chunks(&self) -> &[wgpu::Buffer] {
+        &self.chunks
+    }
+
     /// Polygons of a page: those that one draw call reaches.
     pub(super) fn page_len(&self) -> usize {
         self.chunk_len * CHUNKS_A_PAGE
@@ -90,8 +100,9 @@ impl GpuScene {
         self.chunks.iter().map(wgpu::Buffer::size).sum()
     }
 
-    pub(super) fn is_transparent(&self, id: PolygonId) -> bool {
-        bit(&self.transparent, id.index())
+    /// Which of the 64 polygons from `first`, a multiple of 64, can be seen through.
+    pub(super) fn transparent_of(&self, first: usize) -> u64 {
+        self.transparent.get(first / 64).copied().unwrap_or(0)
     }
 
     /// Notes what has moved. New polygons need no note: [`GpuScene::flush`] sends whatever is above the last one sent,
@@ -214,8 +225,4 @@ fn create_chunk(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     })
-}
-
-fn bit(words: &[u64], i: usize) -> bool {
-    words.get(i / 64).is_some_and(|word| word >> (i % 64) & 1 == 1)
 }

@@ -7,17 +7,22 @@
 //! * [`Target`] is what is drawn into, the same for a picture and for a window; [`Offscreen`] makes [`Image`]s and
 //!   measures.
 //!
+//! * [`DrawnOcclusion`] finds while drawing what is hidden ([`Renderer::set_occlusion`]).
+//!
 //! Polygons are flat-shaded from both sides. Opaque ones go front to back, transparent ones back to front; both orders
-//! depend on the view and the polygons alone, not on the index that found them, so that two pictures of the same
-//! visible surface are equal to the last bit.
+//! depend on the view and the polygons alone, not on the index that found them nor on what is left out, and of two at the
+//! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
 
 mod error;
 mod gpu;
 mod gpu_scene;
+mod hzb;
 mod image;
 mod lines;
 mod offscreen;
 mod order;
+mod read_back;
+mod read_ring;
 mod record;
 mod renderer;
 mod shaders;
@@ -29,6 +34,7 @@ mod view_slot;
 
 pub use error::RenderError;
 pub use gpu::Gpu;
+pub use hzb::{DrawnCounts, DrawnOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel};
 pub use image::Image;
 pub use lines::{Depth, LineBatch, LineColor, LinePass};
 pub use offscreen::{DrawTimes, Offscreen};
@@ -38,5 +44,5 @@ pub use shaders::SHADERS;
 pub use show::{Area, Channels, ShowPass, Shown};
 pub use surface::{Acquired, WindowSurface};
 pub use target::{SAMPLES, Target};
-pub use timer::GpuTimer;
+pub use timer::{GpuTimer, PassTimes};
 pub use view_slot::ViewSlot;

@@ -1,9 +1,12 @@
 use std::sync::Arc;
 
-use super::{Gpu, GpuTimer, Image, Layer, RenderError, Renderer, RendererConfig, Target, ViewSlot};
+use super::{
+    DrawnCounts, DrawnOcclusion, Gpu, GpuTimer, Image, Layer, PassTimes, PyramidLevel, RenderError, Renderer,
+    RendererConfig, Target, ViewSlot,
+};
 use crate::{
     metrics::{Stage, StageClock},
-    scene::{Change, Scene},
+    scene::{Change, PolygonId, Scene},
     visibility::View,
 };
 
@@ -16,6 +19,10 @@ pub struct DrawTimes {
     pub draw: Stage,
     /// What the GPU itself says that it drew; `None` where it cannot tell.
     pub gpu_ns: Option<u64>,
+    /// The same by pass.
+    pub passes: Option<PassTimes>,
+    /// What culling while drawing did; `None` in a frame without.
+    pub occlusion: Option<DrawnCounts>,
     /// Bytes sent for polygons that are new or have moved.
     pub polygon_bytes: u64,
     /// Bytes sent for the view and the numbers of the polygons to draw.
@@ -66,6 +73,14 @@ impl Offscreen {
         self.target.aspect()
     }
 
+    /// Chooses how hidden polygons are found while drawing.
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs.
+    pub fn set_occlusion(&mut self, occlusion: DrawnOcclusion) -> Result<(), RenderError> {
+        self.renderer.set_occlusion(&mut self.slot, occlusion)
+    }
+
     /// Notes what has changed; to be called with the changes of every frame, drawn or not.
     pub fn follow(&mut self, changes: &[Change]) {
         self.renderer.follow(changes);
@@ -87,7 +102,7 @@ impl Offscreen {
         let polygon_bytes = self.renderer.send(scene);
         let list_bytes = self.renderer.prepare(&mut self.slot, scene, view, layers);
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
-        self.renderer.encode(&mut encoder, &self.target, &self.slot, &mut self.timer, |_| {});
+        self.renderer.encode(&mut encoder, &self.target, &mut self.slot, &mut self.timer, |_| {});
         let commands = encoder.finish();
         let prepare = self.clock.since(stage);
 
@@ -97,11 +112,40 @@ impl Offscreen {
         let draw = self.clock.since(stage);
 
         self.timer.submitted();
-        if self.timer.is_available() {
+        self.slot.submitted();
+        let culls = self.slot.occlusion() != DrawnOcclusion::None;
+        if self.timer.is_available() || culls {
             gpu.wait()?;
         }
-        let draw_calls = self.slot.order.runs().len() as u64;
-        Ok(DrawTimes { prepare, draw, gpu_ns: self.timer.take_ns(), polygon_bytes, list_bytes, draw_calls })
+        let passes = self.timer.take();
+        let occlusion = if culls { self.slot.take_counts() } else { None };
+        let draw_calls = (self.slot.order.runs().len() + self.slot.order.handle_runs().len() * 2) as u64;
+        Ok(DrawTimes {
+            prepare,
+            draw,
+            gpu_ns: passes.map(|passes| passes.total_ns),
+            passes,
+            occlusion,
+            polygon_bytes,
+            list_bytes,
+            draw_calls,
+        })
+    }
+
+    /// The depth pyramid of the frame that was drawn last, to look at; `None` if it was drawn without.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn pyramid(&self) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
+        self.renderer.read_pyramid(&self.slot)
+    }
+
+    /// The opaque polygons that were drawn last, if hidden ones were looked for while drawing.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn drawn(&self) -> Result<Option<Vec<PolygonId>>, RenderError> {
+        self.renderer.read_drawn(&self.slot)
     }
 
     /// The picture that was drawn last.
@@ -109,46 +153,11 @@ impl Offscreen {
     /// # Errors
     /// The device is lost or the driver reported something.
     pub fn image(&self) -> Result<Image, RenderError> {
-        read_back(self.gpu(), self.target.picture())
+        self.target.image(self.gpu())
     }
 
     /// The renderer.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
     }
-}
-
-/// Copies a texture of four bytes a pixel to memory.
-fn read_back(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Image, RenderError> {
-    let (width, height) = (texture.width(), texture.height());
-    let row_bytes = width * 4;
-    let padded_row_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some("read back"),
-        size: u64::from(padded_row_bytes) * u64::from(height),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
-    let mut encoder = gpu.device().create_command_encoder(&Default::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(padded_row_bytes),
-                rows_per_image: None,
-            },
-        },
-        texture.size(),
-    );
-    gpu.queue().submit([encoder.finish()]);
-    // The outcome shows in `get_mapped_range`.
-    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-    gpu.wait()?;
-    let bytes =
-        buffer.slice(..).get_mapped_range().map_err(|error| RenderError::Device(error.to_string()))?;
-    let rows = bytes.chunks_exact(padded_row_bytes as usize);
-    let rgba = rows.flat_map(|row| &row[..row_bytes as usize]).copied().collect();
-    Ok(Image::new(width, height, rgba))
 }

@@ -1,5 +1,6 @@
 use std::ops::Range;
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::scene::{PolygonId, Scene};
@@ -26,23 +27,66 @@ pub struct Run {
     pub blend: Blend,
 }
 
-/// Opaque polygons are sorted into this many steps of distance; a step is about 6 % of the distance.
+/// Polygons of a block: consecutive numbers that are put in order together.
+pub(super) const BLOCK: usize = 16;
+
+/// Blocks of opaque polygons are sorted into this many steps of distance; a step is about 6 % of the distance.
 const STEPS: usize = 1 << (32 - STEP_SHIFT);
 /// Bits of a squared distance that do not matter: sign and exponent and three bits of the mantissa stay.
 const STEP_SHIFT: u32 = 20;
 
+/// What is kept of a list of polygons.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Listing {
+    /// The number of every polygon.
+    #[default]
+    Ids,
+    /// Blocks with a mask for the opaque polygons, the numbers of the transparent ones.
+    Blocks,
+}
+
+/// Opaque polygons of one block to draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Handle {
+    /// The block: its first polygon is [`BLOCK`] times this.
+    pub(super) block: u32,
+    /// A bit for each polygon of it that is to be drawn.
+    pub(super) mask: u32,
+    /// Its place in the order of drawing.
+    pub(super) place: u32,
+}
+
+/// Handles of one page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct HandleRun {
+    /// Where its handles are in [`DrawOrder::handles`]; their places have the same bounds.
+    pub(super) range: Range<u32>,
+    /// The page.
+    pub(super) page: u32,
+    /// Polygons that the handles stand for.
+    pub(super) polygons: u32,
+}
+
 /// The order in which polygons are drawn, rebuilt every frame in memory that is kept.
 ///
-/// Opaque polygons: by step of distance to the eye, then by number; transparent ones: by distance, farthest first,
-/// then by number. The place of a polygon among others does not depend on what else is in the list, nor on the order
-/// in which it came in: leaving out what is hidden leaves the picture as it is.
+/// Opaque polygons go by block: by the step of distance from the eye to the block's first polygon, drawn or not, then
+/// by number; transparent ones by distance, farthest first, then by number. The place of a polygon among others does
+/// not depend on what else is in the list, nor on the order in which it came in: leaving out what is hidden leaves the
+/// picture as it is.
 #[derive(Clone, Debug, Default)]
 pub struct DrawOrder {
     ids: Vec<u32>,
     runs: Vec<Run>,
+    listing: Listing,
+    /// In the order of numbers.
+    handles: Vec<Handle>,
+    handle_runs: Vec<HandleRun>,
     /// One bit for each polygon of the list at hand.
     marks: Vec<u64>,
-    opaque: Vec<(u32, u16)>,
+    /// Blocks of the page at hand, in the order of numbers: number, mask, step.
+    blocks: Vec<(u32, u16, u16)>,
+    sorted: Vec<(u32, u16)>,
     /// Distance squared (its bits sort like the number), place in the list of styles, polygon.
     transparent: Vec<(u32, u32, u32)>,
     steps: Vec<u32>,
@@ -64,15 +108,44 @@ impl DrawOrder {
         &self.runs
     }
 
+    /// The opaque polygons as blocks, in the order of numbers; empty if every polygon is listed.
+    pub(super) fn handles(&self) -> &[Handle] {
+        &self.handles
+    }
+
+    /// The pages of [`DrawOrder::handles`], in order.
+    pub(super) fn handle_runs(&self) -> &[HandleRun] {
+        &self.handle_runs
+    }
+
+    /// Polygons that the handles stand for.
+    pub(super) fn opaque_count(&self) -> u32 {
+        self.handle_runs.iter().map(|run| run.polygons).sum()
+    }
+
+    /// What is kept of the frame at hand.
+    pub(super) fn listing(&self) -> Listing {
+        self.listing
+    }
+
     /// Starts a new frame.
     pub fn clear(&mut self) {
+        self.clear_for(Listing::Ids);
+    }
+
+    /// Starts a new frame of which this is kept.
+    pub(super) fn clear_for(&mut self, listing: Listing) {
+        self.listing = listing;
         self.ids.clear();
         self.runs.clear();
+        self.handles.clear();
+        self.handle_runs.clear();
         self.transparent.clear();
     }
 
     /// Adds a list of polygons, each once whatever the list says, to be drawn in `style`. Numbers that the scene does
-    /// not have are left out.
+    /// not have are left out. `page_len` is a multiple of 16; `transparent_of` gives for 64 polygons from a multiple of
+    /// 64 on which of them can be seen through.
     pub fn add(
         &mut self,
         scene: &Scene,
@@ -80,57 +153,98 @@ impl DrawOrder {
         style: u32,
         eye_in_world: Vec3,
         page_len: usize,
-        blend_of: impl Fn(PolygonId) -> Blend,
+        transparent_of: impl Fn(usize) -> u64,
     ) {
+        debug_assert!(page_len.is_multiple_of(BLOCK));
         let count = scene.polygon_count();
         self.marks.resize(count.div_ceil(64), 0);
         for id in ids.iter().filter(|id| id.index() < count) {
             self.marks[id.index() / 64] |= 1 << (id.index() % 64);
         }
+        // A distance that is not a number sorts as the farthest; it is drawn all the same.
+        let distance_squared =
+            |id: usize| scene.bounds(PolygonId(id as u32)).center().distance_squared(eye_in_world).to_bits();
         // Reading the marks gives the polygons in the order of their numbers, page after page.
         let mut page = 0;
         for word in 0..self.marks.len() {
-            let mut bits = std::mem::take(&mut self.marks[word]);
-            while bits != 0 {
-                let id = PolygonId((word * 64) as u32 + bits.trailing_zeros());
-                bits &= bits - 1;
-                if id.index() / page_len != page {
+            let bits = std::mem::take(&mut self.marks[word]);
+            if bits == 0 {
+                continue;
+            }
+            let transparent = bits & transparent_of(word * 64);
+            for part in 0..64 / BLOCK {
+                let mask = ((bits & !transparent) >> (part * BLOCK)) as u16;
+                if mask == 0 {
+                    continue;
+                }
+                let first = word * 64 + part * BLOCK;
+                if first / page_len != page {
                     self.end_page(page, style);
-                    page = id.index() / page_len;
+                    page = first / page_len;
                 }
-                // A distance that is not a number sorts as the farthest; it is drawn all the same.
-                let distance_squared = scene.bounds(id).center().distance_squared(eye_in_world).to_bits();
-                match blend_of(id) {
-                    Blend::Opaque => self.opaque.push((id.0, (distance_squared >> STEP_SHIFT) as u16)),
-                    Blend::Transparent => self.transparent.push((distance_squared, style, id.0)),
-                }
+                let step = (distance_squared(first) >> STEP_SHIFT) as u16;
+                self.blocks.push(((first / BLOCK) as u32, mask, step));
+            }
+            let mut bits = transparent;
+            while bits != 0 {
+                let id = word * 64 + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                self.transparent.push((distance_squared(id), style, id as u32));
             }
         }
         self.end_page(page, style);
     }
 
-    /// Sorts the opaque polygons of one page by steps (a counting sort: equal steps keep the order of numbers).
+    /// Sorts the blocks of one page by steps (a counting sort: equal steps keep the order of numbers).
     fn end_page(&mut self, page: usize, style: u32) {
-        if self.opaque.is_empty() {
+        if self.blocks.is_empty() {
             return;
         }
         self.steps.clear();
         self.steps.resize(STEPS, 0);
-        for (_, step) in &self.opaque {
+        for (.., step) in &self.blocks {
             self.steps[*step as usize] += 1;
         }
-        let first = self.ids.len() as u32;
-        let mut at = first;
+        let mut at = 0;
         for step in &mut self.steps {
             at += std::mem::replace(step, at);
         }
-        self.ids.resize(at as usize, 0);
-        for (id, step) in self.opaque.drain(..) {
+        match self.listing {
+            Listing::Ids => self.list_ids(page, style),
+            Listing::Blocks => self.list_blocks(page),
+        }
+    }
+
+    fn list_ids(&mut self, page: usize, style: u32) {
+        self.sorted.clear();
+        self.sorted.resize(self.blocks.len(), (0, 0));
+        for (block, mask, step) in self.blocks.drain(..) {
             let place = &mut self.steps[step as usize];
-            self.ids[*place as usize] = id;
+            self.sorted[*place as usize] = (block, mask);
             *place += 1;
         }
-        self.runs.push(Run { range: first..at, page: page as u32, style, blend: Blend::Opaque });
+        let first = self.ids.len() as u32;
+        for &(block, mask) in &self.sorted {
+            let mut bits = u32::from(mask);
+            while bits != 0 {
+                self.ids.push(block * BLOCK as u32 + bits.trailing_zeros());
+                bits &= bits - 1;
+            }
+        }
+        let range = first..self.ids.len() as u32;
+        self.runs.push(Run { range, page: page as u32, style, blend: Blend::Opaque });
+    }
+
+    fn list_blocks(&mut self, page: usize) {
+        let (first, mut polygons) = (self.handles.len() as u32, 0);
+        for (block, mask, step) in self.blocks.drain(..) {
+            let place = &mut self.steps[step as usize];
+            self.handles.push(Handle { block, mask: u32::from(mask), place: first + *place });
+            *place += 1;
+            polygons += mask.count_ones();
+        }
+        let range = first..self.handles.len() as u32;
+        self.handle_runs.push(HandleRun { range, page: page as u32, polygons });
     }
 
     /// Ends the frame: appends the transparent polygons of all lists.
@@ -169,20 +283,26 @@ mod tests {
         scene
     }
 
-    fn order_of(ids: &[u32], page_len: usize, blend: Blend) -> DrawOrder {
+    fn listed(ids: &[u32], page_len: usize, blend: Blend, listing: Listing) -> DrawOrder {
         let scene = scene_of(200);
         let ids: Vec<_> = ids.iter().map(|&i| PolygonId(i)).collect();
         let mut order = DrawOrder::new();
-        order.add(&scene, &ids, 0, Vec3::ZERO, page_len, |_| blend);
+        order.clear_for(listing);
+        let transparent = if blend == Blend::Opaque { 0 } else { u64::MAX };
+        order.add(&scene, &ids, 0, Vec3::ZERO, page_len, |_| transparent);
         order.finish(page_len);
         order
+    }
+
+    fn order_of(ids: &[u32], page_len: usize, blend: Blend) -> DrawOrder {
+        listed(ids, page_len, blend, Listing::Ids)
     }
 
     #[test]
     fn opaque_polygons_go_front_to_back_and_transparent_ones_back_to_front() {
         let near_and_far = [150, 3, 70, 20, 3];
-        assert_eq!(order_of(&near_and_far, 1000, Blend::Opaque).ids(), [3, 20, 70, 150]);
-        assert_eq!(order_of(&near_and_far, 1000, Blend::Transparent).ids(), [150, 70, 20, 3]);
+        assert_eq!(order_of(&near_and_far, 1024, Blend::Opaque).ids(), [3, 20, 70, 150]);
+        assert_eq!(order_of(&near_and_far, 1024, Blend::Transparent).ids(), [150, 70, 20, 3]);
     }
 
     #[test]
@@ -190,9 +310,9 @@ mod tests {
         let all: Vec<u32> = (0..200).rev().collect();
         let some: Vec<u32> = (0..200).filter(|i| i % 3 != 0).collect();
         for blend in [Blend::Opaque, Blend::Transparent] {
-            let mut of_all = order_of(&all, 1000, blend).ids().to_vec();
+            let mut of_all = order_of(&all, 1024, blend).ids().to_vec();
             of_all.retain(|i| i % 3 != 0);
-            assert_eq!(of_all, order_of(&some, 1000, blend).ids());
+            assert_eq!(of_all, order_of(&some, 1024, blend).ids());
         }
     }
 
@@ -210,7 +330,29 @@ mod tests {
     }
 
     #[test]
+    fn blocks_stand_for_the_same_polygons_in_the_same_order() {
+        let scattered: Vec<u32> = (0..200).filter(|i| i * i % 7 < 3).collect();
+        for page_len in [64, 1024] {
+            let blocks = listed(&scattered, page_len, Blend::Opaque, Listing::Blocks);
+            assert!(blocks.ids().is_empty());
+            let mut by_place = blocks.handles().to_vec();
+            assert!(by_place.is_sorted_by_key(|handle| handle.block));
+            by_place.sort_by_key(|handle| handle.place);
+            let ids = by_place.iter().flat_map(|handle| {
+                (0..16).filter(|bit| handle.mask >> bit & 1 == 1).map(|bit| handle.block * 16 + bit)
+            });
+            let listed = order_of(&scattered, page_len, Blend::Opaque);
+            assert_eq!(ids.collect::<Vec<_>>(), listed.ids());
+            let runs = blocks.handle_runs();
+            assert_eq!(runs.len(), listed.runs().len());
+            for (run, of_ids) in runs.iter().zip(listed.runs()) {
+                assert_eq!((run.page, run.polygons), (of_ids.page, of_ids.range.len() as u32));
+            }
+        }
+    }
+
+    #[test]
     fn unknown_numbers_are_left_out() {
-        assert_eq!(order_of(&[5, 200, u32::MAX], 1000, Blend::Opaque).ids(), [5]);
+        assert_eq!(order_of(&[5, 200, u32::MAX], 1024, Blend::Opaque).ids(), [5]);
     }
 }

@@ -1,10 +1,13 @@
 use std::sync::Arc;
 
 use super::{
-    Blend, Gpu, GpuTimer, Target, ViewSlot,
+    Blend, DrawnOcclusion, Gpu, GpuTimer, PyramidLevel, RenderError, Run, Target, ViewSlot,
     gpu_scene::GpuScene,
+    hzb::{Frame, Hzb, HzbView},
+    order::{BLOCK, Listing},
     shaders,
-    target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    target::{COLOR_FORMAT, DEPTH_FORMAT, DepthBefore, SAMPLES},
+    timer::Ends,
 };
 use crate::{
     scene::{Change, PolygonId, Scene},
@@ -76,8 +79,9 @@ pub struct Renderer {
     gpu: Arc<Gpu>,
     scene: GpuScene,
     view_layout: wgpu::BindGroupLayout,
-    opaque: wgpu::RenderPipeline,
-    transparent: wgpu::RenderPipeline,
+    pipelines: Pipelines,
+    /// Made when a view first asks for it.
+    hzb: Option<Hzb>,
     background: wgpu::Color,
 }
 
@@ -88,14 +92,7 @@ impl Renderer {
         let view_layout = ViewSlot::layout(&gpu);
         let pipelines = Pipelines::new(&gpu, &view_layout, scene.layout(), scene.chunk_len());
         let [r, g, b] = config.background;
-        Self {
-            scene,
-            view_layout,
-            opaque: pipelines.create(Blend::Opaque),
-            transparent: pipelines.create(Blend::Transparent),
-            background: wgpu::Color { r, g, b, a: 1.0 },
-            gpu,
-        }
+        Self { scene, view_layout, pipelines, hzb: None, background: wgpu::Color { r, g, b, a: 1.0 }, gpu }
     }
 
     /// The adapter and device.
@@ -122,7 +119,62 @@ impl Renderer {
 
     /// Sends the polygons that are new or have moved; returns the bytes sent.
     pub fn send(&mut self, scene: &Scene) -> u64 {
-        self.scene.flush(&self.gpu, scene)
+        let bytes = self.scene.flush(&self.gpu, scene);
+        if let Some(hzb) = &mut self.hzb {
+            hzb.follow(&self.gpu, &self.scene);
+        }
+        bytes
+    }
+
+    /// Chooses how a view finds while drawing what is hidden. It does so in frames of which all that is drawn comes in
+    /// one layer in its own colours; others are drawn without.
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs; the view is drawn as before.
+    pub fn set_occlusion(
+        &mut self,
+        slot: &mut ViewSlot,
+        occlusion: DrawnOcclusion,
+    ) -> Result<(), RenderError> {
+        let DrawnOcclusion::Hzb(config) = occlusion else {
+            slot.hzb = None;
+            return Ok(());
+        };
+        if self.hzb.is_none() {
+            let mut hzb = Hzb::new(&self.gpu)?;
+            hzb.follow(&self.gpu, &self.scene);
+            self.hzb = Some(hzb);
+        }
+        match &mut slot.hzb {
+            Some(view) => view.set_config(config),
+            None => slot.hzb = Some(Box::new(HzbView::new(&self.gpu, config))),
+        }
+        Ok(())
+    }
+
+    /// The depth pyramid of a view's last frame, to look at; `None` if it was drawn without.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn read_pyramid(&self, slot: &ViewSlot) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
+        let view = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Blocks);
+        view.map(|view| view.read_pyramid(&self.gpu)).transpose()
+    }
+
+    /// The opaque polygons that a view's last frame drew, if it looked for hidden ones while drawing.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn read_drawn(&self, slot: &ViewSlot) -> Result<Option<Vec<PolygonId>>, RenderError> {
+        let Some(view) = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Blocks) else {
+            return Ok(None);
+        };
+        let mut ids = Vec::new();
+        for [block, mask] in view.read_kept(&self.gpu)? {
+            let bits = (0..BLOCK as u32).filter(|bit| mask >> bit & 1 == 1);
+            ids.extend(bits.map(|bit| PolygonId(block * BLOCK as u32 + bit)));
+        }
+        Ok(Some(ids))
     }
 
     /// Polygons on the GPU.
@@ -140,67 +192,89 @@ impl Renderer {
     pub fn prepare(&self, slot: &mut ViewSlot, scene: &Scene, view: &View, layers: &[Layer<'_>]) -> u64 {
         let page_len = self.scene.page_len();
         let mut styles = [Style::PLAIN; MAX_STYLES];
-        slot.order.clear();
+        let is_plain = |(i, layer): (usize, &Layer<'_>)| match i {
+            0 => layer.style == Style::PLAIN,
+            _ => layer.ids.is_empty(),
+        };
+        let culls = slot.hzb.is_some() && layers.iter().enumerate().all(is_plain);
+        slot.order.clear_for(if culls { Listing::Blocks } else { Listing::Ids });
         for (i, layer) in layers.iter().enumerate() {
             let style = i.min(MAX_STYLES - 1);
             styles[style] = layer.style;
-            let blend_of = |id| {
-                if layer.style.opacity < 1.0 || self.scene.is_transparent(id) {
-                    Blend::Transparent
-                } else {
-                    Blend::Opaque
-                }
-            };
-            slot.order.add(scene, layer.ids, style as u32, view.eye_in_world, page_len, blend_of);
+            let is_faint = layer.style.opacity < 1.0;
+            let transparent_of = |first| if is_faint { u64::MAX } else { self.scene.transparent_of(first) };
+            slot.order.add(scene, layer.ids, style as u32, view.eye_in_world, page_len, transparent_of);
         }
         slot.order.finish(page_len);
-        slot.send(&self.gpu, &self.view_layout, view, &styles)
+        let mut bytes = slot.send(&self.gpu, &self.view_layout, view, &styles);
+        if let Some(view) = slot.hzb.as_mut().filter(|_| culls) {
+            let opaque = slot.order.opaque_count();
+            let transparent = opaque..opaque + slot.order.ids().len() as u32;
+            let (chunk_len, count) = (self.scene.chunk_len(), scene.polygon_count());
+            bytes += view.prepare(&self.gpu, &slot.order, transparent, chunk_len, count);
+        }
+        bytes
     }
 
-    /// Encodes the drawing of a prepared view into `target`; `more` draws whatever comes on top.
+    /// Encodes the drawing of a prepared view into `target`; `more` draws whatever comes on top. After submission both
+    /// [`GpuTimer::submitted`] and [`ViewSlot::submitted`] are to be called.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         target: &Target,
-        slot: &ViewSlot,
+        slot: &mut ViewSlot,
         timer: &mut GpuTimer,
         more: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
-        let mut pass = target.begin(encoder, self.background, timer.begin());
-        pass.set_bind_group(0, slot.bind_group(), &[]);
-        let mut bound = None;
-        for run in slot.order.runs() {
-            let Some(page) = self.scene.page(run.page as usize) else { continue };
-            if bound != Some((run.page, run.blend)) {
-                pass.set_pipeline(match run.blend {
-                    Blend::Opaque => &self.opaque,
-                    Blend::Transparent => &self.transparent,
-                });
-                pass.set_bind_group(1, page, &[]);
-                bound = Some((run.page, run.blend));
-            }
-            pass.draw(run.range.start * 6..run.range.end * 6, run.style..run.style + 1);
+        if slot.order.listing() == Listing::Blocks
+            && let (Some(hzb), Some(mut view)) = (&self.hzb, slot.hzb.take())
+        {
+            let frame = Frame {
+                gpu: &self.gpu,
+                hzb,
+                scene: &self.scene,
+                pipelines: &self.pipelines,
+                view_layout: &self.view_layout,
+                target,
+                background: self.background,
+                uniforms: slot.uniforms(),
+                list: slot.list(),
+                draw: slot.bind_group(),
+                order: &slot.order,
+            };
+            view.encode(&frame, encoder, timer, more);
+            slot.hzb = Some(view);
+            return;
         }
+        timer.begin();
+        let stamps = timer.stamps(0, Ends::Both).map(|stamps| stamps.of_render());
+        let mut pass = target.begin(encoder, self.background, DepthBefore::Nothing, stamps);
+        pass.set_bind_group(0, slot.bind_group(), &[]);
+        self.pipelines.draw_runs(&mut pass, &self.scene, slot.order.runs(), 0);
         more(&mut pass);
         drop(pass);
-        timer.end(encoder);
+        timer.end(encoder, 1);
     }
 }
 
-struct Pipelines<'a> {
-    gpu: &'a Gpu,
-    module: wgpu::ShaderModule,
-    layout: wgpu::PipelineLayout,
-    chunk_len: f64,
+/// The pipelines that draw polygons.
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    opaque: wgpu::RenderPipeline,
+    transparent: wgpu::RenderPipeline,
+    /// Opaque polygons, without colours.
+    pub(super) depth: wgpu::RenderPipeline,
 }
 
-impl<'a> Pipelines<'a> {
-    fn new(
-        gpu: &'a Gpu,
-        view: &wgpu::BindGroupLayout,
-        page: &wgpu::BindGroupLayout,
-        chunk_len: usize,
-    ) -> Self {
+/// What a pipeline draws.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Drawn {
+    Colors(Blend),
+    Depth,
+}
+
+impl Pipelines {
+    fn new(gpu: &Gpu, view: &wgpu::BindGroupLayout, page: &wgpu::BindGroupLayout, chunk_len: usize) -> Self {
         let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("polygon"),
             source: wgpu::ShaderSource::Wgsl(shaders::POLYGON.into()),
@@ -210,46 +284,91 @@ impl<'a> Pipelines<'a> {
             bind_group_layouts: &[Some(view), Some(page)],
             immediate_size: 0,
         });
-        Self { gpu, module, layout, chunk_len: chunk_len as f64 }
+        let create = |drawn| create(gpu, &module, &layout, chunk_len as f64, drawn);
+        Self {
+            opaque: create(Drawn::Colors(Blend::Opaque)),
+            transparent: create(Drawn::Colors(Blend::Transparent)),
+            depth: create(Drawn::Depth),
+        }
     }
 
-    fn create(&self, blend: Blend) -> wgpu::RenderPipeline {
-        let constants = [("CHUNK_LEN", self.chunk_len)];
-        let is_opaque = blend == Blend::Opaque;
-        self.gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(if is_opaque { "opaque polygons" } else { "transparent polygons" }),
-            layout: Some(&self.layout),
-            vertex: wgpu::VertexState {
-                module: &self.module,
-                entry_point: Some("vertex"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &constants,
-                    ..Default::default()
-                },
-                buffers: &[],
-            },
-            // Both sides of a polygon are seen: nothing is culled by its winding.
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(is_opaque),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-            fragment: Some(wgpu::FragmentState {
-                module: &self.module,
-                entry_point: Some("fragment"),
-                compilation_options: Default::default(),
-                targets: &[Some(wgpu::ColorTargetState {
-                    format: COLOR_FORMAT,
-                    blend: (!is_opaque).then_some(wgpu::BlendState::ALPHA_BLENDING),
-                    write_mask: wgpu::ColorWrites::ALL,
-                })],
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
+    pub(super) fn with_colors(&self, blend: Blend) -> &wgpu::RenderPipeline {
+        match blend {
+            Blend::Opaque => &self.opaque,
+            Blend::Transparent => &self.transparent,
+        }
     }
+
+    /// Draws runs of a list; their places count from `first`.
+    pub(super) fn draw_runs(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        scene: &GpuScene,
+        runs: &[Run],
+        first: u32,
+    ) {
+        let mut bound = None;
+        for run in runs {
+            let Some(page) = scene.page(run.page as usize) else { continue };
+            if bound != Some((run.page, run.blend)) {
+                pass.set_pipeline(self.with_colors(run.blend));
+                pass.set_bind_group(1, page, &[]);
+                bound = Some((run.page, run.blend));
+            }
+            let vertices = (first + run.range.start) * 6..(first + run.range.end) * 6;
+            pass.draw(vertices, run.style..run.style + 1);
+        }
+    }
+}
+
+fn create(
+    gpu: &Gpu,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+    chunk_len: f64,
+    drawn: Drawn,
+) -> wgpu::RenderPipeline {
+    let constants = [("CHUNK_LEN", chunk_len)];
+    let hides = drawn != Drawn::Colors(Blend::Transparent);
+    let target = [Some(wgpu::ColorTargetState {
+        format: COLOR_FORMAT,
+        blend: (!hides).then_some(wgpu::BlendState::ALPHA_BLENDING),
+        write_mask: wgpu::ColorWrites::ALL,
+    })];
+    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(match drawn {
+            Drawn::Colors(Blend::Opaque) => "opaque polygons",
+            Drawn::Colors(Blend::Transparent) => "transparent polygons",
+            Drawn::Depth => "polygons' depth",
+        }),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(if drawn == Drawn::Depth { "vertex_depth" } else { "vertex" }),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                ..Default::default()
+            },
+            buffers: &[],
+        },
+        // Both sides of a polygon are seen: nothing is culled by its winding.
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(hides),
+            // Of two at the same depth the later one is seen: which that is does not depend on what is left out.
+            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
+        fragment: (drawn != Drawn::Depth).then(|| wgpu::FragmentState {
+            module,
+            entry_point: Some("fragment"),
+            compilation_options: Default::default(),
+            targets: &target,
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
 }

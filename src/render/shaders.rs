@@ -1,6 +1,18 @@
 /// Every shader of the crate by its name, in WGSL.
-pub const SHADERS: &[(&str, &str)] = &[("line", LINE), ("polygon", POLYGON), ("show", SHOW)];
+pub const SHADERS: &[(&str, &str)] = &[
+    ("hzb_compact", HZB_COMPACT),
+    ("hzb_pyramid", HZB_PYRAMID),
+    ("hzb_recall", HZB_RECALL),
+    ("hzb_test", HZB_TEST),
+    ("line", LINE),
+    ("polygon", POLYGON),
+    ("show", SHOW),
+];
 
+pub(super) const HZB_COMPACT: &str = include_str!("shaders/hzb_compact.wgsl");
+pub(super) const HZB_PYRAMID: &str = include_str!("shaders/hzb_pyramid.wgsl");
+pub(super) const HZB_RECALL: &str = include_str!("shaders/hzb_recall.wgsl");
+pub(super) const HZB_TEST: &str = include_str!("shaders/hzb_test.wgsl");
 pub(super) const LINE: &str = include_str!("shaders/line.wgsl");
 pub(super) const POLYGON: &str = include_str!("shaders/polygon.wgsl");
 pub(super) const SHOW: &str = include_str!("shaders/show.wgsl");

@@ -1,4 +1,4 @@
-use super::{Gpu, RenderError};
+use super::{Gpu, Image, RenderError, read_back::read_back};
 
 /// Samples a pixel.
 pub const SAMPLES: u32 = 4;
@@ -42,7 +42,8 @@ impl Target {
         };
         let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let samples = texture("samples", COLOR_FORMAT, SAMPLES, attachment);
-        let depth = texture("depth", DEPTH_FORMAT, SAMPLES, attachment);
+        let sampled = attachment | wgpu::TextureUsages::TEXTURE_BINDING;
+        let depth = texture("depth", DEPTH_FORMAT, SAMPLES, sampled);
         let usage = attachment | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
         let resolved = texture("picture", COLOR_FORMAT, 1, usage);
         gpu.check()?;
@@ -71,16 +72,30 @@ impl Target {
         &self.resolved
     }
 
+    /// A copy of the finished picture.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn image(&self, gpu: &Gpu) -> Result<Image, RenderError> {
+        read_back(gpu, &self.resolved)
+    }
+
     /// The finished picture, for a shader that shows it.
     pub fn picture_view(&self) -> &wgpu::TextureView {
         &self.resolved_view
     }
 
-    /// A pass that clears the target and draws into it.
+    /// The depth of every sample.
+    pub(super) fn depth(&self) -> &wgpu::TextureView {
+        &self.depth
+    }
+
+    /// A pass that clears the target's colours and draws into it.
     pub(super) fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
         background: wgpu::Color,
+        depth: DepthBefore,
         timestamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) -> wgpu::RenderPass<'e> {
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -96,9 +111,11 @@ impl Target {
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.depth,
-                // Reversed: 0 is the farthest.
                 depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
+                    load: match depth {
+                        DepthBefore::Nothing => FARTHEST,
+                        DepthBefore::Kept => wgpu::LoadOp::Load,
+                    },
                     store: wgpu::StoreOp::Discard,
                 }),
                 stencil_ops: None,
@@ -108,4 +125,36 @@ impl Target {
             multiview_mask: None,
         })
     }
+
+    /// A pass that clears the target's depth, draws into that alone, and keeps it.
+    pub(super) fn begin_depth<'e>(
+        &self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        timestamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    ) -> wgpu::RenderPass<'e> {
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("depth"),
+            color_attachments: &[],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations { load: FARTHEST, store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: timestamps,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        })
+    }
 }
+
+/// What a pass with colours finds in the depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DepthBefore {
+    /// Nothing.
+    Nothing,
+    /// What a pass without colours has left.
+    Kept,
+}
+
+/// Reversed: 0 is the farthest.
+const FARTHEST: wgpu::LoadOp<f32> = wgpu::LoadOp::Clear(0.0);

@@ -1,16 +1,29 @@
-use std::sync::{
-    Arc,
-    atomic::{AtomicBool, Ordering},
+use super::{
+    Gpu,
+    read_ring::{ReadRing, SLOTS},
 };
 
-use super::Gpu;
-
-/// Frames whose times may be on their way at once.
-const SLOTS: u32 = 4;
-/// A time stamp is 8 bytes; where a query result goes has to be a multiple of this.
+/// Most passes of a frame.
+const MAX_PASSES: usize = 3;
+/// Time stamps of a frame: when each pass began and ended.
+const STAMPS: u32 = 2 * MAX_PASSES as u32;
+/// Where a query result goes has to be a multiple of this.
 const ALIGNMENT: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
-/// How long the GPU took for a pass, by time stamps; says nothing where the adapter has none.
+/// What the GPU says that the passes of a frame took, nanoseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PassTimes {
+    /// From the beginning of the first to the end of the last.
+    pub total_ns: u64,
+    /// Depth of what was visible in the last frame; 0 without culling while drawing.
+    pub depth_ns: u64,
+    /// The depth pyramid, and the test of what is in view; 0 without culling while drawing.
+    pub test_ns: u64,
+    /// The pass with colours.
+    pub color_ns: u64,
+}
+
+/// How long the GPU took for the passes of a frame, by time stamps; says nothing where the adapter has none.
 #[derive(Debug)]
 pub struct GpuTimer {
     queries: Option<Queries>,
@@ -21,16 +34,45 @@ pub struct GpuTimer {
 struct Queries {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    slots: Vec<Slot>,
+    ring: ReadRing,
     /// The slot of the frame being encoded.
     current: Option<usize>,
 }
 
-#[derive(Debug)]
-struct Slot {
-    read_back: wgpu::Buffer,
-    is_busy: bool,
-    is_mapped: Arc<AtomicBool>,
+/// Where a pass writes its time stamps.
+pub(super) struct Stamps<'a> {
+    set: &'a wgpu::QuerySet,
+    begin: Option<u32>,
+    end: Option<u32>,
+}
+
+impl<'a> Stamps<'a> {
+    pub(super) fn of_render(self) -> wgpu::RenderPassTimestampWrites<'a> {
+        wgpu::RenderPassTimestampWrites {
+            query_set: self.set,
+            beginning_of_pass_write_index: self.begin,
+            end_of_pass_write_index: self.end,
+        }
+    }
+
+    pub(super) fn of_compute(self) -> wgpu::ComputePassTimestampWrites<'a> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: self.set,
+            beginning_of_pass_write_index: self.begin,
+            end_of_pass_write_index: self.end,
+        }
+    }
+}
+
+/// Which ends of a pass are stamped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ends {
+    /// When it begins.
+    Begin,
+    /// When it ends.
+    End,
+    /// Both.
+    Both,
 }
 
 impl GpuTimer {
@@ -41,15 +83,15 @@ impl GpuTimer {
             set: device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("pass times"),
                 ty: wgpu::QueryType::Timestamp,
-                count: 2 * SLOTS,
+                count: STAMPS * SLOTS as u32,
             }),
             resolved: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("pass times"),
-                size: u64::from(SLOTS) * ALIGNMENT,
+                size: SLOTS as u64 * ALIGNMENT,
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             }),
-            slots: (0..SLOTS).map(|_| Slot::new(device)).collect(),
+            ring: ReadRing::new(gpu, u64::from(STAMPS) * 8),
             current: None,
         });
         Self { queries, period_ns: gpu.queue().get_timestamp_period() }
@@ -60,80 +102,73 @@ impl GpuTimer {
         self.queries.is_some()
     }
 
-    /// What a pass needs to be timed; `None` where that is not possible now.
-    pub(super) fn begin(&mut self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
-        let queries = self.queries.as_mut()?;
-        queries.current = queries.slots.iter().position(|slot| !slot.is_busy);
-        let first = queries.current? as u32 * 2;
-        Some(wgpu::RenderPassTimestampWrites {
-            query_set: &queries.set,
-            beginning_of_pass_write_index: Some(first),
-            end_of_pass_write_index: Some(first + 1),
+    /// Begins a frame.
+    pub(super) fn begin(&mut self) {
+        if let Some(queries) = &mut self.queries {
+            queries.current = queries.ring.begin();
+        }
+    }
+
+    /// What a pass of the frame needs to be timed; `None` where that is not possible now.
+    pub(super) fn stamps(&self, pass: u32, ends: Ends) -> Option<Stamps<'_>> {
+        let queries = self.queries.as_ref()?;
+        let first = queries.current? as u32 * STAMPS + pass * 2;
+        Some(Stamps {
+            set: &queries.set,
+            begin: (ends != Ends::End).then_some(first),
+            end: (ends != Ends::Begin).then_some(first + 1),
         })
     }
 
-    /// To be called after the pass, before submission.
-    pub(super) fn end(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(queries) = &self.queries
+    /// To be called after the frame's passes, before submission.
+    pub(super) fn end(&mut self, encoder: &mut wgpu::CommandEncoder, passes: u32) {
+        if let Some(queries) = &mut self.queries
             && let Some(at) = queries.current
         {
             let offset = at as u64 * ALIGNMENT;
-            let first = at as u32 * 2;
-            encoder.resolve_query_set(&queries.set, first..first + 2, &queries.resolved, offset);
-            encoder.copy_buffer_to_buffer(&queries.resolved, offset, &queries.slots[at].read_back, 0, 16);
+            let first = at as u32 * STAMPS;
+            encoder.resolve_query_set(&queries.set, first..first + passes * 2, &queries.resolved, offset);
+            queries.ring.copy(encoder, &queries.resolved, offset, u64::from(passes) * 16);
         }
     }
 
     /// To be called after submission.
     pub fn submitted(&mut self) {
-        if let Some(queries) = &mut self.queries
-            && let Some(at) = queries.current.take()
-        {
-            let slot = &mut queries.slots[at];
-            slot.is_busy = true;
-            let is_mapped = Arc::clone(&slot.is_mapped);
-            slot.read_back.slice(..).map_async(wgpu::MapMode::Read, move |outcome| {
-                is_mapped.store(outcome.is_ok(), Ordering::Release)
-            });
+        if let Some(queries) = &mut self.queries {
+            queries.current = None;
+            queries.ring.submitted();
         }
     }
 
-    /// The time of a pass that has come back since the last call, nanoseconds; the latest if several have.
+    /// The times of a frame that have come back since the last call; the latest if several have.
+    pub fn take(&mut self) -> Option<PassTimes> {
+        let period_ns = f64::from(self.period_ns);
+        let mut times = None;
+        self.queries.as_mut()?.ring.take(|_, bytes| times = pass_times(bytes, period_ns).or(times));
+        times
+    }
+
+    /// The time of a frame that has come back since the last call, nanoseconds; the latest if several have.
     pub fn take_ns(&mut self) -> Option<u64> {
-        let period_ns = self.period_ns;
-        let slots = self.queries.as_mut()?.slots.iter_mut();
-        slots
-            .filter_map(|slot| slot.take_ticks())
-            .map(|ticks| (ticks as f64 * f64::from(period_ns)) as u64)
-            .last()
+        self.take().map(|times| times.total_ns)
     }
 }
 
-impl Slot {
-    fn new(device: &wgpu::Device) -> Self {
-        Self {
-            read_back: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("pass time"),
-                size: 16,
-                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                mapped_at_creation: false,
-            }),
-            is_busy: false,
-            is_mapped: Arc::new(AtomicBool::new(false)),
-        }
-    }
-
-    fn take_ticks(&mut self) -> Option<u64> {
-        if !self.is_mapped.swap(false, Ordering::Acquire) {
-            return None;
-        }
-        self.is_busy = false;
-        let stamp = |bytes: &[u8]| bytes.try_into().map(u64::from_le_bytes).ok();
-        let ticks = self.read_back.slice(..).get_mapped_range().ok().and_then(|bytes| {
-            let (start, end) = (stamp(&bytes[..8])?, stamp(&bytes[8..])?);
-            end.checked_sub(start)
-        });
-        self.read_back.unmap();
-        ticks
-    }
+fn pass_times(bytes: &[u8], period_ns: f64) -> Option<PassTimes> {
+    let stamp = |i: usize| {
+        let bytes = bytes.get(i * 8..i * 8 + 8)?;
+        bytes.try_into().map(u64::from_le_bytes).ok()
+    };
+    let between = |from: usize, to: usize| {
+        let ticks = stamp(to)?.checked_sub(stamp(from)?)?;
+        Some((ticks as f64 * period_ns) as u64)
+    };
+    let stamps = bytes.len() / 8;
+    let last = stamps.checked_sub(1)?;
+    let total_ns = between(0, last)?;
+    let of = |pass: usize| between(pass * 2, pass * 2 + 1);
+    Some(match stamps / 2 {
+        3.. => PassTimes { total_ns, depth_ns: of(0)?, test_ns: of(1)?, color_ns: of(2)? },
+        _ => PassTimes { total_ns, color_ns: total_ns, ..PassTimes::default() },
+    })
 }

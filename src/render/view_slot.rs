@@ -1,6 +1,8 @@
 use bytemuck::{Pod, Zeroable};
 
-use super::{DrawOrder, Gpu, Style, renderer::MAX_STYLES};
+use super::{
+    DrawOrder, DrawnCounts, DrawnOcclusion, Gpu, Style, hzb::HzbView, order::Listing, renderer::MAX_STYLES,
+};
 use crate::visibility::View;
 
 /// What a frame sends for one view: the view itself and the numbers of its polygons. One for each screen and eye.
@@ -10,6 +12,7 @@ pub struct ViewSlot {
     ids: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
     pub(super) order: DrawOrder,
+    pub(super) hzb: Option<Box<HzbView>>,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -30,7 +33,7 @@ impl ViewSlot {
         });
         let ids = create_ids(gpu, 1 << 14);
         let bind_group = bind(gpu, layout, &uniforms, &ids);
-        Self { uniforms, ids, bind_group, order: DrawOrder::new() }
+        Self { uniforms, ids, bind_group, order: DrawOrder::new(), hzb: None }
     }
 
     pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
@@ -57,6 +60,31 @@ impl ViewSlot {
         &self.bind_group
     }
 
+    pub(super) fn uniforms(&self) -> &wgpu::Buffer {
+        &self.uniforms
+    }
+
+    pub(super) fn list(&self) -> &wgpu::Buffer {
+        &self.ids
+    }
+
+    /// How this view finds while drawing what is hidden.
+    pub fn occlusion(&self) -> DrawnOcclusion {
+        self.hzb.as_ref().map_or(DrawnOcclusion::None, |view| DrawnOcclusion::Hzb(view.config()))
+    }
+
+    /// To be called after the submission of what [`Renderer::encode`](super::Renderer::encode) has encoded.
+    pub fn submitted(&mut self) {
+        if let Some(view) = self.hzb.as_mut().filter(|_| self.order.listing() == Listing::Blocks) {
+            view.submitted();
+        }
+    }
+
+    /// What culling while drawing did in a frame that has come back since the last call; the latest if several have.
+    pub fn take_counts(&mut self) -> Option<DrawnCounts> {
+        self.hzb.as_mut()?.take_counts()
+    }
+
     /// Sends the view and the order of drawing; returns the bytes sent.
     pub(super) fn send(
         &mut self,
@@ -73,22 +101,25 @@ impl ViewSlot {
         };
         gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
         let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
-        if ids.len() as u64 > self.ids.size() {
+        // Opaque polygons that are handed over as blocks are listed on the GPU, before the others.
+        let before = u64::from(self.order.opaque_count());
+        let count = before + self.order.ids().len() as u64;
+        if count * 4 > self.ids.size() {
             // The list is written anew every frame: the old one need not be copied.
-            self.ids = create_ids(gpu, self.order.ids().len().next_power_of_two());
+            self.ids = create_ids(gpu, count.next_power_of_two());
             self.bind_group = bind(gpu, layout, &self.uniforms, &self.ids);
         }
         if !ids.is_empty() {
-            gpu.queue().write_buffer(&self.ids, 0, ids);
+            gpu.queue().write_buffer(&self.ids, before * 4, ids);
         }
         ids.len() as u64 + size_of::<Uniforms>() as u64
     }
 }
 
-fn create_ids(gpu: &Gpu, count: usize) -> wgpu::Buffer {
+fn create_ids(gpu: &Gpu, count: u64) -> wgpu::Buffer {
     gpu.device().create_buffer(&wgpu::BufferDescriptor {
         label: Some("draw list"),
-        size: count as u64 * 4,
+        size: count * 4,
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })

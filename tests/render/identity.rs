@@ -26,7 +26,7 @@ const SIZE: (u32, u32) = (481, 361);
 /// Frames of each session that are looked at by each camera.
 const FRAMES: u64 = 5;
 
-fn shipped() -> Vec<PathBuf> {
+pub(crate) fn shipped() -> Vec<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("recordings");
     let mut paths: Vec<PathBuf> = fs::read_dir(folder)
         .expect("recordings/")

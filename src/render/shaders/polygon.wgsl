@@ -34,8 +34,12 @@ struct Polygon {
 @group(1) @binding(5) var<storage, read> chunk_5: array<Polygon>;
 @group(1) @binding(6) var<storage, read> chunk_6: array<Polygon>;
 
+// Stands in the draw list for a polygon that is left out.
+const NOTHING: u32 = 0xffffffffu;
+
 struct Corner {
-    @builtin(position) position: vec4<f32>,
+    // The same bits from every entry point: depth that was laid down by one is compared with that of another.
+    @invariant @builtin(position) position: vec4<f32>,
     // The same for the whole polygon: fragments only pass it on.
     @location(0) @interpolate(flat, either) color: vec4<f32>,
 }
@@ -69,17 +73,29 @@ fn brightness(normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
     return 0.28 + 0.20 * (0.5 + 0.5 * normal.y) + 0.37 * max(dot(normal, lamp), 0.0) + 0.23 * dot(normal, to_eye);
 }
 
+// Relative to the eye. Two triangles: corners 0 1 2 and 0 2 3, a hexadecimal digit each from the right.
+fn point_of(polygon: Polygon, index: u32) -> vec3<f32> {
+    let corner = (0x320210u >> (4u * (index % 6u))) & 3u;
+    let low = select(polygon.corners[0].xyz, polygon.corners[1].xyz, corner == 1u);
+    let high = select(polygon.corners[2].xyz, polygon.corners[3].xyz, corner == 3u);
+    return bitcast<vec3<f32>>(select(low, high, corner >= 2u)) - view.eye_in_world.xyz;
+}
+
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_index: u32) -> Corner {
-    let polygon = fetch(draw_list[index / 6u]);
+    var out: Corner;
+    let id = draw_list[index / 6u];
+    if id == NOTHING {
+        // All corners at one place outside of the picture.
+        out.position = vec4(2.0, 2.0, 0.5, 1.0);
+        return out;
+    }
+    let polygon = fetch(id);
     let eye = view.eye_in_world.xyz;
     let a = bitcast<vec3<f32>>(polygon.corners[0].xyz) - eye;
     let b = bitcast<vec3<f32>>(polygon.corners[1].xyz) - eye;
     let c = bitcast<vec3<f32>>(polygon.corners[2].xyz) - eye;
     let d = bitcast<vec3<f32>>(polygon.corners[3].xyz) - eye;
-    // Two triangles: corners 0 1 2 and 0 2 3, a hexadecimal digit each from the right.
-    let corner = (0x320210u >> (4u * (index % 6u))) & 3u;
-    let point = select(select(a, b, corner == 1u), select(c, d, corner == 3u), corner >= 2u);
 
     var normal = normalize(cross(scaled(c - a), scaled(d - b)));
     let to_eye = -normalize(scaled(a + c));
@@ -89,10 +105,15 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_inde
     let own = unpack4x8unorm(polygon.corners[0].w);
     let color = mix(linear_from_srgb(own.rgb), style.tint.rgb, style.tint.a);
 
-    var out: Corner;
-    out.position = view.clip_from_eye * vec4(point, 1.0);
+    out.position = view.clip_from_eye * vec4(point_of(polygon, index), 1.0);
     out.color = vec4(color * (brightness(normal, to_eye) + style.more.y), own.a * style.more.x);
     return out;
+}
+
+// For a pass without colours.
+@vertex
+fn vertex_depth(@builtin(vertex_index) index: u32) -> @invariant @builtin(position) vec4<f32> {
+    return view.clip_from_eye * vec4(point_of(fetch(draw_list[index / 6u]), index), 1.0);
 }
 
 @fragment

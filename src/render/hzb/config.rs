@@ -1,0 +1,86 @@
+/// How polygons are found while drawing that others hide.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DrawnOcclusion {
+    /// They are not.
+    #[default]
+    None,
+    /// By a hierarchical depth buffer.
+    Hzb(HzbConfig),
+}
+
+/// Polygons that are tested as one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HzbGroup {
+    /// Sixteen.
+    Sixteen,
+    /// Four.
+    Four,
+    /// Each on its own.
+    #[default]
+    One,
+}
+
+impl HzbGroup {
+    /// How many polygons.
+    pub fn polygons(self) -> u32 {
+        match self {
+            Self::Sixteen => 16,
+            Self::Four => 4,
+            Self::One => 1,
+        }
+    }
+}
+
+/// What stands for a group.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HzbBound {
+    /// The rectangle around its corners on the picture, and the nearest of them.
+    #[default]
+    Corners,
+    /// The same of the box around it in world space.
+    Box,
+    /// Wrong on purpose, for tests that must notice it: the rectangle, and less than the farthest corner.
+    #[doc(hidden)]
+    Farthest,
+}
+
+/// Whether the polygons of a group that is not hidden are tested one by one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HzbFine {
+    /// They are, triangle by triangle, each texel that a triangle touches against the triangle's own plane there.
+    #[default]
+    Triangles,
+    /// They are drawn.
+    Off,
+}
+
+/// Settings of culling by a hierarchical depth buffer. They change what is found, never the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HzbConfig {
+    /// Polygons that are tested as one. Larger: fewer tests, and less is found.
+    pub group: HzbGroup,
+    /// What stands for a group.
+    pub bound: HzbBound,
+    /// What follows where a group is not hidden.
+    pub fine: HzbFine,
+}
+
+/// What culling while drawing did in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DrawnCounts {
+    /// Groups of opaque polygons tested, transparent polygons among them.
+    pub groups_tested: u64,
+    /// Polygons in view.
+    pub in_view: u64,
+    /// Polygons drawn for their depth alone: visible in the last frame, in view in this one.
+    pub first_pass: u64,
+    /// Polygons drawn with their colours.
+    pub second_pass: u64,
+}
+
+impl DrawnCounts {
+    /// Polygons in view that were found to be hidden.
+    pub fn hidden(&self) -> u64 {
+        self.in_view - self.second_pass.min(self.in_view)
+    }
+}

@@ -1,0 +1,260 @@
+use super::{
+    super::{
+        Blend, DrawOrder, Gpu, GpuTimer, RenderError, Target, gpu_scene::GpuScene, read_back::read_buffer,
+        renderer::Pipelines, target::DepthBefore, timer::Ends,
+    },
+    Hzb, HzbView, PyramidLevel,
+    pipelines::bind,
+    pyramid::Levels,
+    span::{Params, SPAN_STRIDE, Span},
+    state::{Groups, LANES, grow},
+};
+
+/// Handles of a workgroup of the test.
+const HANDLES_OF_TEST: u32 = 4;
+/// Transparent polygons of a workgroup of the test.
+const POLYGONS_OF_TEST: u32 = 64;
+/// Texels of a workgroup of the pyramid, each way.
+const TEXELS_OF_PYRAMID: u32 = 8;
+
+/// What drawing a view takes from the renderer and from the view's slot.
+#[derive(Clone, Copy)]
+pub(in super::super) struct Frame<'a> {
+    pub(in super::super) gpu: &'a Gpu,
+    pub(in super::super) hzb: &'a Hzb,
+    pub(in super::super) scene: &'a GpuScene,
+    pub(in super::super) pipelines: &'a Pipelines,
+    pub(in super::super) view_layout: &'a wgpu::BindGroupLayout,
+    pub(in super::super) target: &'a Target,
+    pub(in super::super) background: wgpu::Color,
+    pub(in super::super) uniforms: &'a wgpu::Buffer,
+    pub(in super::super) list: &'a wgpu::Buffer,
+    pub(in super::super) draw: &'a wgpu::BindGroup,
+    pub(in super::super) order: &'a DrawOrder,
+}
+
+impl HzbView {
+    /// Encodes the drawing of a prepared view; `more` draws whatever comes on top.
+    pub(in super::super) fn encode(
+        &mut self,
+        frame: &Frame<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &mut GpuTimer,
+        more: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) {
+        self.fit(frame);
+        let Some(groups) = self.groups.take() else { return };
+        timer.begin();
+        self.recall(frame, &groups, encoder, timer);
+        self.test(frame, &groups, encoder, timer);
+        self.draw(frame, encoder, timer, more);
+        timer.end(encoder, 3);
+        self.begin_results();
+        let bytes = self.result_bytes();
+        self.ring.copy(encoder, &self.buffers.args, 0, bytes);
+        self.groups = Some(groups);
+    }
+
+    /// Makes pyramid and bind groups fit the target.
+    fn fit(&mut self, frame: &Frame<'_>) {
+        let gpu = frame.gpu;
+        if self.size != frame.target.size() {
+            self.size = frame.target.size();
+            self.levels = Levels::of(self.size.0, self.size.1);
+            if grow(gpu, &mut self.buffers.pyramid, u64::from(self.levels.texels()) * 4) {
+                self.groups = None;
+            }
+            let params = Params::new(self.size, &self.levels, self.config);
+            gpu.queue().write_buffer(&self.buffers.params, 0, bytemuck::bytes_of(&params));
+        }
+        let fits = |groups: &Groups| groups.list == *frame.list && groups.depth == *frame.target.depth();
+        if !self.groups.as_ref().is_some_and(fits) {
+            self.groups = Some(self.bind(frame));
+        }
+    }
+
+    fn bind(&self, frame: &Frame<'_>) -> Groups {
+        let (gpu, hzb, buffers) = (frame.gpu, frame.hzb, &self.buffers);
+        let whole = wgpu::Buffer::as_entire_binding;
+        let span = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: &buffers.spans,
+            offset: 0,
+            size: wgpu::BufferSize::new(size_of::<Span>() as u64),
+        });
+        let depth = wgpu::BindingResource::TextureView(frame.target.depth());
+        Groups {
+            recall: bind(
+                gpu,
+                "recall",
+                &hzb.recall_layout,
+                &[
+                    span.clone(),
+                    whole(&buffers.handles),
+                    whole(&buffers.remembered),
+                    whole(&buffers.recalled),
+                    whole(&buffers.args),
+                ],
+            ),
+            pyramid: bind(
+                gpu,
+                "depth pyramid",
+                &hzb.pyramid_layout,
+                &[span.clone(), whole(&buffers.params), depth, whole(&buffers.pyramid)],
+            ),
+            test: bind(
+                gpu,
+                "occlusion test",
+                &hzb.test_layout,
+                &[
+                    span.clone(),
+                    whole(&buffers.params),
+                    whole(frame.uniforms),
+                    whole(&buffers.handles),
+                    whole(&buffers.remembered),
+                    whole(&buffers.kept),
+                    whole(&buffers.pyramid),
+                    whole(frame.list),
+                    whole(&buffers.args),
+                ],
+            ),
+            compact: bind(
+                gpu,
+                "compaction",
+                &hzb.compact_layout,
+                &[span, whole(&buffers.kept), whole(&buffers.sums), whole(frame.list), whole(&buffers.args)],
+            ),
+            draw_recalled: bind(
+                gpu,
+                "recalled polygons",
+                frame.view_layout,
+                &[whole(frame.uniforms), whole(&buffers.recalled)],
+            ),
+            list: frame.list.clone(),
+            depth: frame.target.depth().clone(),
+        }
+    }
+
+    /// Each of the spans with its offset among all.
+    fn spans(spans: &[Span], first: u32) -> impl Iterator<Item = (&Span, u32)> {
+        spans.iter().enumerate().map(move |(i, span)| (span, first + i as u32 * SPAN_STRIDE))
+    }
+
+    /// Draws what was visible in the last frame, for its depth alone.
+    fn recall(
+        &self,
+        frame: &Frame<'_>,
+        groups: &Groups,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &GpuTimer,
+    ) {
+        let stamps = timer.stamps(0, Ends::Begin).map(|stamps| stamps.of_compute());
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("recall"),
+            timestamp_writes: stamps,
+        });
+        pass.set_pipeline(&frame.hzb.recall);
+        for (span, offset) in Self::spans(&self.pages, self.first_span[0]) {
+            pass.set_bind_group(0, &groups.recall, &[offset]);
+            pass.dispatch_workgroups(span.len().div_ceil(LANES), 1, 1);
+        }
+        drop(pass);
+        let stamps = timer.stamps(0, Ends::End).map(|stamps| stamps.of_render());
+        let mut pass = frame.target.begin_depth(encoder, stamps);
+        pass.set_pipeline(&frame.pipelines.depth);
+        pass.set_bind_group(0, &groups.draw_recalled, &[]);
+        for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
+            let Some(page) = frame.scene.page(run.page as usize) else { continue };
+            pass.set_bind_group(1, page, &[]);
+            pass.draw_indirect(&self.buffers.args, u64::from(span.args) * 4);
+        }
+    }
+
+    /// Builds the pyramid, tests, and lists what is left.
+    fn test(&self, frame: &Frame<'_>, groups: &Groups, encoder: &mut wgpu::CommandEncoder, timer: &GpuTimer) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("occlusion test"),
+            timestamp_writes: timer.stamps(1, Ends::Both).map(|stamps| stamps.of_compute()),
+        });
+        for (level, (_, width, height)) in self.levels.iter().enumerate() {
+            pass.set_pipeline(if level == 0 { &frame.hzb.base } else { &frame.hzb.reduce });
+            pass.set_bind_group(0, &groups.pyramid, &[level as u32 * SPAN_STRIDE]);
+            let [x, y] = [width, height].map(|texels| texels.div_ceil(TEXELS_OF_PYRAMID));
+            pass.dispatch_workgroups(x, y, 1);
+        }
+        let tests = [
+            (&frame.hzb.test, &self.chunks, self.first_span[1], HANDLES_OF_TEST),
+            (&frame.hzb.test_transparent, &self.transparent, self.first_span[2], POLYGONS_OF_TEST),
+        ];
+        for (pipeline, spans, first, of_workgroup) in tests {
+            pass.set_pipeline(pipeline);
+            for (span, offset) in Self::spans(spans, first) {
+                let Some(chunk) = frame.hzb.chunk(span.base as usize) else { continue };
+                pass.set_bind_group(0, &groups.test, &[offset]);
+                pass.set_bind_group(1, chunk, &[]);
+                dispatch(&mut pass, span.len().div_ceil(of_workgroup));
+            }
+        }
+        for (pipeline, is_one) in
+            [(&frame.hzb.count, false), (&frame.hzb.scan, true), (&frame.hzb.scatter, false)]
+        {
+            pass.set_pipeline(pipeline);
+            for (span, offset) in Self::spans(&self.pages, self.first_span[0]) {
+                pass.set_bind_group(0, &groups.compact, &[offset]);
+                dispatch(&mut pass, if is_one { 1 } else { span.len().div_ceil(LANES) });
+            }
+        }
+    }
+
+    /// Draws what is left over the depth of what was visible.
+    fn draw(
+        &self,
+        frame: &Frame<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &GpuTimer,
+        more: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) {
+        let stamps = timer.stamps(2, Ends::Both).map(|stamps| stamps.of_render());
+        let mut pass = frame.target.begin(encoder, frame.background, DepthBefore::Kept, stamps);
+        pass.set_bind_group(0, frame.draw, &[]);
+        pass.set_pipeline(frame.pipelines.with_colors(Blend::Opaque));
+        for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
+            let Some(page) = frame.scene.page(run.page as usize) else { continue };
+            pass.set_bind_group(1, page, &[]);
+            pass.draw_indirect(&self.buffers.args, u64::from(span.args + 4) * 4);
+        }
+        let first = frame.order.opaque_count();
+        frame.pipelines.draw_runs(&mut pass, frame.scene, frame.order.runs(), first);
+        more(&mut pass);
+    }
+
+    /// The pyramid of the last frame.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub(in super::super) fn read_pyramid(&self, gpu: &Gpu) -> Result<Vec<PyramidLevel>, RenderError> {
+        let bytes = read_buffer(gpu, &self.buffers.pyramid, u64::from(self.levels.texels()) * 4)?;
+        let texels: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
+        let level = |(first, width, height): (u32, u32, u32)| {
+            let depths = texels[first as usize..][..(width * height) as usize].to_vec();
+            PyramidLevel { width, height, depths }
+        };
+        Ok(self.levels.iter().map(level).collect())
+    }
+
+    /// The opaque polygons of the last frame that were not found to be hidden, by number: block and mask.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub(in super::super) fn read_kept(&self, gpu: &Gpu) -> Result<Vec<[u32; 2]>, RenderError> {
+        let handles = self.pages.last().map_or(0, |span| span.end);
+        let bytes = read_buffer(gpu, &self.buffers.kept, u64::from(handles) * 8)?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+}
+
+fn dispatch(pass: &mut wgpu::ComputePass<'_>, workgroups: u32) {
+    if workgroups > 0 {
+        // More than a dispatch can have are transparent ones, of which the rest is drawn.
+        pass.dispatch_workgroups(workgroups.min(65_535), 1, 1);
+    }
+}

@@ -1,0 +1,35 @@
+//! Occlusion culling while drawing, by a hierarchical depth buffer: Ned Greene, Michael Kass, Gavin Miller, "Hierarchical
+//! Z-Buffer Visibility", 1993, in the two passes that became usual on GPUs (Sebastian Aaltonen, Ulrich Haar, "GPU-Driven
+//! Rendering Pipelines", 2015).
+//!
+//! A frame of one view:
+//! 1. *Recall*: of the polygons in view, those that were visible in the last frame are drawn, for their depth alone.
+//! 2. *Pyramid*: the farthest depth of each pixel, of 2 x 2 pixels, and so on.
+//! 3. *Test*: every polygon in view against the pyramid; what is not proven hidden is remembered for the next frame,
+//! 4. and *compacted*: listed in the order of drawing, for an indirect draw call.
+//! 5. *Colours*: the list is drawn over the depth of the first pass.
+//!
+//! Whatever has just come, moved or come into view is not remembered, is not proven hidden, and is drawn in step 5: no
+//! frame lags. The picture is that without culling, to the last bit:
+//! * What wins a sample is never proven hidden: the pyramid holds no nearer depth there than the winner's own.
+//! * Of several at the same depth the last in the order wins, culled or not; the order does not depend on what is
+//!   visible (see [`DrawOrder`](super::DrawOrder)). That is why the first pass draws no colours.
+//! * What is remembered decides only how much is found. Any subset of what is in view would do.
+//!
+//! Differences from the papers: the first pass is depth alone; the pyramid is a buffer, not a texture with mip levels, so
+//! that every size halves without loss; a polygon is tested triangle by triangle on the texels that it touches, each with
+//! the nearest depth of the triangle's plane there, because real sketches are paint under paint, millimetres apart, and
+//! seen aslant the nearest corner of a polygon lies before most of what hides it.
+
+mod config;
+mod encode;
+mod pipelines;
+mod pyramid;
+mod span;
+mod state;
+
+pub use config::{DrawnCounts, DrawnOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup};
+pub(super) use encode::Frame;
+pub(super) use pipelines::Hzb;
+pub use pyramid::PyramidLevel;
+pub(super) use state::HzbView;

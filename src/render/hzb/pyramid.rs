@@ -1,0 +1,80 @@
+/// Most levels: as many as the largest texture that wgpu knows of needs.
+pub(super) const MAX_LEVELS: usize = 16;
+
+/// Where the levels of a depth pyramid lie in its buffer: level 0 has the size of the picture, each other one half of
+/// that below, rounded up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Levels {
+    /// First texel, width, height, nothing.
+    levels: [[u32; 4]; MAX_LEVELS],
+    count: usize,
+    texels: u32,
+}
+
+impl Levels {
+    /// The levels for a picture of this size.
+    pub(super) fn of(width: u32, height: u32) -> Self {
+        let mut levels = [[0; 4]; MAX_LEVELS];
+        let (mut size, mut count, mut texels) = ((width.max(1), height.max(1)), 0, 0);
+        for level in &mut levels {
+            *level = [texels, size.0, size.1, 0];
+            texels += size.0 * size.1;
+            count += 1;
+            if size == (1, 1) {
+                break;
+            }
+            size = (size.0.div_ceil(2), size.1.div_ceil(2));
+        }
+        Self { levels, count, texels }
+    }
+
+    pub(super) fn words(&self) -> [[u32; 4]; MAX_LEVELS] {
+        self.levels
+    }
+
+    /// First texel, width, height of each level.
+    pub(super) fn iter(&self) -> impl ExactSizeIterator<Item = (u32, u32, u32)> + '_ {
+        self.levels[..self.count].iter().map(|&[first, width, height, _]| (first, width, height))
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Texels of all levels.
+    pub(super) fn texels(&self) -> u32 {
+        self.texels
+    }
+}
+
+/// A level of a depth pyramid, read back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PyramidLevel {
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// The farthest depth of each texel, rows from the top; reversed: 1 near, 0 far.
+    pub depths: Vec<f32>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_halve_rounding_up_to_a_single_texel() {
+        let sizes = |w, h| Levels::of(w, h).iter().map(|(_, w, h)| (w, h)).collect::<Vec<_>>();
+        assert_eq!(sizes(1, 1), [(1, 1)]);
+        assert_eq!(sizes(5, 1), [(5, 1), (3, 1), (2, 1), (1, 1)]);
+        assert_eq!(sizes(3, 17), [(3, 17), (2, 9), (1, 5), (1, 3), (1, 2), (1, 1)]);
+        assert_eq!(Levels::of(32_768, 1).count(), MAX_LEVELS);
+        let levels = Levels::of(641, 359);
+        let mut texels = 0;
+        for (first, width, height) in levels.iter() {
+            assert_eq!(first, texels);
+            texels += width * height;
+        }
+        assert_eq!(levels.texels(), texels);
+    }
+}

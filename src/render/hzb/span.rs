@@ -1,0 +1,88 @@
+//! What the compute shaders are told by the CPU.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{
+    DrawnCounts, HzbBound, HzbConfig, HzbFine,
+    pyramid::{Levels, MAX_LEVELS},
+};
+
+/// Bytes of a [`Span`].
+pub(super) const SPAN_BYTES: u64 = size_of::<Span>() as u64;
+/// Bytes of [`Params`].
+pub(super) const PARAMS_BYTES: u64 = size_of::<Params>() as u64;
+/// Spans lie this far apart, bytes: no adapter asks for more.
+pub(super) const SPAN_STRIDE: u32 = 256;
+
+/// Words before the first page's draw calls.
+pub(super) const COUNTERS: u32 = 8;
+/// Words of a page's draw calls: one for depth, one for colours.
+pub(super) const ARGS_OF_PAGE: u32 = 8;
+
+/// The work of one dispatch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Span {
+    /// First handle, or place in the list, or level.
+    pub(super) first: u32,
+    pub(super) end: u32,
+    pub(super) first_sum: u32,
+    pub(super) base: u32,
+    /// Where in the words of `args` the page's draw calls are.
+    pub(super) args: u32,
+    pub(super) first_polygon: u32,
+}
+
+impl Span {
+    pub(super) fn len(&self) -> u32 {
+        self.end - self.first
+    }
+}
+
+/// The same for all dispatches of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Params {
+    levels: [[u32; 4]; MAX_LEVELS],
+    width: u32,
+    height: u32,
+    level_count: u32,
+    group: u32,
+    bound: u32,
+    is_fine: u32,
+    nothing: [u32; 2],
+}
+
+impl Params {
+    pub(super) fn new((width, height): (u32, u32), levels: &Levels, config: HzbConfig) -> Self {
+        Self {
+            levels: levels.words(),
+            width,
+            height,
+            level_count: levels.count() as u32,
+            group: config.group.polygons(),
+            bound: match config.bound {
+                HzbBound::Corners => 0,
+                HzbBound::Box => 1,
+                HzbBound::Farthest => 2,
+            },
+            is_fine: u32::from(config.fine == HzbFine::Triangles),
+            nothing: [0; 2],
+        }
+    }
+}
+
+/// The counts of a frame, from what the shaders left in `args` and what the CPU knew before.
+pub(super) fn counts(args: &[u8], known: DrawnCounts, transparent: u64) -> DrawnCounts {
+    let word = |at: usize| {
+        let bytes = args.get(at * 4..at * 4 + 4).and_then(|bytes| bytes.try_into().ok());
+        u64::from(bytes.map_or(0, u32::from_le_bytes))
+    };
+    let mut counts = known;
+    counts.second_pass = transparent - word(0).min(transparent);
+    for first in (COUNTERS as usize..args.len() / 4).step_by(ARGS_OF_PAGE as usize) {
+        counts.first_pass += word(first) / 6;
+        counts.second_pass += word(first + 4) / 6;
+    }
+    counts
+}

@@ -1,0 +1,97 @@
+// The polygons that are left, in the order of drawing: counted by group of handles, the groups' counts summed up, and each
+// handle's polygons written to their places.
+
+struct Span {
+    // Handles from here …
+    first: u32,
+    // … to here.
+    end: u32,
+    // Where in `sums` the page begins.
+    first_sum: u32,
+    // Where in the list the page begins.
+    base: u32,
+    // Where in `args` the page's draw calls are.
+    args: u32,
+    first_polygon: u32,
+}
+
+@group(0) @binding(0) var<uniform> span: Span;
+// Block and mask, in the order of drawing.
+@group(0) @binding(1) var<storage, read> kept: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read_write> sums: array<u32>;
+@group(0) @binding(3) var<storage, read_write> list: array<u32>;
+@group(0) @binding(4) var<storage, read_write> args: array<u32>;
+
+const LANES: u32 = 256u;
+
+var<workgroup> total: atomic<u32>;
+var<workgroup> partial: array<u32, LANES>;
+
+fn kept_at(at: u32) -> vec2<u32> {
+    if at < span.end {
+        return kept[at];
+    }
+    return vec2(0u);
+}
+
+// The sum of this lane's number and those of the lanes before it.
+fn sum_up_to(lane: u32, number: u32) -> u32 {
+    partial[lane] = number;
+    workgroupBarrier();
+    for (var step = 1u; step < LANES; step *= 2u) {
+        var before = 0u;
+        if lane >= step {
+            before = partial[lane - step];
+        }
+        workgroupBarrier();
+        partial[lane] += before;
+        workgroupBarrier();
+    }
+    return partial[lane];
+}
+
+@compute @workgroup_size(LANES)
+fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let bits = kept_at(span.first + group.x * LANES + lane).y;
+    atomicAdd(&total, countOneBits(bits));
+    workgroupBarrier();
+    if lane == 0u {
+        sums[span.first_sum + group.x] = atomicLoad(&total);
+    }
+}
+
+// Each group's count becomes the sum of those before it. One workgroup for a page.
+@compute @workgroup_size(LANES)
+fn scan(@builtin(local_invocation_index) lane: u32) {
+    let groups = (span.end - span.first + LANES - 1u) / LANES;
+    var before = 0u;
+    for (var first = 0u; first < groups; first += LANES) {
+        let at = first + lane;
+        var own = 0u;
+        if at < groups {
+            own = sums[span.first_sum + at];
+        }
+        let up_to = sum_up_to(lane, own);
+        if at < groups {
+            sums[span.first_sum + at] = before + up_to - own;
+        }
+        before += partial[LANES - 1u];
+        workgroupBarrier();
+    }
+    if lane == 0u {
+        args[span.args + 4u] = before * 6u;
+    }
+}
+
+@compute @workgroup_size(LANES)
+fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let own = kept_at(span.first + group.x * LANES + lane);
+    let up_to = sum_up_to(lane, countOneBits(own.y));
+    var to = span.base + sums[span.first_sum + group.x] + up_to - countOneBits(own.y);
+    var bits = own.y;
+    while bits != 0u {
+        list[to] = own.x * 16u + firstTrailingBit(bits);
+        bits &= bits - 1u;
+        to += 1u;
+    }
+}

@@ -1,0 +1,418 @@
+//! Culling while drawing changes no pixel, whatever comes, goes and moves; and it does find something.
+
+use std::{path::Path, sync::Arc};
+
+use glam::Vec3;
+use osp::{
+    index::{IndexConfig, IndexKind},
+    metrics::{StageClock, summarize},
+    recording::{self, Event, OpenOptions, Pace, Pacer, StrokeId, Tool},
+    render::{
+        DrawnCounts, DrawnOcclusion, Gpu, GpuTimer, HzbBound, HzbConfig, HzbFine, HzbGroup, Image, Layer,
+        Offscreen, PyramidLevel, RenderError, Renderer, RendererConfig, Style, Target,
+    },
+    scene::{Change, PolygonId, Scene},
+    visibility::{CameraChoice, CameraPath, Moment, Pipeline, View},
+};
+
+use super::{
+    identity::shipped,
+    scenes::{all_ids, apply, gpu, sketch, square, view_from, winding_stroke},
+};
+
+const SIZE: (u32, u32) = (481, 361);
+
+/// Draws the same frame twice: with culling while drawing, and without.
+struct Pair {
+    culled: Offscreen,
+    whole: Offscreen,
+    counts: DrawnCounts,
+}
+
+impl Pair {
+    /// `None`, with a line, on an adapter that cannot.
+    fn new(gpu: &Arc<Gpu>, (width, height): (u32, u32), config: HzbConfig, chunk_len: usize) -> Option<Self> {
+        let config_of = RendererConfig { chunk_len, ..RendererConfig::default() };
+        let drawer = || Offscreen::on(Arc::clone(gpu), width, height, &config_of).expect("a drawer");
+        let mut culled = drawer();
+        match culled.set_occlusion(DrawnOcclusion::Hzb(config)) {
+            Err(error @ RenderError::NoOcclusion { .. }) if !crate::required::nothing_may_be_skipped() => {
+                eprintln!("skipped: {error}");
+                return None;
+            }
+            outcome => outcome.expect("what hzb needs"),
+        }
+        Some(Self { culled, whole: drawer(), counts: DrawnCounts::default() })
+    }
+
+    fn follow(&mut self, changes: &[Change]) {
+        self.culled.follow(changes);
+        self.whole.follow(changes);
+    }
+
+    /// Pixels that differ, and the picture without culling.
+    fn compare(&mut self, scene: &Scene, view: &View, ids: &[PolygonId]) -> (usize, Image) {
+        let times = self.culled.draw(scene, view, &[Layer::plain(ids)]).expect("a drawn frame");
+        let counts = times.occlusion.expect("counts");
+        assert_eq!(counts.in_view, ids.len() as u64);
+        assert!(counts.second_pass <= counts.in_view && counts.first_pass <= counts.in_view, "{counts:?}");
+        self.counts.in_view += counts.in_view;
+        self.counts.groups_tested += counts.groups_tested;
+        self.counts.first_pass += counts.first_pass;
+        self.counts.second_pass += counts.second_pass;
+        self.whole.draw(scene, view, &[Layer::plain(ids)]).expect("a drawn frame");
+        let whole = self.whole.image().expect("a picture");
+        (self.culled.image().expect("a picture").differing_pixels(&whole), whole)
+    }
+
+    fn check(&mut self, scene: &Scene, view: &View, what: &dyn std::fmt::Display) -> Image {
+        let (differing, whole) = self.compare(scene, view, &all_ids(scene));
+        assert_eq!(differing, 0, "{what}");
+        whole
+    }
+
+    fn hidden_share(&self) -> f64 {
+        self.counts.hidden() as f64 / self.counts.in_view.max(1) as f64
+    }
+}
+
+fn chunk_len() -> usize {
+    RendererConfig::default().chunk_len
+}
+
+/// Every setting that must not change the picture.
+fn configs() -> Vec<HzbConfig> {
+    let mut configs = Vec::new();
+    for group in [HzbGroup::Sixteen, HzbGroup::Four, HzbGroup::One] {
+        for bound in [HzbBound::Corners, HzbBound::Box] {
+            for fine in [HzbFine::Triangles, HzbFine::Off] {
+                configs.push(HzbConfig { group, bound, fine });
+            }
+        }
+    }
+    configs
+}
+
+/// A wall in front of the sketch, so that much is hidden.
+fn walled_sketch() -> Scene {
+    let mut scene = Scene::new();
+    apply(&mut scene, &sketch());
+    apply(&mut scene, &[square(Vec3::new(0.0, 0.6, 0.7), 0.45, (0.3, 0.5, 0.2, 1.0))]);
+    scene
+}
+
+fn eyes() -> Vec<View> {
+    let target = Vec3::new(0.0, 0.6, 0.0);
+    let eyes = [
+        (1.6, 0.9, 1.2),
+        (-0.5, 0.7, 0.1),
+        (0.0, 3.0, 0.0),
+        (0.2, 0.6, 2.0),
+        (9.0, 3.0, 8.0),
+        (0.0, 0.6, 0.72),
+    ];
+    eyes.into_iter().map(|(x, y, z)| view_from(Vec3::new(x, y, z), target)).collect()
+}
+
+#[test]
+fn no_setting_changes_a_pixel_and_each_hides_something() {
+    let Some(gpu) = gpu() else { return };
+    let scene = walled_sketch();
+    let mut shares = Vec::new();
+    for config in configs() {
+        let Some(mut pair) = Pair::new(&gpu, SIZE, config, chunk_len()) else { return };
+        // From far to near and back, each view twice: every frame but the second of two is a jump.
+        for view in eyes() {
+            for time in 0..2 {
+                pair.check(&scene, &view, &format!("{config:?}, {}, time {time}", view.eye_in_world));
+            }
+        }
+        eprintln!("{config:?}: {:.3}, {:?}", pair.hidden_share(), pair.counts);
+        shares.push((config, pair.hidden_share()));
+    }
+    for (config, share) in &shares {
+        let least = if config.fine == HzbFine::Triangles { 0.15 } else { 0.02 };
+        assert!(*share > least, "{config:?} hides {share}");
+    }
+}
+
+#[test]
+fn a_bound_that_is_too_far_is_noticed() {
+    let Some(gpu) = gpu() else { return };
+    let scene = walled_sketch();
+    let config = HzbConfig { bound: HzbBound::Farthest, ..HzbConfig::default() };
+    let Some(mut pair) = Pair::new(&gpu, SIZE, config, chunk_len()) else { return };
+    let mut differing = 0;
+    for view in eyes() {
+        for _ in 0..2 {
+            differing += pair.compare(&scene, &view, &all_ids(&scene)).0;
+        }
+    }
+    assert!(differing > 100, "{differing} pixels");
+}
+
+#[test]
+fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
+    let Some(gpu) = gpu() else { return };
+    for chunk_len in [chunk_len(), 112] {
+        let Some(mut pair) = Pair::new(&gpu, SIZE, HzbConfig::default(), chunk_len) else { return };
+        let mut scene = Scene::new();
+        let mut steps: Vec<Vec<Event>> = sketch().chunks(301).map(<[Event]>::to_vec).collect();
+        let wall = |z: f32| square(Vec3::new(0.0, 0.6, z), 0.5, (0.3, 0.5, 0.2, 1.0));
+        let moved = |strokes: &[u32], by| Event::Move {
+            t: 0.0,
+            strokes: strokes.iter().map(|&n| StrokeId(n)).collect(),
+            by,
+        };
+        steps.push(vec![wall(0.8)]);
+        steps.push(vec![Event::Undo { t: 0.0 }]);
+        steps.push(vec![Event::Redo { t: 0.0 }]);
+        // What was hidden comes before the wall; what was visible goes behind it.
+        steps.push(vec![moved(&[2, 9, 15], Vec3::new(0.0, 0.1, 1.1))]);
+        steps.push(vec![moved(&[2], Vec3::new(0.0, 0.0, -1.1))]);
+        steps.push(vec![Event::Erase { t: 0.0, stroke: StrokeId(9) }]);
+        steps.push(vec![Event::Undo { t: 0.0 }; 2]);
+        steps.push(winding_stroke(100, Tool::Tube, 30, (1.0, 0.2, 0.2, 1.0)));
+        steps.push(winding_stroke(101, Tool::Ribbon, 30, (1.0, 0.2, 0.2, 0.5)));
+        steps.push(vec![moved(&[101], Vec3::new(0.0, 0.0, -2.0))]);
+        for (number, events) in steps.iter().enumerate() {
+            let changes = apply(&mut scene, events);
+            pair.follow(&changes);
+            pair.check(&scene, &eyes()[3], &format!("chunks of {chunk_len}, step {number}"));
+        }
+        assert!(pair.hidden_share() > 0.1, "{:?}", pair.counts);
+    }
+}
+
+#[test]
+fn every_size_of_picture_is_right() {
+    let Some(gpu) = gpu() else { return };
+    let scene = walled_sketch();
+    for size in [(1, 1), (1, 7), (5, 1), (2, 3), (17, 333), (641, 359)] {
+        let Some(mut pair) = Pair::new(&gpu, size, HzbConfig::default(), chunk_len()) else { return };
+        for view in eyes().into_iter().take(4) {
+            for _ in 0..2 {
+                pair.check(&scene, &view, &format!("{size:?}, {}", view.eye_in_world));
+            }
+        }
+    }
+}
+
+/// The level above, as it should be.
+fn halved(below: &PyramidLevel) -> PyramidLevel {
+    let (width, height) = (below.width.div_ceil(2), below.height.div_ceil(2));
+    let mut depths = vec![f32::INFINITY; (width * height) as usize];
+    for y in 0..below.height {
+        for x in 0..below.width {
+            let to = &mut depths[(y / 2 * width + x / 2) as usize];
+            *to = to.min(below.depths[(y * below.width + x) as usize]);
+        }
+    }
+    PyramidLevel { width, height, depths }
+}
+
+#[test]
+fn the_pyramid_of_every_size_is_the_farthest_depth() {
+    let Some(gpu) = gpu() else { return };
+    let scene = walled_sketch();
+    for size in [(1, 1), (1, 9), (6, 1), (3, 2), (17, 333), (128, 64), (641, 359)] {
+        let Some(mut pair) = Pair::new(&gpu, size, HzbConfig::default(), chunk_len()) else { return };
+        for _ in 0..2 {
+            pair.check(&scene, &eyes()[3], &format!("{size:?}"));
+        }
+        let levels = pair.culled.pyramid().expect("a device").expect("a pyramid");
+        assert_eq!((levels[0].width, levels[0].height), size);
+        for pair in levels.windows(2) {
+            assert_eq!(pair[1], halved(&pair[0]), "{size:?}");
+        }
+        let top = levels.last().expect("a level");
+        assert_eq!((top.width, top.height), (1, 1));
+        // The sketch does not fill the picture, and fills some of it, where pixels are small enough.
+        if size.0 * size.1 > 1000 {
+            assert_eq!(top.depths, [0.0]);
+            let filled = levels[0].depths.iter().filter(|depth| **depth > 0.0).count();
+            assert!(filled * 20 > levels[0].depths.len(), "{size:?}: {filled}");
+        }
+    }
+}
+
+#[test]
+fn the_pyramid_holds_the_farthest_sample_of_a_pixel() {
+    let Some(gpu) = gpu() else { return };
+    // A square that fills the picture, and one before it that ends within pixels.
+    let mut scene = Scene::new();
+    let white = (1.0, 1.0, 1.0, 1.0);
+    apply(&mut scene, &[square(Vec3::Z * -4.0, 9.0, white), square(Vec3::new(0.003, 0.0, -2.0), 0.5, white)]);
+    let view = view_from(Vec3::ZERO, Vec3::NEG_Z);
+    let Some(mut pair) = Pair::new(&gpu, SIZE, HzbConfig::default(), chunk_len()) else { return };
+    for _ in 0..2 {
+        pair.check(&scene, &view, &"two squares");
+    }
+    let depth = |distance_m: f32| {
+        let clip = view.clip_from_world() * Vec3::new(0.0, 0.0, -distance_m).extend(1.0);
+        clip.z / clip.w
+    };
+    let (near, far) = (depth(2.0), depth(4.0));
+    let levels = pair.culled.pyramid().expect("a device").expect("a pyramid");
+    let is = |depth: f32, expected: f32| (depth - expected).abs() < expected * 1.0e-5;
+    let count = |expected| levels[0].depths.iter().filter(|depth| is(**depth, expected)).count();
+    assert_eq!(count(near) + count(far), levels[0].depths.len());
+    // Pixels that the near square covers in part belong to the far one.
+    let half_px = 0.5 / 2.0 / (30.0f32.to_radians().tan()) * (SIZE.1 as f32 / 2.0);
+    let inner = (2.0 * half_px - 2.0).floor() as usize * (2.0 * half_px - 2.0).floor() as usize;
+    let outer = (2.0 * half_px) * (2.0 * half_px * 4.0 / 3.0 / (SIZE.0 as f32 / SIZE.1 as f32));
+    assert!(count(near) >= inner && (count(near) as f32) < outer, "{inner} {} {outer}", count(near));
+}
+
+#[test]
+fn several_views_of_one_renderer_do_not_disturb_each_other() {
+    let Some(gpu) = gpu() else { return };
+    let scene = walled_sketch();
+    let ids = all_ids(&scene);
+    let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
+    let sizes = [(200, 150), (97, 61)];
+    let mut panes = Vec::new();
+    for culls in [true, false] {
+        for size in sizes {
+            let mut slot = renderer.create_view_slot();
+            if culls
+                && let Err(error) =
+                    renderer.set_occlusion(&mut slot, DrawnOcclusion::Hzb(HzbConfig::default()))
+            {
+                eprintln!("skipped: {error}");
+                return;
+            }
+            let target = Target::new(&gpu, size.0, size.1).expect("a target");
+            panes.push((slot, target, GpuTimer::new(&gpu)));
+        }
+    }
+    renderer.send(&scene);
+    let mut hidden = 0;
+    for view in eyes() {
+        for _ in 0..2 {
+            let mut encoder = gpu.device().create_command_encoder(&Default::default());
+            for (number, (slot, target, timer)) in panes.iter_mut().enumerate() {
+                // Two eyes beside each other.
+                let mut view = view.with_aspect(target.aspect());
+                view.eye_in_world.x += 0.3 * (number % 2) as f32;
+                renderer.prepare(slot, &scene, &view, &[Layer::plain(&ids)]);
+                renderer.encode(&mut encoder, target, slot, timer, |_| {});
+            }
+            gpu.queue().submit([encoder.finish()]);
+            for (slot, _, timer) in &mut panes {
+                slot.submitted();
+                timer.submitted();
+            }
+            gpu.wait().expect("a device");
+            let images: Vec<Image> =
+                panes.iter().map(|(_, target, _)| target.image(&gpu).expect("a picture")).collect();
+            assert_eq!(images[0].differing_pixels(&images[2]), 0, "{}", view.eye_in_world);
+            assert_eq!(images[1].differing_pixels(&images[3]), 0, "{}", view.eye_in_world);
+            for (slot, ..) in &mut panes[..2] {
+                hidden += slot.take_counts().expect("counts").hidden();
+            }
+        }
+    }
+    assert!(hidden > 1000, "{hidden}");
+}
+
+#[test]
+fn with_more_than_one_layer_it_is_drawn_as_ever() {
+    let Some(gpu) = gpu() else { return };
+    let scene = walled_sketch();
+    let Some(mut pair) = Pair::new(&gpu, SIZE, HzbConfig::default(), chunk_len()) else { return };
+    let ids = all_ids(&scene);
+    let (some, others) = ids.split_at(ids.len() / 2);
+    let tint = Style { tint: [1.0, 0.0, 0.0], amount: 0.5, opacity: 0.6, glow: 0.0 };
+    for layers in [
+        &[Layer::plain(some), Layer { ids: others, style: tint }][..],
+        &[Layer::plain(some), Layer::plain(&[])],
+    ] {
+        for view in eyes() {
+            let times = pair.culled.draw(&scene, &view, layers).expect("a frame");
+            assert_eq!(times.occlusion.is_some(), layers[1].ids.is_empty());
+            pair.whole.draw(&scene, &view, layers).expect("a frame");
+            let whole = pair.whole.image().expect("a picture");
+            assert_eq!(pair.culled.image().expect("a picture").differing_pixels(&whole), 0);
+        }
+    }
+}
+
+/// Plays a session and compares at evenly spaced frames, each with the one before it, and once more without a change.
+fn compare_session(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice, frames: u64) -> Option<DrawnCounts> {
+    let open = || recording::open(path, &OpenOptions::default()).expect("a recording");
+    let (summary, _, read) = summarize(&mut open(), Pace::Samples(16));
+    read.expect("a whole recording");
+    let pace = Pace::Samples((summary.frames as u32 * 16 / 200).max(16));
+    let session = open();
+    let camera = CameraPath::new(choice, session.header.camera, &summary.bounds);
+    let capacity = summary.counts.polygons as usize;
+    let config = IndexConfig { capacity, ..IndexConfig::default() };
+    let mut pipeline = Pipeline::new(IndexKind::Osp.create(&config), capacity, StageClock::default());
+    let mut pair = Pair::new(gpu, SIZE, HzbConfig::default(), chunk_len())?;
+    let (mut scene, mut moment, mut shown) = (Scene::new(), Moment::default(), 0);
+    let (mut pacer, mut events, mut changes) = (Pacer::new(session, pace), Vec::new(), Vec::new());
+    let total = summarize(&mut open(), pace).0.frames;
+    while pacer.next_frame(&mut events).expect("a whole recording") {
+        changes.clear();
+        for event in &events {
+            moment.note(event);
+            scene.apply(event, &mut changes);
+        }
+        pair.follow(&changes);
+        let view = camera.view(&moment).with_aspect(pair.whole.aspect());
+        let part = |frame: u64| frame * frames / total;
+        let is_looked_at = |frame: u64| part(frame + 1) > part(frame);
+        if is_looked_at(moment.frame) || is_looked_at(moment.frame + 1) || moment.frame + 1 == total {
+            pipeline.frame(&scene, &changes, &view);
+            for time in 0..1 + u64::from(is_looked_at(moment.frame)) {
+                let (differing, whole) = pair.compare(&scene, &view, pipeline.draw_list().ids());
+                shown += whole.drawn_pixels();
+                let at = moment.frame;
+                assert_eq!(differing, 0, "{}, {choice:?}, frame {at}, time {time}", path.display());
+            }
+        } else {
+            pipeline.skip(&scene, &changes);
+        }
+        moment.frame += 1;
+    }
+    assert!(shown > 1000, "{}: {shown} pixels drawn", path.display());
+    Some(pair.counts)
+}
+
+#[test]
+fn culling_while_drawing_changes_no_pixel_of_any_shipped_session() {
+    let Some(gpu) = gpu() else { return };
+    let mut all = DrawnCounts::default();
+    for path in shipped() {
+        for choice in [CameraChoice::Auto, CameraChoice::Inside] {
+            let Some(counts) = compare_session(&gpu, &path, choice, 5) else { return };
+            eprintln!("{}, {choice:?}: {} of {} hidden", path.display(), counts.hidden(), counts.in_view);
+            all.in_view += counts.in_view;
+            all.second_pass += counts.second_pass;
+        }
+    }
+    assert!(all.hidden() * 20 > all.in_view, "{} of {} hidden", all.hidden(), all.in_view);
+}
+
+#[test]
+fn culling_while_drawing_changes_no_pixel_of_real_sessions() {
+    let Some(folder) = std::env::var_os("OSP_CORPUS") else {
+        eprintln!("skipped: OSP_CORPUS is not set");
+        return;
+    };
+    let Some(gpu) = gpu() else { return };
+    for name in [
+        "tilt/ob_one-nreal-picnic_by_Kevin_Ang.tilt",
+        "tilt/benfoxall_hello-world.tilt",
+        "apa/dancer.apa",
+        "cassie/raw_data/guitar.json",
+        "scenes/Castle.obj",
+    ] {
+        let path = Path::new(&folder).join(name);
+        for choice in [CameraChoice::Auto, CameraChoice::Inside] {
+            let Some(counts) = compare_session(&gpu, &path, choice, 8) else { return };
+            eprintln!("{name}, {choice:?}: {} of {} hidden", counts.hidden(), counts.in_view);
+        }
+    }
+}
