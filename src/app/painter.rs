@@ -8,8 +8,8 @@ use super::{room::RoomView, studio::Studio};
 use crate::{
     metrics::StageClock,
     render::{
-        Acquired, Area, Gpu, GpuTimer, Layer, LinePass, RenderError, Renderer, RendererConfig, ShowPass,
-        Shown, Style, Target, ViewSlot, WindowSurface,
+        Acquired, Area, DrawnCounts, DrawnOcclusion, Gpu, GpuTimer, Layer, LinePass, PassTimes, RenderError,
+        Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
     },
     visibility::Stereo,
 };
@@ -81,6 +81,8 @@ pub(super) struct Painter {
     extras: Vec<Extra>,
     clock: StageClock,
     draw_ns: u64,
+    /// Why the adapter cannot find what is hidden while it draws; it is asked once.
+    cannot_cull: Option<String>,
 }
 
 impl Painter {
@@ -110,6 +112,7 @@ impl Painter {
             extras: Vec::new(),
             clock: StageClock::default(),
             draw_ns: 0,
+            cannot_cull: None,
         })
     }
 
@@ -180,8 +183,12 @@ impl Painter {
         let start = self.clock.start();
         self.follow(studio);
         let views = studio.views().to_vec();
+        let could_cull = self.cannot_cull.is_none();
         for (i, view) in views.iter().enumerate() {
             self.prepare(studio, i, view, model)?;
+        }
+        if let Some(reason) = self.cannot_cull.clone().filter(|_| could_cull) {
+            studio.say(reason);
         }
         self.panes.truncate(views.len().max(1));
         let send_ns = self.clock.since(start).ns;
@@ -198,11 +205,25 @@ impl Painter {
         // Lets the times of earlier frames come back; that nothing is waiting is no error.
         let _ = self.gpu.device().poll(wgpu::PollType::Poll);
         self.gpu.check()?;
-        let times = self.panes.iter_mut().filter_map(|pane| pane.timer.take_ns());
-        if let Some(ns) = times.reduce(|a, b| a + b) {
-            self.draw_ns = ns;
+        let times = self.panes.iter_mut().filter_map(|pane| pane.timer.take());
+        let times = times.reduce(|a, b| a + b);
+        if let Some(times) = times {
+            self.draw_ns = times.total_ns;
         }
+        self.tell_counts(studio, times);
         Ok(PaintTimes { send_ns, draw_ns: self.draw_ns, is_shown })
+    }
+
+    /// Tells the studio what culling while drawing did.
+    fn tell_counts(&mut self, studio: &mut Studio, times: Option<PassTimes>) {
+        if !self.panes.iter().all(|pane| pane.slot.culls()) {
+            studio.note_drawn(None);
+            return;
+        }
+        let counts = self.panes.iter_mut().filter_map(|pane| pane.slot.take_counts());
+        if let Some(counts) = counts.reduce(|a: DrawnCounts, b| a + b) {
+            studio.note_drawn(Some((counts, times)));
+        }
     }
 
     /// The GPU scene follows the studio's.
@@ -250,6 +271,11 @@ impl Painter {
         if pane.target.size() != (width, height) {
             pane.target = Target::new(&self.gpu, width, height)?;
             pane.shown = self.show.bind(&self.gpu, &pane.target);
+        }
+        let wanted = DrawnOcclusion::of(studio.culling().occlusion());
+        if pane.slot.occlusion() != wanted && self.cannot_cull.is_none() {
+            let outcome = self.renderer.set_occlusion(&mut pane.slot, wanted);
+            self.cannot_cull = outcome.err().map(|error| error.to_string());
         }
         let layers = [
             Layer::plain(studio.culling().drawn(i)),

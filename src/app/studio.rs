@@ -23,7 +23,7 @@ use crate::{
     math::{Aabb, Ray},
     metrics::{FrameRecord, StageClock},
     recording::{Event, StrokeId, Tool},
-    render::LineBatch,
+    render::{DrawnCounts, LineBatch, PassTimes},
     scene::{Change, PolygonId, Scene},
     visibility::View,
 };
@@ -123,6 +123,7 @@ pub struct Studio {
     resumed_secs: f64,
     pub(super) lines: LineBatch,
     report: FrameReport,
+    while_drawing: Option<(DrawnCounts, Option<PassTimes>)>,
     views: Vec<RoomView>,
     culled: Vec<PolygonId>,
     hidden: Vec<PolygonId>,
@@ -164,6 +165,7 @@ impl Studio {
             resumed_secs,
             lines: LineBatch::new(),
             report: FrameReport::default(),
+            while_drawing: None,
             views: Vec::new(),
             culled: Vec::new(),
             hidden: Vec::new(),
@@ -323,6 +325,17 @@ impl Studio {
     /// What the last frame was.
     pub fn report(&self) -> FrameReport {
         self.report
+    }
+
+    /// What culling while drawing did in the latest frame that is known of, all views together, and what the GPU took;
+    /// `None` where there is none.
+    pub fn while_drawing(&self) -> Option<(DrawnCounts, Option<PassTimes>)> {
+        self.while_drawing
+    }
+
+    /// Whoever draws tells what it left out.
+    pub(super) fn note_drawn(&mut self, counts: Option<(DrawnCounts, Option<PassTimes>)>) {
+        self.while_drawing = counts;
     }
 
     /// The views of the last frame, one for each screen and eye.

@@ -41,6 +41,19 @@ impl Trace {
             ToolChoice::Erase => "erase".to_owned(),
             ToolChoice::Select => "select".to_owned(),
         };
+        let while_drawing = studio.while_drawing().map(|(counts, times)| {
+            json!({
+                "groups_tested": counts.groups_tested,
+                "in_view": counts.in_view,
+                "first_pass": counts.first_pass,
+                "second_pass": counts.second_pass,
+                "hidden": counts.hidden(),
+                "gpu_ms": times.map(|times| {
+                    let passes = [times.depth_ns, times.test_ns, times.color_ns];
+                    passes.map(|ns| ns as f64 * 1.0e-6)
+                }),
+            })
+        });
         let ms = |stage| times.get(stage) as f64 * 1.0e-6;
         let stages: serde_json::Map<String, serde_json::Value> =
             FrameStage::ALL.iter().map(|&stage| (stage.name().to_owned(), json!(ms(stage)))).collect();
@@ -61,6 +74,7 @@ impl Trace {
             "views": studio.views().len(),
             "index": studio.culling().kind().name(),
             "occlusion": studio.culling().occlusion().name(),
+            "while_drawing": while_drawing,
             "frozen": studio.is_frozen(),
             "tool": tool,
             "selected": studio.selection().strokes().len(),

@@ -5,24 +5,41 @@ use std::sync::Arc;
 use super::{output::complain, render::Size};
 use crate::{
     recording::{Event, RecordingError},
-    render::{DrawTimes, Gpu, Layer, Offscreen, RendererConfig},
-    report::RunReport,
-    visibility::{LaneFrame, Replay},
+    render::{DrawTimes, DrawnOcclusion, Gpu, Layer, Offscreen, RendererConfig},
+    report::{DrawnWhileCulling, RunReport},
+    visibility::{LaneFrame, OcclusionChoice, Replay},
 };
 
 /// Draws what is left of each frame.
 #[derive(Debug)]
 pub(super) struct Drawing {
-    drawer: Offscreen,
+    /// One for each way to find while drawing what is hidden, and its number for each lane: what a drawer remembers is
+    /// its own.
+    drawers: Vec<(DrawnOcclusion, Offscreen)>,
+    of_lane: Vec<usize>,
+    frame: usize,
 }
 
 impl Drawing {
-    pub(super) fn new(Size { width, height }: Size) -> anyhow::Result<Self> {
+    /// A drawing for lanes with these choices.
+    pub(super) fn new(
+        Size { width, height }: Size,
+        choices: impl IntoIterator<Item = Option<OcclusionChoice>>,
+    ) -> anyhow::Result<Self> {
         let gpu = Arc::new(Gpu::headless()?);
-        let name = gpu.name();
-        let drawer = Offscreen::on(gpu, width, height, &RendererConfig::default())?;
-        complain(&format!("drawn by {name}, {width} x {height} pixels"));
-        Ok(Self { drawer })
+        complain(&format!("drawn by {}, {width} x {height} pixels", gpu.name()));
+        let mut drawing = Self { drawers: Vec::new(), of_lane: Vec::new(), frame: 0 };
+        for choice in choices {
+            let occlusion = choice.map_or(DrawnOcclusion::None, DrawnOcclusion::of);
+            let found = drawing.drawers.iter().position(|(other, _)| *other == occlusion);
+            if found.is_none() {
+                let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &RendererConfig::default())?;
+                drawer.set_occlusion(occlusion)?;
+                drawing.drawers.push((occlusion, drawer));
+            }
+            drawing.of_lane.push(found.unwrap_or(drawing.drawers.len() - 1));
+        }
+        Ok(drawing)
     }
 
     /// Draws the frame for each lane that looked at it. Lanes that leave the same polygons share a drawing: the second
@@ -36,24 +53,41 @@ impl Drawing {
     where
         I: Iterator<Item = Result<Event, RecordingError>>,
     {
-        self.drawer.follow(replay.changes());
+        for (_, drawer) in &mut self.drawers {
+            drawer.follow(replay.changes());
+        }
         let Some(view) = replay.view() else { return Ok(()) };
-        let mut drawn: Vec<(u64, DrawTimes)> = Vec::new();
-        for ((lane, frame), run) in replay.lanes().iter().zip(looked).zip(runs) {
-            let Some(LaneFrame { record, .. }) = frame else { continue };
+        self.frame += 1;
+        let mut drawn: Vec<(usize, u64, DrawTimes)> = Vec::new();
+        // In turns, so that none is always the one that comes first.
+        for i in 0..looked.len() {
+            let i = (i + self.frame) % looked.len();
+            let Some(LaneFrame { record, .. }) = &looked[i] else { continue };
             let fingerprint =
                 if record.occlusion.used { record.occlusion.fingerprint } else { record.fingerprint };
-            let same = drawn.iter().find(|(other, _)| *other == fingerprint).map(|(_, times)| *times);
+            let number = self.of_lane[i];
+            let same = drawn.iter().find(|other| (other.0, other.1) == (number, fingerprint));
             let times = match same {
-                Some(times) => times,
+                Some((.., times)) => *times,
                 None => {
-                    let ids = lane.pipeline().draw_list().ids();
-                    let times = self.drawer.draw(replay.scene(), view, &[Layer::plain(ids)])?;
-                    drawn.push((fingerprint, times));
+                    let ids = replay.lanes()[i].pipeline().draw_list().ids();
+                    let drawer = &mut self.drawers[number].1;
+                    let times = drawer.draw(replay.scene(), view, &[Layer::plain(ids)])?;
+                    drawn.push((number, fingerprint, times));
                     times
                 }
             };
-            run.draw.get_or_insert_default().add(times.draw.ns, times.prepare.ns);
+            let report = runs[i].draw.get_or_insert_default();
+            report.add(times.draw.ns, times.prepare.ns);
+            if let Some(counts) = times.occlusion {
+                report.add_culling(DrawnWhileCulling {
+                    groups_tested: counts.groups_tested,
+                    first_pass: counts.first_pass,
+                    second_pass: counts.second_pass,
+                    hidden: counts.hidden(),
+                    gpu_ns: times.passes.map(|passes| [passes.depth_ns, passes.test_ns, passes.color_ns]),
+                });
+            }
         }
         Ok(())
     }

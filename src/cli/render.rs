@@ -20,9 +20,8 @@ use super::{
 use crate::{
     index::{IndexConfig, IndexKind},
     metrics::{StageClock, Summary, summarize},
-    occlusion::CullerKind,
     recording::{Pace, Pacer},
-    render::{DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig},
+    render::{DrawTimes, DrawnOcclusion, Gpu, Image, Layer, Offscreen, RendererConfig},
     report::thousands,
     scene::{PolygonId, Scene},
     visibility::{
@@ -40,7 +39,10 @@ use crate::{
   osp render recordings/portrait.ron portrait.png
   osp render sketch.tilt --frame 120 --camera orbit --size 1920x1080 sketch.png
   osp render painting.apa --every 30 --to frames/
-  osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check")]
+  osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
+  osp render sketch.tilt sketch.png --occlusion hzb --check
+
+With --occlusion hzb each picture is drawn twice: the second frame of a camera at rest is what the figures are of.")]
 pub(super) struct RenderArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
     file: PathBuf,
@@ -104,6 +106,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
     let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &RendererConfig::default())?;
+    drawer.set_occlusion(DrawnOcclusion::of(args.occlusion))?;
     // A second drawer, so that what one remembers cannot hide a fault of the other.
     let mut uncut = match args.check {
         true => Some(Offscreen::on(gpu, width, height, &RendererConfig::default())?),
@@ -129,7 +132,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
-    let has_occlusion = args.occlusion != OcclusionChoice::Always(CullerKind::None);
+    let has_occlusion = args.occlusion.has_pass();
     let mut pipeline = if has_occlusion {
         // Pictures must not depend on the clock.
         let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
@@ -166,6 +169,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             } else {
                 pipeline.draw_list().ids()
             };
+            if args.occlusion.is_while_drawing() {
+                // What was visible in the last frame hides in the next.
+                drawer.draw(&scene, &view, &[Layer::plain(ids)])?;
+            }
             let (image, times) = picture(&mut drawer, &scene, &view, ids)?;
             let path = wanted.path(args, moment.frame);
             image.write_png(&path)?;
@@ -200,13 +207,29 @@ fn picture(
 }
 
 fn line(frame: u64, scene: &Scene, ids: &[PolygonId], times: &DrawTimes, path: &Path) -> String {
-    format!(
+    let drawn = times.occlusion.map_or(ids.len() as u64, |counts| counts.second_pass);
+    let mut line = format!(
         "frame {frame}: {} of {} polygons drawn in {:.2} ms, {}",
-        thousands(ids.len() as u64),
+        thousands(drawn),
         thousands(scene.counts().visible),
         times.draw.ns as f64 * 1.0e-6,
         path.display()
-    )
+    );
+    if let Some(counts) = times.occlusion {
+        line += &format!(
+            "; hzb: {} in view, {} groups tested, {} drawn for depth, {} hidden",
+            thousands(counts.in_view),
+            thousands(counts.groups_tested),
+            thousands(counts.first_pass),
+            thousands(counts.hidden()),
+        );
+        if let Some(passes) = times.passes {
+            let ms = |ns: u64| ns as f64 * 1.0e-6;
+            let [depth, test, color] = [passes.depth_ns, passes.test_ns, passes.color_ns].map(ms);
+            line += &format!("; GPU ms: depth {depth:.2}, test {test:.2}, colours {color:.2}");
+        }
+    }
+    line
 }
 
 /// The frames to draw.

@@ -19,7 +19,7 @@ use crate::{
     index::{IndexConfig, IndexKind},
     math::Aabb,
     metrics::{StageClock, Summary, summarize},
-    occlusion::{CullerKind, Soundness, oracle::OracleConfig},
+    occlusion::{Soundness, oracle::OracleConfig},
     recording::{Event, Header, Pace, Pacer, RecordingError},
     report::{
         ChartError, ChartFormat, CsvWriter, OcclusionColumns, OcclusionReport, Pin, Pins, ReplayReport,
@@ -55,6 +55,8 @@ With --occlusion a line for each index and method, and more columns:
   used       share of the frames that it was used in
   with drawing  the frame and the drawing of what is left, at --polygon-ns for each polygon, median
 With --draw, from submission to completion on the graphics adapter: draw, median and 99 per cent.
+With --draw and --occlusion hzb: groups of polygons tested, polygons drawn for their depth alone and with their
+colours (means), and what the adapter says that depth, test and colours took (medians).
 A slow index is measured on evenly spaced stretches of a long session (--budget); `frames measured` says how many.")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
@@ -88,7 +90,7 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE")]
     pin: Option<PathBuf>,
     /// Cull by occlusion after the frustum, by each of these methods; the indexes are then `osp` alone, unless --index
-    /// names others. `auto` is msvbsp in the frames in which it pays.
+    /// names others. `auto` is msvbsp in the frames in which it pays; `hzb` finds what is hidden while drawing (--draw).
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
     occlusion: Vec<OcclusionChoice>,
     /// Most occluders of a frame [default: 64; 16 for `auto`].
@@ -171,6 +173,17 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         return in_window(args);
     }
     // Whatever is wrong with the arguments is said before the work, not after it.
+    #[cfg(feature = "render")]
+    let draws = args.draw.is_some();
+    #[cfg(not(feature = "render"))]
+    let draws = false;
+    if let Some(choice) = args.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
+        bail!(
+            "--occlusion {} finds what is hidden while drawing: it needs {}",
+            choice.name(),
+            if cfg!(feature = "render") { "--draw" } else { "a build with the feature `render`, and --draw" }
+        );
+    }
     args.chart.as_deref().map(ChartFormat::of).transpose()?;
     for path in args.chart.iter().chain(&args.pin) {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -333,7 +346,9 @@ fn replay_file(
     let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
 
     #[cfg(feature = "render")]
-    let mut drawing = args.draw.map(super::drawing::Drawing::new).transpose()?;
+    let methods = kinds.iter().map(|(_, method)| *method);
+    #[cfg(feature = "render")]
+    let mut drawing = args.draw.map(|size| super::drawing::Drawing::new(size, methods)).transpose()?;
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
     let mut replay = Replay::new(Pacer::new(session, args.pace), camera, lanes);
@@ -409,14 +424,14 @@ fn lanes(
     let lane = |&(index, method): &(IndexKind, Option<OcclusionChoice>)| {
         let pipeline = Pipeline::new(index.create(&config), capacity, clock);
         let pipeline = match method {
-            None | Some(OcclusionChoice::Always(CullerKind::None)) => pipeline,
-            Some(choice) => {
+            Some(choice) if choice.has_pass() => {
                 // What is compared with pinned fingerprints must not depend on the clock.
                 let basis = if args.check.is_some() { AutoBasis::Work } else { AutoBasis::Time };
                 let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);
                 let pass = PassConfig { choice, occluders, polygon_ns, basis };
                 pipeline.with_occlusion(OcclusionPass::new(pass, capacity))
             }
+            _ => pipeline,
         };
         Lane::new(pipeline, budget)
     };

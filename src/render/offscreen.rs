@@ -113,7 +113,7 @@ impl Offscreen {
 
         self.timer.submitted();
         self.slot.submitted();
-        let culls = self.slot.occlusion() != DrawnOcclusion::None;
+        let culls = self.slot.culls();
         if self.timer.is_available() || culls {
             gpu.wait()?;
         }

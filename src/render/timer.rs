@@ -1,3 +1,5 @@
+use std::ops::Add;
+
 use super::{
     Gpu,
     read_ring::{ReadRing, SLOTS},
@@ -21,6 +23,20 @@ pub struct PassTimes {
     pub test_ns: u64,
     /// The pass with colours.
     pub color_ns: u64,
+}
+
+impl Add for PassTimes {
+    type Output = Self;
+
+    /// Of several views together.
+    fn add(self, other: Self) -> Self {
+        Self {
+            total_ns: self.total_ns + other.total_ns,
+            depth_ns: self.depth_ns + other.depth_ns,
+            test_ns: self.test_ns + other.test_ns,
+            color_ns: self.color_ns + other.color_ns,
+        }
+    }
 }
 
 /// How long the GPU took for the passes of a frame, by time stamps; says nothing where the adapter has none.

@@ -73,9 +73,16 @@ impl ViewSlot {
         self.hzb.as_ref().map_or(DrawnOcclusion::None, |view| DrawnOcclusion::Hzb(view.config()))
     }
 
+    /// Whether the frame at hand is one that looks for what is hidden.
+    pub fn culls(&self) -> bool {
+        self.hzb.is_some() && self.order.listing() == Listing::Blocks
+    }
+
     /// To be called after the submission of what [`Renderer::encode`](super::Renderer::encode) has encoded.
     pub fn submitted(&mut self) {
-        if let Some(view) = self.hzb.as_mut().filter(|_| self.order.listing() == Listing::Blocks) {
+        if self.culls()
+            && let Some(view) = &mut self.hzb
+        {
             view.submitted();
         }
     }

@@ -5,6 +5,25 @@ pub struct DrawReport {
     draw_ns: Vec<u64>,
     /// Sending what is new, sorting, sending the list: nanoseconds.
     send_ns: Vec<u64>,
+    /// Sums over the frames in which hidden polygons were looked for while drawing.
+    culling: Option<(u64, DrawnWhileCulling)>,
+    /// What the GPU says of such frames: depth of what was visible, test, colours; nanoseconds.
+    gpu_ns: [Vec<u64>; 3],
+}
+
+/// What looking for hidden polygons while drawing did in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DrawnWhileCulling {
+    /// Groups of polygons tested.
+    pub groups_tested: u64,
+    /// Polygons drawn for their depth alone.
+    pub first_pass: u64,
+    /// Polygons drawn with their colours.
+    pub second_pass: u64,
+    /// Polygons found to be hidden.
+    pub hidden: u64,
+    /// What the GPU took for depth, test and colours, nanoseconds, where it can tell.
+    pub gpu_ns: Option<[u64; 3]>,
 }
 
 impl DrawReport {
@@ -15,10 +34,37 @@ impl DrawReport {
 
     /// Adds a frame: from submission to completion, and what came before the submission, nanoseconds.
     pub fn add(&mut self, draw_ns: u64, send_ns: u64) {
-        for (times, ns) in [(&mut self.draw_ns, draw_ns), (&mut self.send_ns, send_ns)] {
-            let at = times.partition_point(|&other| other <= ns);
-            times.insert(at, ns);
+        insert(&mut self.draw_ns, draw_ns);
+        insert(&mut self.send_ns, send_ns);
+    }
+
+    /// Adds what culling did in a frame.
+    pub fn add_culling(&mut self, frame: DrawnWhileCulling) {
+        let (frames, sum) = self.culling.get_or_insert_default();
+        *frames += 1;
+        sum.groups_tested += frame.groups_tested;
+        sum.first_pass += frame.first_pass;
+        sum.second_pass += frame.second_pass;
+        sum.hidden += frame.hidden;
+        for (times, ns) in self.gpu_ns.iter_mut().zip(frame.gpu_ns.into_iter().flatten()) {
+            insert(times, ns);
         }
+    }
+
+    /// Whether hidden polygons were looked for while drawing.
+    pub fn has_culling(&self) -> bool {
+        self.culling.is_some()
+    }
+
+    /// The mean of something that culling did, over the frames; 0 where there was none.
+    pub fn culling_mean(&self, of: impl Fn(&DrawnWhileCulling) -> u64) -> f64 {
+        self.culling.as_ref().map_or(0.0, |(frames, sum)| of(sum) as f64 / (*frames).max(1) as f64)
+    }
+
+    /// What the GPU took for depth of what was visible, test, and colours, each the median, microseconds; `None` where
+    /// it cannot tell.
+    pub fn gpu_us(&self) -> Option<[f64; 3]> {
+        (!self.gpu_ns[0].is_empty()).then(|| [0, 1, 2].map(|pass| at(&self.gpu_ns[pass], 0.5)))
     }
 
     /// Frames drawn.
@@ -35,6 +81,11 @@ impl DrawReport {
     pub fn send_us(&self, quantile: f64) -> f64 {
         at(&self.send_ns, quantile)
     }
+}
+
+fn insert(sorted_ns: &mut Vec<u64>, ns: u64) {
+    let at = sorted_ns.partition_point(|&other| other <= ns);
+    sorted_ns.insert(at, ns);
 }
 
 fn at(sorted_ns: &[u64], quantile: f64) -> f64 {

@@ -11,7 +11,7 @@ mod table;
 pub(crate) use chart::{COLORS, register_font};
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
 pub use csv::{CsvWriter, OcclusionColumns};
-pub use drawing::DrawReport;
+pub use drawing::{DrawReport, DrawnWhileCulling};
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 pub use structure::{Side, Structure, StructureNode, StructureView};

@@ -189,6 +189,9 @@ impl RunReport {
 
     /// Polygons culled by occlusion, mean over the session.
     pub fn occluded_mean(&self) -> f64 {
+        if let Some(draw) = self.draw.as_ref().filter(|draw| draw.has_culling()) {
+            return draw.culling_mean(|drawn| drawn.hidden);
+        }
         self.mean(|m| m.occlusion.occluded)
     }
 
@@ -299,6 +302,39 @@ struct JsonDraw {
     draw_us: JsonQuantiles,
     send_us: JsonQuantiles,
     frames_drawn: u64,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    culling: Option<JsonDrawnWhileCulling>,
+}
+
+/// The keys that a run has where hidden polygons were looked for while drawing.
+#[derive(Serialize)]
+struct JsonDrawnWhileCulling {
+    groups_tested_mean: f64,
+    first_pass_mean: f64,
+    second_pass_mean: f64,
+    hidden_mean: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gpu_us: Option<JsonGpu>,
+}
+
+/// What the passes took, medians.
+#[derive(Serialize)]
+struct JsonGpu {
+    depth: f64,
+    test: f64,
+    colors: f64,
+}
+
+impl JsonDrawnWhileCulling {
+    fn of(draw: &DrawReport) -> Option<Self> {
+        draw.has_culling().then(|| Self {
+            groups_tested_mean: draw.culling_mean(|drawn| drawn.groups_tested),
+            first_pass_mean: draw.culling_mean(|drawn| drawn.first_pass),
+            second_pass_mean: draw.culling_mean(|drawn| drawn.second_pass),
+            hidden_mean: draw.culling_mean(|drawn| drawn.hidden),
+            gpu_us: draw.gpu_us().map(|[depth, test, colors]| JsonGpu { depth, test, colors }),
+        })
+    }
 }
 
 impl JsonDraw {
@@ -307,6 +343,7 @@ impl JsonDraw {
             draw_us: JsonQuantiles::of(|quantile| draw.draw_us(quantile)),
             send_us: JsonQuantiles::of(|quantile| draw.send_us(quantile)),
             frames_drawn: draw.frames(),
+            culling: JsonDrawnWhileCulling::of(draw),
         }
     }
 }

@@ -1,6 +1,6 @@
 use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 
-use super::ReplayReport;
+use super::{DrawnWhileCulling, ReplayReport, RunReport};
 
 /// The table of a replay: one line for each index.
 pub fn replay_table(report: &ReplayReport) -> String {
@@ -38,6 +38,13 @@ pub fn replay_table(report: &ReplayReport) -> String {
     if has_draw {
         header.extend(["draw p50\nµs".to_owned(), "p99\nµs".to_owned()]);
     }
+    let while_drawing = |run: &RunReport| run.draw.as_ref().is_some_and(|draw| draw.has_culling());
+    let has_culling = report.runs.iter().any(while_drawing);
+    if has_culling {
+        let names =
+            ["groups\ntested", "depth\npass", "colour\npass", "GPU: depth\nµs", "test\nµs", "colours\nµs"];
+        header.extend(names.map(str::to_owned));
+    }
     table.set_header(header);
     for run in &report.runs {
         let numbers = [
@@ -65,6 +72,17 @@ pub fn replay_table(report: &ReplayReport) -> String {
         }
         if let Some(draw) = &run.draw {
             numbers.extend([short(draw.draw_us(0.5)), short(draw.draw_us(0.99))]);
+            if draw.has_culling() {
+                let mean = |of: fn(&DrawnWhileCulling) -> u64| short(draw.culling_mean(of));
+                numbers.extend([
+                    mean(|drawn| drawn.groups_tested),
+                    mean(|drawn| drawn.first_pass),
+                    mean(|drawn| drawn.second_pass),
+                ]);
+                numbers.extend(draw.gpu_us().unwrap_or_default().map(short));
+            } else if has_culling {
+                numbers.extend([const { String::new() }; 6]);
+            }
         }
         let cells = numbers.into_iter().map(|n| Cell::new(n).set_alignment(CellAlignment::Right));
         table.add_row(names.into_iter().map(Cell::new).chain(cells));

@@ -16,6 +16,8 @@ pub enum OcclusionChoice {
     Always(CullerKind),
     /// [`CullerKind::Msvbsp`] in the frames in which it pays.
     Auto,
+    /// None before drawing; whoever draws finds while drawing what is hidden, by a hierarchical depth buffer.
+    Hzb,
 }
 
 impl OcclusionChoice {
@@ -24,6 +26,7 @@ impl OcclusionChoice {
         match self {
             Self::Always(kind) => kind.name(),
             Self::Auto => "auto",
+            Self::Hzb => "hzb",
         }
     }
 
@@ -31,13 +34,14 @@ impl OcclusionChoice {
     pub fn from_name(name: &str) -> Option<Self> {
         match name {
             "auto" => Some(Self::Auto),
+            "hzb" => Some(Self::Hzb),
             name => CullerKind::from_name(name).map(Self::Always),
         }
     }
 
     /// All names.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        CullerKind::ALL.iter().map(|kind| kind.name()).chain(["auto"])
+        CullerKind::ALL.iter().map(|kind| kind.name()).chain(["auto", "hzb"])
     }
 
     /// Whether its answers can be relied upon.
@@ -45,10 +49,21 @@ impl OcclusionChoice {
         self.kind().soundness()
     }
 
+    /// Whether it is whoever draws that finds what is hidden: a pipeline then culls by the frustum alone.
+    pub fn is_while_drawing(self) -> bool {
+        self == Self::Hzb
+    }
+
+    /// Whether a pipeline with this choice has an [`OcclusionPass`].
+    pub fn has_pass(self) -> bool {
+        self.kind() != CullerKind::None
+    }
+
     fn kind(self) -> CullerKind {
         match self {
             Self::Always(kind) => kind,
             Self::Auto => CullerKind::Msvbsp,
+            Self::Hzb => CullerKind::None,
         }
     }
 }
@@ -86,7 +101,7 @@ impl PassConfig {
     /// Most occluders of a frame.
     fn occluders(&self) -> usize {
         self.occluders.unwrap_or(match self.choice {
-            OcclusionChoice::Always(_) => SelectConfig::default().occluders,
+            OcclusionChoice::Always(_) | OcclusionChoice::Hzb => SelectConfig::default().occluders,
             // The first few hide most: what the others add seldom pays for choosing them.
             OcclusionChoice::Auto => 16,
         })

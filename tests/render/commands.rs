@@ -24,3 +24,62 @@ fn a_replay_takes_the_time_of_drawing_each_frame() {
         assert!(run["send_us"]["p50"].as_f64() > Some(0.0));
     }
 }
+
+fn osp(args: &[&str]) -> std::process::Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(args).output().expect("osp")
+}
+
+#[test]
+fn a_replay_tells_what_culling_while_drawing_did() {
+    let Some(_) = gpu() else { return };
+    let args = ["replay", "recordings/portrait.ron", "--pace", "samples:600", "--occlusion", "none,hzb"];
+    let output = osp(&[&args[..], &["--draw=320x180", "--json"]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let runs = report["runs"].as_array().expect("runs");
+    let mean = |name: &str| runs[1][name].as_f64().expect("a number");
+    assert_eq!(runs[1]["occlusion"], "hzb");
+    assert!(runs[0]["hidden_mean"].is_null(), "{}", runs[0]);
+    assert!(mean("hidden_mean") > 0.0 && mean("hidden_mean") == mean("occluded_mean"), "{}", runs[1]);
+    assert!(
+        (mean("visible_mean") - mean("hidden_mean") - mean("second_pass_mean")).abs() < 1.0,
+        "{}",
+        runs[1]
+    );
+    assert!(mean("first_pass_mean") > 0.0 && mean("groups_tested_mean") > 0.0);
+    assert_eq!(runs[0]["frames_drawn"], runs[1]["frames_drawn"]);
+    let table = osp(&[&args[..], &["--draw=320x180"]].concat());
+    let table = String::from_utf8_lossy(&table.stdout).into_owned();
+    assert!(table.contains("hzb") && table.contains("groups"), "{table}");
+}
+
+#[test]
+fn a_replay_that_does_not_draw_cannot_cull_while_drawing() {
+    let output = osp(&["replay", "recordings/room.ron", "--occlusion", "hzb"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("--draw") && said.lines().count() == 1, "{said}");
+}
+
+#[test]
+fn a_picture_with_hzb_is_checked_against_one_without() {
+    let Some(_) = gpu() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("portrait.png");
+    let picture = picture.to_str().expect("utf-8");
+    let output = osp(&[
+        "render",
+        "recordings/portrait.ron",
+        picture,
+        "--size",
+        "640x361",
+        "--occlusion",
+        "hzb",
+        "--check",
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("groups tested") && said.contains("hidden"), "{said}");
+    assert!(!said.contains(" 0 hidden"), "{said}");
+}

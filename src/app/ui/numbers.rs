@@ -13,6 +13,7 @@ use crate::{
     },
     index::IndexKind,
     occlusion::Soundness,
+    render::{DrawnCounts, PassTimes},
     visibility::OcclusionChoice,
 };
 
@@ -116,6 +117,9 @@ fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
 fn counts(ui: &mut Ui, studio: &Studio) {
     let report = studio.report();
     let scene = studio.scene().counts();
+    let while_drawing = studio.while_drawing();
+    let hidden = while_drawing.map_or(report.record.occlusion.occluded, |(counts, _)| counts.hidden());
+    let drawn = while_drawing.map_or(report.drawn, |(counts, _)| counts.second_pass);
     table(
         ui,
         "counts",
@@ -123,10 +127,10 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("strokes", count(scene.strokes)),
             ("polygons", count(report.record.polygons)),
             ("in view", count(report.record.visible)),
-            ("hidden behind others", count(report.record.occlusion.occluded)),
+            ("hidden behind others", count(hidden)),
             ("occluders", count(report.record.occlusion.occluders)),
             ("nodes of their trees", count(report.record.occlusion.nodes)),
-            ("drawn", count(report.drawn)),
+            ("drawn", count(drawn)),
             ("came, went, moved", {
                 let record = report.record;
                 format!("{} {} {}", count(record.inserted), count(record.removed), count(record.updated))
@@ -136,6 +140,24 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("index memory", format!("{:.1} MB", studio.culling().index().bytes() as f64 / 1.0e6)),
         ],
     );
+    if let Some((counts, times)) = while_drawing {
+        culling_while_drawing(ui, &counts, times);
+    }
+}
+
+/// What culling while drawing did, in rows that are there only while it is at work.
+fn culling_while_drawing(ui: &mut Ui, counts: &DrawnCounts, times: Option<PassTimes>) {
+    let rows =
+        [("groups tested", count(counts.groups_tested)), ("drawn for depth", count(counts.first_pass))];
+    table(ui, "while drawing", &rows);
+    if let Some(times) = times {
+        let rows = [
+            ("GPU: depth", ms(times.depth_ns)),
+            ("GPU: test", ms(times.test_ns)),
+            ("GPU: colours", ms(times.color_ns)),
+        ];
+        table(ui, "GPU passes", &rows);
+    }
 }
 
 fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {

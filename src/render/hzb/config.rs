@@ -1,3 +1,7 @@
+use std::ops::Add;
+
+use crate::visibility::OcclusionChoice;
+
 /// How polygons are found while drawing that others hide.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DrawnOcclusion {
@@ -6,6 +10,16 @@ pub enum DrawnOcclusion {
     None,
     /// By a hierarchical depth buffer.
     Hzb(HzbConfig),
+}
+
+impl DrawnOcclusion {
+    /// What a choice asks of whoever draws.
+    pub fn of(choice: OcclusionChoice) -> Self {
+        match choice {
+            OcclusionChoice::Hzb => Self::Hzb(HzbConfig::default()),
+            OcclusionChoice::Always(_) | OcclusionChoice::Auto => Self::None,
+        }
+    }
 }
 
 /// Polygons that are tested as one.
@@ -40,7 +54,6 @@ pub enum HzbBound {
     /// The same of the box around it in world space.
     Box,
     /// Wrong on purpose, for tests that must notice it: the rectangle, and less than the farthest corner.
-    #[doc(hidden)]
     Farthest,
 }
 
@@ -82,5 +95,19 @@ impl DrawnCounts {
     /// Polygons in view that were found to be hidden.
     pub fn hidden(&self) -> u64 {
         self.in_view - self.second_pass.min(self.in_view)
+    }
+}
+
+impl Add for DrawnCounts {
+    type Output = Self;
+
+    /// Of several views together.
+    fn add(self, other: Self) -> Self {
+        Self {
+            groups_tested: self.groups_tested + other.groups_tested,
+            in_view: self.in_view + other.in_view,
+            first_pass: self.first_pass + other.first_pass,
+            second_pass: self.second_pass + other.second_pass,
+        }
     }
 }
