@@ -7,7 +7,6 @@ use super::{
 use crate::{
     app::{
         command::Command,
-        culling::NO_OCCLUSION,
         stats::{FrameStage, History},
         studio::Studio,
     },
@@ -182,7 +181,7 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             }
         }
     });
-    if now != NO_OCCLUSION {
+    if now.has_pass() {
         let most = culling.most_occluders().unwrap_or(0);
         let mut wanted = most;
         ui.add(Slider::new(&mut wanted, 1..=256).logarithmic(true).text("most occluders"));
