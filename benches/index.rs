@@ -8,8 +8,9 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use osp::{
+    glam::Vec2,
     index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
-    math::Aabb,
+    math::{Aabb, Ray},
     recording::{SynthKind, synthesize},
     scene::{Change, PolygonId, Scene},
     visibility::{CameraChoice, CameraPath, Moment},
@@ -82,5 +83,48 @@ fn frustum_cull(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, insert, frustum_cull);
+/// The nearest hit of a ray: down into the nearest child first, and always the nearest node of all first. Rays from
+/// within the model, and across it from outside.
+fn ray_nearest(c: &mut Criterion) {
+    let mut scene = Scene::new();
+    for event in synthesize(SynthKind::Scribble, POLYGONS, 1) {
+        scene.apply(&event.expect("a synthetic session is whole"), &mut Vec::new());
+    }
+    let boxes = boxes();
+    let bounds = boxes.iter().fold(Aabb::EMPTY, |all, (_, b)| all.union(b));
+    let config = IndexConfig { capacity: boxes.len(), ..IndexConfig::default() };
+    let polygons: Vec<_> = boxes.iter().map(|(id, _)| scene.polygon(*id)).collect();
+    for camera in [CameraChoice::Orbit, CameraChoice::Inside] {
+        let path = CameraPath::new(camera, None, &bounds);
+        let rays: Vec<Ray> = (0..500u16)
+            .map(|i| {
+                let at = Vec2::new(f32::from(i % 25) / 12.0 - 1.0, f32::from(i / 25 % 20) / 9.5 - 1.0);
+                path.view(&Moment { frame: u64::from(i) * 7, ..Moment::default() }).ray_through(at)
+            })
+            .collect();
+        let mut group = c.benchmark_group(format!("ray_nearest/{}", camera.name()));
+        group.sample_size(20).throughput(Throughput::Elements(rays.len() as u64));
+        for kind in [IndexKind::Osp, IndexKind::BvhSah, IndexKind::Lbvh, IndexKind::OctreeRebuild] {
+            let index = filled(kind, &config, &boxes);
+            let hit = |ray: &Ray, id: PolygonId| polygons[id.index()].meet(ray);
+            group.bench_function(BenchmarkId::new("in order", kind.name()), |b| {
+                b.iter(|| {
+                    for ray in &rays {
+                        black_box(index.ray_nearest(ray, f32::INFINITY, &mut |id| hit(ray, id)));
+                    }
+                });
+            });
+            group.bench_function(BenchmarkId::new("best first", kind.name()), |b| {
+                b.iter(|| {
+                    for ray in &rays {
+                        black_box(index.ray_nearest_best_first(ray, f32::INFINITY, &mut |id| hit(ray, id)));
+                    }
+                });
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, insert, frustum_cull, ray_nearest);
 criterion_main!(benches);

@@ -3,12 +3,12 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 use super::FlatTree;
 use crate::index::{WorkCounts, by_id::NO_POLYGON, probe::NearestPolygons};
 
-/// A node that waits, with its distance from the point and the place of its first polygon.
+/// A node that waits, with its distance from the point (or along the ray) and the place of its first polygon.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Waiting {
-    distance_m: f32,
-    node: usize,
-    first: usize,
+pub(super) struct Waiting {
+    pub(super) distance_m: f32,
+    pub(super) node: usize,
+    pub(super) first: usize,
 }
 
 impl Eq for Waiting {}

@@ -10,9 +10,10 @@ use super::{
 use crate::{
     index::{
         DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts,
+        probe::Nearest,
         simd::{Backend, Wide},
     },
-    math::{Aabb, Frustum},
+    math::{Aabb, Frustum, Ray},
     scene::PolygonId,
 };
 
@@ -210,6 +211,28 @@ impl SpatialIndex for Osp {
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         self.visit(frustum, visitor)
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.ask_along(ray, &mut nearest);
+        nearest.found()
+    }
+
+    fn ray_nearest_best_first(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.ask_best_first(ray, &mut nearest);
+        nearest.found()
     }
 
     fn validate(&self) -> Result<(), String> {

@@ -41,6 +41,7 @@ mod open;
 mod pages;
 mod pool;
 mod query;
+mod ray;
 mod remove;
 mod tuning;
 mod validate;
