@@ -126,7 +126,7 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("strokes", count(scene.strokes)),
             ("polygons", count(report.record.polygons)),
             ("in view", count(report.record.visible)),
-            ("hidden behind others", count(hidden)),
+            ("hidden by others", count(hidden)),
             ("occluders", count(report.record.occlusion.occluders)),
             ("nodes of their trees", count(report.record.occlusion.nodes)),
             ("drawn", count(drawn)),
