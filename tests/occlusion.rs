@@ -29,6 +29,8 @@ mod occluders;
 mod pipeline;
 #[path = "occlusion/pool.rs"]
 mod pool;
+#[path = "occlusion/pvs.rs"]
+mod pvs;
 #[path = "occlusion/random.rs"]
 mod random;
 #[path = "occlusion/session.rs"]

@@ -1,4 +1,4 @@
-use std::time::Duration;
+use std::{sync::Arc, time::Duration};
 
 use crate::{
     index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
@@ -7,7 +7,10 @@ use crate::{
     occlusion::{CullerKind, ShadowVolume},
     recording::StrokeId,
     scene::{Change, PolygonId, Scene},
-    visibility::{OcclusionChoice, OcclusionPass, PassConfig, Pipeline, View},
+    visibility::{
+        OcclusionChoice, OcclusionPass, PassConfig, Pipeline, View,
+        pvs::{Pvs, PvsPass},
+    },
 };
 
 use super::document::meet_polygon;
@@ -60,6 +63,7 @@ pub struct Culling {
     kind: IndexKind,
     occlusion: OcclusionChoice,
     occluders: Option<usize>,
+    pvs: Option<Arc<Pvs>>,
     root: Aabb,
     pipeline: Pipeline,
     clock: StageClock,
@@ -81,6 +85,7 @@ impl Culling {
             kind,
             occlusion: NO_OCCLUSION,
             occluders: None,
+            pvs: None,
             root,
             pipeline: create(kind, NO_OCCLUSION, root, 0, clock),
             clock,
@@ -139,6 +144,17 @@ impl Culling {
         pass.map_or(&[], |pass| pass.shadows())
     }
 
+    /// Leaves out, while the model is the one that the sets are of, what they say cannot be seen; in the place of other
+    /// ways to find what is hidden.
+    pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
+        self.pvs = Some(pvs);
+    }
+
+    /// Whether there are such sets.
+    pub fn has_pvs(&self) -> bool {
+        self.pvs.is_some()
+    }
+
     /// What the last change of the index took.
     pub fn reindexed(&self) -> Option<Reindexed> {
         self.reindexed
@@ -155,6 +171,9 @@ impl Culling {
         let start = self.clock.start();
         let root = root_for(bounds);
         let mut pipeline = create(kind, occlusion, root, scene.polygon_count(), self.clock);
+        if let Some(pvs) = self.pvs.as_ref().filter(|_| occlusion == OcclusionChoice::Pvs) {
+            pipeline = pipeline.with_pvs(PvsPass::new(Arc::clone(pvs)));
+        }
         pipeline.set_occluders(self.occluders);
         pipeline.load(scene);
         let took = Duration::from_nanos(self.clock.since(start).ns);

@@ -1,5 +1,6 @@
 use std::{
     path::Path,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -25,7 +26,7 @@ use crate::{
     recording::{Event, StrokeId, Tool},
     render::{DrawnCounts, LineBatch, PassTimes},
     scene::{Change, PolygonId, Scene},
-    visibility::View,
+    visibility::{View, pvs::Pvs},
 };
 
 /// What the pointer does.
@@ -230,6 +231,11 @@ impl Studio {
     /// Listens to a tracker from now on.
     pub fn set_tracker(&mut self, tracker: Tracker) {
         self.tracker = Some(tracker);
+    }
+
+    /// Takes the sets of what can be seen from where in the finished model.
+    pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
+        self.culling.set_pvs(pvs);
     }
 
     /// Shows the model on the screens of a rig.

@@ -9,6 +9,7 @@ mod pick;
 mod played;
 mod session;
 
+mod bake;
 mod bench;
 mod draw_index;
 #[cfg(feature = "render")]
@@ -49,6 +50,7 @@ const EXAMPLES: &str = "Examples:
   osp bench recordings/*.ron --quick --html bench.html
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
+  osp bake recordings/room.ron room.pvs
   osp replay --help
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
@@ -58,6 +60,7 @@ Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
 enum Command {
     Replay(replay::ReplayArgs),
     Info(info::InfoArgs),
+    Bake(bake::BakeArgs),
     Import(import::ImportArgs),
     Bench(bench::BenchArgs),
     DrawIndex(draw_index::DrawIndexArgs),
@@ -84,6 +87,7 @@ pub fn run() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Replay(args) => replay::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Bake(args) => bake::run(&args),
         Command::Import(args) => import::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::DrawIndex(args) => draw_index::run(&args),

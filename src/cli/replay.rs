@@ -4,6 +4,7 @@ use std::{
     fs::File,
     io::{BufWriter, IsTerminal},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use anyhow::{Context, bail};
@@ -25,9 +26,12 @@ use crate::{
         ChartError, ChartFormat, CsvWriter, OcclusionColumns, OcclusionReport, Pin, Pins, ReplayReport,
         RunReport, draw_frame_times, pinned_name, replay_table, thousands,
     },
+    scene::Scene,
     visibility::{
         AutoBasis, Budget, CameraChoice, CameraPath, Lane, OcclusionChoice, OcclusionPass, PassConfig,
-        Pipeline, Replay, verify,
+        Pipeline, Replay,
+        pvs::{Pvs, PvsPass},
+        verify,
     },
 };
 
@@ -93,6 +97,11 @@ pub(super) struct ReplayArgs {
     /// names others. `auto` is msvbsp in the frames in which it pays; `hzb` finds what is hidden while drawing (--draw).
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
     occlusion: Vec<OcclusionChoice>,
+    /// Walk through the finished model, and leave out what cannot be seen from where the eye is, by the sets that `osp
+    /// bake` has made of it: one more run, `pvs`. The sets are sampled, not exact. In a window they are used once the
+    /// replay is at its end.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
+    pvs: Option<PathBuf>,
     /// Most occluders of a frame [default: 64; 16 for `auto`].
     #[arg(long, value_name = "N")]
     occluders: Option<usize>,
@@ -122,15 +131,19 @@ pub(super) struct ReplayArgs {
 impl ReplayArgs {
     /// The indexes, each with its method of occlusion culling where any is asked for.
     fn runs(&self) -> Vec<(IndexKind, Option<OcclusionChoice>)> {
-        let indexes = match (self.index.as_slice(), self.occlusion.as_slice()) {
-            ([], []) => IndexKind::DEFAULT,
+        let has_methods = !self.occlusion.is_empty() || self.pvs.is_some();
+        let indexes = match (self.index.as_slice(), has_methods) {
+            ([], false) => IndexKind::DEFAULT,
             ([], _) => &[IndexKind::Osp],
             (indexes, _) => indexes,
         };
-        let methods: Vec<_> = match self.occlusion.as_slice() {
+        let mut methods: Vec<_> = match self.occlusion.as_slice() {
             [] => vec![None],
             methods => methods.iter().copied().map(Some).collect(),
         };
+        if self.pvs.is_some() {
+            methods.push(Some(OcclusionChoice::Pvs));
+        }
         indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
     }
 }
@@ -286,7 +299,11 @@ fn in_window(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     }
     let index = args.index.first().copied().unwrap_or(IndexKind::Osp);
     let mut studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
-    studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(OcclusionChoice::Auto)));
+    if let Some(path) = &args.pvs {
+        studio.set_pvs(Arc::new(Pvs::read(path)?));
+    }
+    let occlusion = args.pvs.as_ref().map_or(OcclusionChoice::Auto, |_| OcclusionChoice::Pvs);
+    studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(occlusion)));
     run(studio, WindowOptions { trace: args.trace.clone(), ..WindowOptions::default() })?;
     Ok(Outcome::Done)
 }
@@ -336,7 +353,9 @@ fn replay_file(
     let kinds = args.runs();
     let session = OpenSession::open(file, args.lenient)?;
     let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
-    let lanes = lanes(args, &kinds, &session.header, &summary);
+    let finished = args.pvs.as_ref().map(|path| finished_model(args, file, path)).transpose()?;
+    let pvs = finished.as_ref().map(|(_, pvs)| pvs);
+    let lanes = lanes(args, &kinds, &session.header, &summary, pvs);
     let mut runs: Vec<RunReport> = Vec::new();
     for &(index, method) in &kinds {
         let mut run = RunReport::new(index.name(), summary.frames);
@@ -351,7 +370,11 @@ fn replay_file(
     let mut drawing = args.draw.map(|size| super::drawing::Drawing::new(size, methods)).transpose()?;
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
-    let mut replay = Replay::new(Pacer::new(session, args.pace), camera, lanes);
+    let pacer = Pacer::new(session, args.pace);
+    let mut replay = match finished {
+        Some((scene, _)) => Replay::walk(pacer, camera, lanes, scene),
+        None => Replay::new(pacer, camera, lanes),
+    };
     while let Some(outcomes) = replay.step()? {
         let frames = outcomes.to_vec();
         let looked: Vec<bool> = frames.iter().map(Option::is_some).collect();
@@ -391,6 +414,20 @@ fn replay_file(
     })
 }
 
+/// A session's model at its end, and the sets that have been made of it.
+fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result<(Scene, Arc<Pvs>)> {
+    let pvs = Pvs::read(sets)?;
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    for event in OpenSession::open(file, args.lenient)? {
+        scene.apply(&event?, &mut changes);
+        changes.clear();
+    }
+    if !pvs.is_of(&scene) {
+        bail!("{}: made of another model than {}; osp bake makes it anew", sets.display(), file.display());
+    }
+    Ok((scene, Arc::new(pvs)))
+}
+
 /// Counts what those that looked at this frame have culled of what can be seen.
 fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
 where
@@ -416,6 +453,7 @@ fn lanes(
     kinds: &[(IndexKind, Option<OcclusionChoice>)],
     header: &Header,
     summary: &Summary,
+    pvs: Option<&Arc<Pvs>>,
 ) -> Vec<Lane> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(header, &summary.bounds), capacity };
@@ -424,6 +462,10 @@ fn lanes(
     let lane = |&(index, method): &(IndexKind, Option<OcclusionChoice>)| {
         let pipeline = Pipeline::new(index.create(&config), capacity, clock);
         let pipeline = match method {
+            Some(OcclusionChoice::Pvs) => match pvs {
+                Some(pvs) => pipeline.with_pvs(PvsPass::new(Arc::clone(pvs))),
+                None => pipeline,
+            },
             Some(choice) if choice.has_pass() => {
                 // What is compared with pinned fingerprints must not depend on the clock.
                 let basis = if args.check.is_some() { AutoBasis::Work } else { AutoBasis::Time };

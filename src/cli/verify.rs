@@ -30,7 +30,8 @@ use crate::{
     scene::Scene,
     visibility::{
         CameraChoice, CameraPath, Moment,
-        verify::{Trial, Verifier, VerifyConfig},
+        pvs::Pvs,
+        verify::{Totals, Trial, Verifier, VerifyConfig},
     },
 };
 
@@ -45,6 +46,7 @@ use crate::{
   osp verify castle.obj --whole --camera inside --occluders 4,16,64,256
   osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth
   osp verify sketch.tilt --occlusion msvbsp-paper
+  osp verify room.ron --whole --pvs room.pvs
 
 The table, a line for each method and number of occluders (times of this machine, one thread):
   wrong    visible polygons that were culled, all views together
@@ -89,6 +91,9 @@ pub(super) struct VerifyArgs {
     /// Draw nodes with fewer polygons without a test.
     #[arg(long, default_value_t = CullConfig::default().least_polygons, value_name = "N")]
     least_polygons: usize,
+    /// Compare the sets that `osp bake` has made of the finished model, too (with --whole).
+    #[arg(long, value_name = "FILE", requires = "whole")]
+    pvs: Option<PathBuf>,
     /// Test nodes only, not the polygons in them.
     #[arg(long)]
     nodes_only: bool,
@@ -263,6 +268,16 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, u64)> {
             }
         }
     }
+    if let Some(path) = &args.pvs {
+        let pvs = Pvs::read(path)?;
+        anyhow::ensure!(
+            pvs.is_of(&scene),
+            "{}: made of another model than {}; osp bake makes it anew",
+            path.display(),
+            file.display()
+        );
+        verifier = verifier.with_pvs(pvs);
+    }
     for moment in moments.iter().take(args.views as usize) {
         verifier.look(&scene, &camera.view(moment));
     }
@@ -314,6 +329,28 @@ fn text(name: &str, polygons: u64, verifier: &Verifier) -> String {
             micros(totals.query_ns),
         ]);
     }
+    if let Some((pvs, totals)) = verifier.pvs() {
+        let none = String::new;
+        table.add_row([
+            "pvs (sampled)".to_owned(),
+            none(),
+            none(),
+            thousands(totals.false_culls),
+            format!("{:.1}", totals.hidden_culled_percent()),
+            none(),
+            none(),
+            none(),
+            none(),
+            format!("{:.1}", totals.mean(totals.query_ns) / 1000.0),
+        ]);
+        lines.push(format!(
+            "pvs: {} cells of {:.2} m, {} samples each, {} bytes",
+            thousands(pvs.cells().len() as u64),
+            pvs.cells().side_m,
+            pvs.samples(),
+            thousands(pvs.bytes() as u64),
+        ));
+    }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
@@ -331,6 +368,37 @@ struct JsonVerify<'a> {
     hidden_mean: f64,
     frustum_us: f64,
     runs: Vec<JsonRun>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pvs: Option<JsonPvs>,
+}
+
+#[derive(Serialize)]
+struct JsonPvs {
+    cells: usize,
+    cell_m: f32,
+    samples: u32,
+    bytes: usize,
+    views: u64,
+    false_culls: u64,
+    misreported: u64,
+    hidden_culled_percent: f64,
+    query_us: f64,
+}
+
+impl JsonPvs {
+    fn new((pvs, totals): &(Pvs, Totals)) -> Self {
+        Self {
+            cells: pvs.cells().len(),
+            cell_m: pvs.cells().side_m,
+            samples: pvs.samples(),
+            bytes: pvs.bytes(),
+            views: totals.views,
+            false_culls: totals.false_culls,
+            misreported: totals.misreported,
+            hidden_culled_percent: totals.hidden_culled_percent(),
+            query_us: totals.mean(totals.query_ns) / 1000.0,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -388,5 +456,6 @@ fn json(name: &str, polygons: u64, verifier: &Verifier) -> anyhow::Result<String
         hidden_mean: mean(views.hidden),
         frustum_us: mean(views.frustum_ns) / 1000.0,
         runs: verifier.trials().iter().map(JsonRun::new).collect(),
+        pvs: verifier.pvs().map(JsonPvs::new),
     })?)
 }

@@ -3,7 +3,7 @@ use crate::{
     math::Aabb,
     metrics::{FrameRecord, StageClock, fingerprint_of_views},
     scene::{Change, PolygonId, Scene},
-    visibility::{OcclusionPass, View},
+    visibility::{OcclusionPass, View, pvs::PvsPass},
 };
 
 static NOTHING: DrawList = DrawList::new();
@@ -14,6 +14,7 @@ pub struct Pipeline {
     /// What the frustum of each view may see.
     in_view: Vec<DrawList>,
     occlusion: Option<OcclusionPass>,
+    pvs: Option<PvsPass>,
     /// Whether the last frame was culled by occlusion.
     occluded: bool,
     clock: StageClock,
@@ -35,13 +36,29 @@ impl Pipeline {
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
         let mut first = DrawList::new();
         first.reserve(capacity);
-        Self { index, in_view: vec![first], occlusion: None, occluded: false, clock, refused: 0, frame: 0 }
+        Self {
+            index,
+            in_view: vec![first],
+            occlusion: None,
+            pvs: None,
+            occluded: false,
+            clock,
+            refused: 0,
+            frame: 0,
+        }
     }
 
     /// The pipeline with culling by occlusion after the frustum; before the first frame.
     #[must_use]
     pub fn with_occlusion(mut self, pass: OcclusionPass) -> Self {
         self.occlusion = Some(pass);
+        self
+    }
+
+    /// The pipeline with the sets of what can be seen from where, in the place of culling by occlusion.
+    #[must_use]
+    pub fn with_pvs(mut self, pass: PvsPass) -> Self {
+        self.pvs = Some(pass);
         self
     }
 
@@ -74,6 +91,10 @@ impl Pipeline {
         if let Some(pass) = &mut self.occlusion {
             record.occlusion = pass.frame(&*self.index, scene, changes, views, &self.in_view, &self.clock);
         }
+        if let Some(pass) = &mut self.pvs {
+            pass.follow(changes);
+            record.occlusion = pass.frame(scene, views, &self.in_view, &self.clock);
+        }
         self.occluded = record.occlusion.used;
         self.frame += 1;
         record
@@ -85,6 +106,9 @@ impl Pipeline {
         if let Some(pass) = &mut self.occlusion {
             pass.skip(scene, changes);
         }
+        if let Some(pass) = &mut self.pvs {
+            pass.follow(changes);
+        }
         self.frame += 1;
     }
 
@@ -94,6 +118,9 @@ impl Pipeline {
         self.file(scene, &all, &mut FrameRecord::default());
         if let Some(pass) = &mut self.occlusion {
             pass.follow(scene, &all);
+        }
+        if let Some(pass) = &mut self.pvs {
+            pass.follow(&all);
         }
     }
 
@@ -146,7 +173,11 @@ impl Pipeline {
 
     /// The polygons to draw in each view, as the last frame left them.
     pub fn draw_lists(&self) -> &[DrawList] {
-        self.occlusion.as_ref().filter(|_| self.occluded).map_or(&self.in_view, |pass| pass.drawn())
+        match (&self.pvs, &self.occlusion) {
+            (Some(pass), _) if self.occluded => pass.drawn(),
+            (None, Some(pass)) if self.occluded => pass.drawn(),
+            _ => &self.in_view,
+        }
     }
 
     /// The polygons to draw in the first view; none if the last frame had no view.

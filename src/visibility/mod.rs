@@ -5,6 +5,7 @@
 mod camera;
 mod frame;
 mod occlusion_pass;
+pub mod pvs;
 mod replay;
 mod rig;
 pub mod verify;

@@ -18,6 +18,8 @@ pub enum OcclusionChoice {
     Auto,
     /// None before drawing; whoever draws finds while drawing what is hidden, by a hierarchical depth buffer.
     Hzb,
+    /// The sets of [`super::pvs`], found beforehand by sampling.
+    Pvs,
 }
 
 impl OcclusionChoice {
@@ -27,6 +29,7 @@ impl OcclusionChoice {
             Self::Always(kind) => kind.name(),
             Self::Auto => "auto",
             Self::Hzb => "hzb",
+            Self::Pvs => "pvs",
         }
     }
 
@@ -35,18 +38,22 @@ impl OcclusionChoice {
         match name {
             "auto" => Some(Self::Auto),
             "hzb" => Some(Self::Hzb),
+            "pvs" => Some(Self::Pvs),
             name => CullerKind::from_name(name).map(Self::Always),
         }
     }
 
-    /// All names.
+    /// The names of all methods that need nothing but the scene.
     pub fn names() -> impl Iterator<Item = &'static str> {
         CullerKind::ALL.iter().map(|kind| kind.name()).chain(["auto", "hzb"])
     }
 
     /// Whether its answers can be relied upon.
     pub fn soundness(self) -> Soundness {
-        self.kind().soundness()
+        match self {
+            Self::Pvs => Soundness::Unsound("what is seen only from between the samples"),
+            Self::Always(_) | Self::Auto | Self::Hzb => self.kind().soundness(),
+        }
     }
 
     /// Whether it is whoever draws that finds what is hidden: a pipeline then culls by the frustum alone.
@@ -63,7 +70,7 @@ impl OcclusionChoice {
         match self {
             Self::Always(kind) => kind,
             Self::Auto => CullerKind::Msvbsp,
-            Self::Hzb => CullerKind::None,
+            Self::Hzb | Self::Pvs => CullerKind::None,
         }
     }
 }
@@ -101,9 +108,9 @@ impl PassConfig {
     /// Most occluders of a frame.
     fn occluders(&self) -> usize {
         self.occluders.unwrap_or(match self.choice {
-            OcclusionChoice::Always(_) | OcclusionChoice::Hzb => SelectConfig::default().occluders,
             // The first few hide most: what the others add seldom pays for choosing them.
             OcclusionChoice::Auto => 16,
+            _ => SelectConfig::default().occluders,
         })
     }
 }

@@ -88,6 +88,8 @@ pub struct Replay<I> {
     events: Vec<Event>,
     changes: Vec<Change>,
     outcomes: Vec<Option<LaneFrame>>,
+    /// The model is finished: events only move the eye.
+    finished: bool,
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
@@ -104,7 +106,18 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
             events: Vec::new(),
             changes: Vec::new(),
             outcomes,
+            finished: false,
         }
+    }
+
+    /// A walk through a finished model: every lane files all of it before the first frame, and the session's events only
+    /// move the eye.
+    pub fn walk(pacer: Pacer<I>, camera: CameraPath, mut lanes: Vec<Lane>, scene: Scene) -> Self {
+        for lane in &mut lanes {
+            lane.pipeline.load(&scene);
+            lane.pipeline.commit();
+        }
+        Self { scene, finished: true, ..Self::new(pacer, camera, lanes) }
     }
 
     /// Plays one frame; what each lane did, in their order (`None`: it is out of its budget for now). `Ok(None)`: the
@@ -119,7 +132,9 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         self.changes.clear();
         for event in &self.events {
             self.moment.note(event);
-            self.scene.apply(event, &mut self.changes);
+            if !self.finished {
+                self.scene.apply(event, &mut self.changes);
+            }
         }
         let view = self.camera.view(&self.moment);
         self.view = Some(view);

@@ -9,7 +9,7 @@ use crate::{
         oracle::{Oracle, OracleConfig, Sight, Subject},
     },
     scene::{Change, PolygonId, Scene},
-    visibility::View,
+    visibility::{View, pvs::Pvs},
 };
 
 /// Settings of a [`Verifier`].
@@ -140,6 +140,7 @@ pub struct Verifier {
     index: Box<dyn SpatialIndex>,
     pool: OccluderPool,
     trials: Vec<Trial>,
+    pvs: Option<(Pvs, Totals)>,
     views: ViewTotals,
     clock: StageClock,
     reuse: ReuseTable,
@@ -163,6 +164,7 @@ impl Verifier {
             config,
             index,
             trials: Vec::new(),
+            pvs: None,
             views: ViewTotals::default(),
             clock,
             reuse: ReuseTable::new(),
@@ -182,6 +184,18 @@ impl Verifier {
     pub fn add(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
         let selector = Selector::new(SelectConfig { occluders, ..self.config.select });
         self.trials.push(Trial { occluders, selector, culler, totals: Totals::default() });
+    }
+
+    /// Compares sets of what can be seen from where, too; they have to be of the model that is looked at.
+    #[must_use]
+    pub fn with_pvs(mut self, pvs: Pvs) -> Self {
+        self.pvs = Some((pvs, Totals::default()));
+        self
+    }
+
+    /// The sets, and what became of them.
+    pub fn pvs(&self) -> Option<&(Pvs, Totals)> {
+        self.pvs.as_ref()
     }
 
     /// Follows the scene by one frame's changes.
@@ -249,6 +263,15 @@ impl Verifier {
             });
             trial.totals.add(self.views.views, &self.drawn, &mut self.truth, &self.in_view);
             trial.totals.add_counts(&select, &build, &cull);
+        }
+        if let Some((pvs, totals)) = &mut self.pvs {
+            totals.query_ns += fastest(self.config.repeats, || {
+                self.drawn.clear();
+                let start = self.clock.start();
+                pvs.cull(view.eye_in_world, self.in_view.ids(), &mut self.drawn);
+                self.clock.since(start)
+            });
+            totals.add(self.views.views, &self.drawn, &mut self.truth, &self.in_view);
         }
         self.views.views += 1;
     }

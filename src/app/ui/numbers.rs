@@ -175,14 +175,14 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     }
     let now = culling.occlusion();
     ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
-        for choice in sound_occlusion() {
+        let sets = culling.has_pvs().then_some(OcclusionChoice::Pvs);
+        for choice in sound_occlusion().into_iter().chain(sets) {
             if ui.selectable_label(now == choice, choice.name()).clicked() {
                 wishes.commands.push(Command::Occlusion(choice));
             }
         }
     });
-    if now.has_pass() {
-        let most = culling.most_occluders().unwrap_or(0);
+    if let Some(most) = culling.most_occluders() {
         let mut wanted = most;
         ui.add(Slider::new(&mut wanted, 1..=256).logarithmic(true).text("most occluders"));
         if wanted != most {

@@ -17,7 +17,7 @@ impl DrawnOcclusion {
     pub fn of(choice: OcclusionChoice) -> Self {
         match choice {
             OcclusionChoice::Hzb => Self::Hzb(HzbConfig::default()),
-            OcclusionChoice::Always(_) | OcclusionChoice::Auto => Self::None,
+            _ => Self::None,
         }
     }
 }

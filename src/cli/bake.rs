@@ -1,0 +1,168 @@
+//! `osp bake`: what can be seen from where in a finished model.
+
+use std::{
+    io::IsTerminal,
+    num::NonZero,
+    path::PathBuf,
+    sync::atomic::{AtomicUsize, Ordering},
+    thread,
+    time::Instant,
+};
+
+use anyhow::{bail, ensure};
+use clap::Args;
+use glam::Vec3;
+use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
+
+use super::{
+    Outcome,
+    output::{complain, say},
+    session::OpenSession,
+};
+use crate::{
+    index::{IndexConfig, IndexKind},
+    math::Aabb,
+    recording::Event,
+    report::thousands,
+    scene::{PolygonId, Scene},
+    visibility::pvs::{BakeConfig, Baker, Pvs, ViewCells},
+};
+
+/// Find out what can be seen from where in a finished model, for `osp verify --pvs` and `osp replay --pvs`.
+///
+/// The space that the head went through, or, without a head path, the model and half as much around it, is divided into
+/// cubes. From some points of each, six pictures say which polygons can be seen. The sets are sampled, not exact: what can
+/// be seen only from between the points is missing (`osp verify FILE --whole --pvs OUT` says how much).
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp bake recordings/room.ron room.pvs
+  osp bake castle.obj castle.pvs --cells 16 --samples 20
+  osp verify recordings/room.ron --whole --pvs room.pvs
+  osp replay recordings/room.ron --occlusion none --pvs room.pvs --verify-frames 10")]
+pub(super) struct BakeArgs {
+    /// The session.
+    file: PathBuf,
+    /// File to write, `.pvs`.
+    out: PathBuf,
+    /// Cells along the longest side of the space.
+    #[arg(long, default_value_t = 8, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    cells: u32,
+    /// Points of each cell that are looked from; nine are its middle and its corners.
+    #[arg(long, default_value_t = BakeConfig::default().samples, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    samples: u32,
+    /// Pixels of each picture, across and down.
+    #[arg(long, default_value_t = BakeConfig::default().pixels, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
+    pixels: u32,
+    /// Threads [default: one for each processor].
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZero<usize>>,
+    /// Replace the file if it exists.
+    #[arg(long)]
+    force: bool,
+    /// Skip damaged pieces, instead of stopping at the first.
+    #[arg(long)]
+    lenient: bool,
+}
+
+pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
+    let is_pvs = args.out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pvs"));
+    ensure!(is_pvs, "{}: expected a name that ends in .pvs", args.out.display());
+    ensure!(args.force || !args.out.exists(), "{}: exists already; --force replaces it", args.out.display());
+    let start = Instant::now();
+    let (scene, heads) = model(args)?;
+    let ids: Vec<PolygonId> = scene.visible_ids().collect();
+    let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(scene.bounds(id)));
+    if bounds.is_empty() {
+        bail!("{}: nothing is left in the model at its end", args.file.display());
+    }
+    let space = match heads.is_empty() {
+        true => around(bounds.center(), bounds.extent() * 0.75),
+        // The eye stays inside where rounding puts it on the border.
+        false => around(heads.center(), heads.extent() * 0.505 + 0.01),
+    };
+    let cells = ViewCells::filling(&space, args.cells);
+    let config = BakeConfig { samples: args.samples, pixels: args.pixels };
+    let baker = Baker::new(&scene, &bounds, cells, config);
+    let mut pvs = Pvs::new(&scene, cells, args.samples);
+    for (cell, groups) in bake(&baker, &scene, &ids, &cells, args) {
+        pvs.set_cell(cell, &groups);
+    }
+    pvs.write(&args.out)?;
+    say(&format!(
+        "{}: {} cells of {:.2} m, {} samples each, {} polygons; {:.1} % of the groups in a set, mean; {} in memory; {:.1} s",
+        args.out.display(),
+        thousands(cells.len() as u64),
+        cells.side_m,
+        args.samples,
+        thousands(ids.len() as u64),
+        pvs.mean_share() * 100.0,
+        HumanBytes(pvs.bytes() as u64),
+        start.elapsed().as_secs_f64(),
+    ))?;
+    Ok(Outcome::Done)
+}
+
+fn around(center: Vec3, half: Vec3) -> Aabb {
+    Aabb { min: center - half, max: center + half }
+}
+
+/// The model at the end of the session, and a box around where the head was.
+fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
+    let mut session = OpenSession::open(&args.file, args.lenient)?;
+    let (mut scene, mut changes, mut heads) = (Scene::new(), Vec::new(), Aabb::EMPTY);
+    for event in &mut session {
+        let event = event?;
+        if let Event::Head { p, .. } = &event {
+            heads = heads.union(&Aabb { min: *p, max: *p });
+        }
+        scene.apply(&event, &mut changes);
+        changes.clear();
+    }
+    for warning in &session.notes().warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    Ok((scene, heads))
+}
+
+/// The sets of all cells, found by several threads.
+fn bake(
+    baker: &Baker<'_>,
+    scene: &Scene,
+    ids: &[PolygonId],
+    cells: &ViewCells,
+    args: &BakeArgs,
+) -> Vec<(usize, Vec<u64>)> {
+    let threads = args.threads.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZero::get);
+    let progress = match std::io::stderr().is_terminal() {
+        true => ProgressBar::new(cells.len() as u64).with_style(
+            ProgressStyle::with_template("{wide_bar} {pos}/{len} cells, {eta} left")
+                .unwrap_or_else(|_| ProgressStyle::default_bar()),
+        ),
+        false => ProgressBar::hidden(),
+    };
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let config = IndexConfig { capacity: ids.len(), ..IndexConfig::default() };
+        let mut index = IndexKind::BvhSah.create(&config);
+        for &id in ids {
+            // What is not finite cannot be drawn.
+            let _ = index.insert(id, scene.bounds(id));
+        }
+        index.commit();
+        let mut found = Vec::new();
+        loop {
+            let cell = next.fetch_add(1, Ordering::Relaxed);
+            if cell >= cells.len() {
+                return found;
+            }
+            found.push((cell, baker.cell(cell, &*index)));
+            progress.inc(1);
+        }
+    };
+    let found = thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.min(cells.len())).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|worker| worker.join().expect("a cell never panics")).collect()
+    });
+    progress.finish_and_clear();
+    found
+}
