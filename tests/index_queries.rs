@@ -216,3 +216,44 @@ fn spheres_and_nearest_polygons_are_found() {
         assert!(none.is_empty() && nearest.is_empty(), "{}", index.name());
     }
 }
+
+/// An index that nothing was filed in, one that everything has left, one with a single polygon: every query has an
+/// answer.
+#[test]
+fn indexes_with_nothing_in_them_can_be_asked() {
+    let ray = Ray::new(Vec3::new(0.0, 0.0, 5.0), Vec3::NEG_Z);
+    for kind in IndexKind::ALL {
+        for (filed, left) in [(0, 0), (40, 0), (1, 1)] {
+            let mut index = kind.create(&IndexConfig { root: root(), capacity: 0 });
+            for i in 0..filed {
+                index.insert(PolygonId(i), &Aabb::cube(Vec3::ZERO, 0.1)).expect("a good box");
+            }
+            for i in left..filed {
+                index.remove(PolygonId(i)).expect("it is filed");
+            }
+            let found = |id: Option<(PolygonId, f32)>| usize::from(id.is_some());
+            // Before and after the commit of the frame.
+            for committed in [false, true] {
+                if committed {
+                    index.commit();
+                }
+                let name = format!("{}, {left} of {filed}, committed {committed}", kind.name());
+                let mut hit = |_: PolygonId| Some(4.95);
+                let counts = [
+                    found(index.ray_nearest(&ray, f32::MAX, &mut hit)),
+                    found(index.ray_nearest_best_first(&ray, f32::MAX, &mut hit)),
+                    found(index.ray_any(&ray, f32::MAX, &mut hit)),
+                ];
+                if committed {
+                    assert_eq!(counts, [left as usize; 3], "{name}");
+                }
+                let (mut ids, mut near) = (Vec::new(), Vec::new());
+                index.box_query(&Aabb::cube(Vec3::ZERO, 2.0), &mut ids);
+                index.nearest(Vec3::ONE, 3, &mut |_| 1.0, &mut near);
+                if committed {
+                    assert_eq!((ids.len(), near.len()), (left as usize, left as usize), "{name}");
+                }
+            }
+        }
+    }
+}

@@ -67,9 +67,11 @@ impl Osp {
     }
 
     fn start(&self, ray: &Ray, nearest: &mut Nearest<'_>, wait: &mut impl FnMut(Waiting)) {
-        self.ask_lanes(self.open.block() * 16, u32::from(self.open.lanes()), ray, nearest, |lane| {
-            self.open.bounds(lane)
-        });
+        let lanes = u32::from(self.open.lanes());
+        // With nothing open there is no block either.
+        if lanes != 0 {
+            self.ask_lanes(self.open.block() * 16, lanes, ray, nearest, |lane| self.open.bounds(lane));
+        }
         if self.len > 0 {
             // The box of the top is looked at with those of its children.
             wait(Waiting { t: 0.0, place: Place::Node(self.top) });
