@@ -284,8 +284,5 @@ fn create(
     // Room for as much again: growing should not fall into a frame.
     let capacity = IndexConfig::default().capacity.max(polygons * 2);
     let pipeline = Pipeline::new(kind.create(&IndexConfig { root, capacity }), capacity, clock);
-    match occlusion.has_pass() {
-        false => pipeline,
-        true => pipeline.with_occlusion(OcclusionPass::new(PassConfig::new(occlusion), capacity)),
-    }
+    pipeline.with_choice(PassConfig::new(occlusion), capacity)
 }

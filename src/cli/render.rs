@@ -24,10 +24,7 @@ use crate::{
     render::{DrawTimes, DrawnOcclusion, Gpu, Image, Layer, Offscreen, RendererConfig},
     report::thousands,
     scene::{PolygonId, Scene},
-    visibility::{
-        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline,
-        View,
-    },
+    visibility::{AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, View},
 };
 
 /// Draw frames of a session to PNG files, without a window.
@@ -132,14 +129,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
-    let has_occlusion = args.occlusion.has_pass();
-    let mut pipeline = if has_occlusion {
-        // Pictures must not depend on the clock.
-        let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
-        pipeline.with_occlusion(OcclusionPass::new(pass, capacity))
-    } else {
-        pipeline
-    };
+    let has_occlusion = args.occlusion.has_pass() || args.occlusion == OcclusionChoice::DepthLast;
+    // Pictures must not depend on the clock.
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
+    let mut pipeline = pipeline.with_choice(pass, capacity);
     let mut outcome = Outcome::Done;
     let mut pacer = Pacer::new(session, args.pace);
     let (mut scene, mut moment) = (Scene::new(), Moment::default());

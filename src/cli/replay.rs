@@ -28,8 +28,7 @@ use crate::{
     },
     scene::Scene,
     visibility::{
-        AutoBasis, Budget, CameraChoice, CameraPath, Lane, OcclusionChoice, OcclusionPass, PassConfig,
-        Pipeline, Replay,
+        AutoBasis, Budget, CameraChoice, CameraPath, Lane, OcclusionChoice, PassConfig, Pipeline, Replay,
         pvs::{Pvs, PvsPass},
         verify,
     },
@@ -466,14 +465,14 @@ fn lanes(
                 Some(pvs) => pipeline.with_pvs(PvsPass::new(Arc::clone(pvs))),
                 None => pipeline,
             },
-            Some(choice) if choice.has_pass() => {
+            Some(choice) => {
                 // What is compared with pinned fingerprints must not depend on the clock.
                 let basis = if args.check.is_some() { AutoBasis::Work } else { AutoBasis::Time };
                 let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);
                 let pass = PassConfig { choice, occluders, polygon_ns, basis };
-                pipeline.with_occlusion(OcclusionPass::new(pass, capacity))
+                pipeline.with_choice(pass, capacity)
             }
-            _ => pipeline,
+            None => pipeline,
         };
         Lane::new(pipeline, budget)
     };

@@ -21,7 +21,7 @@ use super::{
     tree::{EyeBox, EyeSphere, Volume},
 };
 use crate::math::{Aabb, Sphere};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// Pixels of a block: 8 wide, 4 high, one bit each.
 const BLOCK: [i32; 2] = [8, 4];
@@ -34,6 +34,9 @@ const TILE_WIDTH: i32 = BLOCK[0] * LANES as i32;
 const DEPTH_SLACK: f64 = 1.0e-6;
 /// Rounding of pixel coordinates, pixels.
 const PIXEL_SLACK: f64 = 1.0e-6;
+/// Points are projected down to this sine of the angle to the eye's plane: a millionth keeps pixels exact to
+/// [`PIXEL_SLACK`].
+const NEAREST_SINE: f64 = 1.0e-6;
 /// How far before a side plane a pixel has to lie, as a sine: more than the planes' own error, about 1e-5 pixels.
 const SIDE_SLACK: f64 = 1.0e-8;
 
@@ -116,6 +119,11 @@ impl DepthBuffer {
         }
     }
 
+    /// Makes room for so many occluders.
+    pub(super) fn reserve(&mut self, occluders: usize) {
+        self.order.reserve(occluders);
+    }
+
     fn set_up(&self, raster: &Raster, occluder: &ShadowVolume) -> Filling {
         // The side planes themselves, not lines between projected corners: those are badly known where a corner lies
         // near the eye's plane.
@@ -190,19 +198,41 @@ impl DepthBuffer {
     fn test<V: Volume>(&self, volume: &V, corners: &[DVec3; 8]) -> Tested {
         let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Lit, steps: 0 } };
         let (near, far) = volume.reach(raster.forward);
-        let mixed = |steps| Tested { verdict: Verdict::Mixed, steps };
         // A volume that reaches back to the eye has no outline. NaN ends here, too.
         if !(near > volume.slack() && far.is_finite()) {
-            return mixed(0);
+            return Tested { verdict: Verdict::Mixed, steps: 0 };
         }
+        self.test_outline_of(corners.iter().map(|corner| raster.project(*corner)), near, far)
+    }
+
+    /// [`OcclusionCuller::test_box`] for what lies between these points of the world.
+    pub(super) fn test_points<I: Iterator<Item = Vec3>>(&self, points: impl Fn() -> I) -> Tested {
+        let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Lit, steps: 0 } };
+        let from_eye = || points().map(|p| p.as_dvec3() - raster.eye_in_world);
+        let (mut near, mut far, mut away) = (f64::INFINITY, 0.0f64, 0.0f64);
+        for p in from_eye() {
+            let along = raster.forward.dot(p);
+            (near, far, away) = (near.min(along), far.max(along), away.max(p.length_squared()));
+        }
+        // What reaches back to the eye's plane has no outline. NaN ends here, too.
+        let has_outline = near > NEAREST_SINE * away.sqrt() && away.is_finite();
+        if !has_outline {
+            return Tested { verdict: Verdict::Mixed, steps: 0 };
+        }
+        let outline = from_eye().map(|p| raster.project(p));
+        self.test_outline_of(outline, near, far)
+    }
+
+    /// Tests what projects to these pixels, between two distances along the view.
+    fn test_outline_of(&self, outline: impl Iterator<Item = DVec2>, near: f64, far: f64) -> Tested {
+        let mixed = Tested { verdict: Verdict::Mixed, steps: 0 };
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for corner in corners {
-            let at = raster.project(*corner);
+        for at in outline {
             low = low.min(at);
             high = high.max(at);
         }
         if !(low.is_finite() && high.is_finite()) {
-            return mixed(0);
+            return mixed;
         }
         let floor = |v: f64, end: i32| ((v - PIXEL_SLACK).floor().max(0.0) as i32).min(end);
         let ceil = |v: f64, end: i32| ((v + PIXEL_SLACK).ceil().min(f64::from(end)) as i32).max(0);

@@ -265,7 +265,8 @@ impl Patch {
         }
     }
 
-    fn shadow(&self, window: &ViewWindow) -> Option<ShadowVolume> {
+    /// The shadow of the patch as a whole, if its outline is convex from the eye.
+    pub(super) fn shadow(&self, window: &ViewWindow) -> Option<ShadowVolume> {
         let (mut count, mut middle) = (0.0, DVec3::ZERO);
         for p in self.points() {
             let v = window.from_eye(p);

@@ -3,7 +3,7 @@ use crate::{
     math::Aabb,
     metrics::{FrameRecord, StageClock, fingerprint_of_views},
     scene::{Change, PolygonId, Scene},
-    visibility::{OcclusionPass, View, pvs::PvsPass},
+    visibility::{LastPass, OcclusionChoice, OcclusionPass, PassConfig, View, pvs::PvsPass},
 };
 
 static NOTHING: DrawList = DrawList::new();
@@ -15,6 +15,7 @@ pub struct Pipeline {
     in_view: Vec<DrawList>,
     occlusion: Option<OcclusionPass>,
     pvs: Option<PvsPass>,
+    last: Option<LastPass>,
     /// Whether the last frame was culled by occlusion.
     occluded: bool,
     clock: StageClock,
@@ -41,6 +42,7 @@ impl Pipeline {
             in_view: vec![first],
             occlusion: None,
             pvs: None,
+            last: None,
             occluded: false,
             clock,
             refused: 0,
@@ -52,6 +54,24 @@ impl Pipeline {
     #[must_use]
     pub fn with_occlusion(mut self, pass: OcclusionPass) -> Self {
         self.occlusion = Some(pass);
+        self
+    }
+
+    /// The pipeline with the culling by occlusion that a choice names; before the first frame. Methods that need more than
+    /// the scene, or work while drawing, are not a pipeline's: nothing is added for them.
+    #[must_use]
+    pub fn with_choice(self, config: PassConfig, capacity: usize) -> Self {
+        match config.choice {
+            OcclusionChoice::DepthLast => self.with_last(LastPass::new(capacity)),
+            choice if choice.has_pass() => self.with_occlusion(OcclusionPass::new(config, capacity)),
+            _ => self,
+        }
+    }
+
+    /// The pipeline with what was visible in the last frame as occluders, in the place of culling by large ones.
+    #[must_use]
+    pub fn with_last(mut self, pass: LastPass) -> Self {
+        self.last = Some(pass);
         self
     }
 
@@ -93,6 +113,9 @@ impl Pipeline {
         }
         if let Some(pass) = &mut self.pvs {
             pass.follow(changes);
+            record.occlusion = pass.frame(scene, views, &self.in_view, &self.clock);
+        }
+        if let Some(pass) = &mut self.last {
             record.occlusion = pass.frame(scene, views, &self.in_view, &self.clock);
         }
         self.occluded = record.occlusion.used;
@@ -173,11 +196,10 @@ impl Pipeline {
 
     /// The polygons to draw in each view, as the last frame left them.
     pub fn draw_lists(&self) -> &[DrawList] {
-        match (&self.pvs, &self.occlusion) {
-            (Some(pass), _) if self.occluded => pass.drawn(),
-            (None, Some(pass)) if self.occluded => pass.drawn(),
-            _ => &self.in_view,
-        }
+        let of_last = self.last.as_ref().map(LastPass::drawn);
+        let of_pvs = self.pvs.as_ref().map(PvsPass::drawn);
+        let of_occluders = self.occlusion.as_ref().map(OcclusionPass::drawn);
+        of_last.or(of_pvs).or(of_occluders).filter(|_| self.occluded).unwrap_or(&self.in_view)
     }
 
     /// The polygons to draw in the first view; none if the last frame had no view.

@@ -4,6 +4,7 @@
 
 mod camera;
 mod frame;
+mod last_pass;
 mod occlusion_pass;
 pub mod pvs;
 mod replay;
@@ -13,6 +14,7 @@ mod view;
 
 pub use camera::{CameraChoice, CameraPath, Moment};
 pub use frame::Pipeline;
+pub use last_pass::LastPass;
 pub use occlusion_pass::{AutoBasis, OcclusionChoice, OcclusionPass, PassConfig};
 pub use replay::{Budget, Lane, LaneFrame, Replay, STRETCHES, stretch_of_frame};
 pub use rig::{Eye, MAX_SCREENS, Rig, RigError, Screen, Stereo};

@@ -18,6 +18,8 @@ pub enum OcclusionChoice {
     Auto,
     /// None before drawing; whoever draws finds while drawing what is hidden, by a hierarchical depth buffer.
     Hzb,
+    /// What was visible in the last frame, in a software depth buffer: [`crate::occlusion::LastVisible`].
+    DepthLast,
     /// The sets of [`super::pvs`], found beforehand by sampling.
     Pvs,
 }
@@ -29,6 +31,7 @@ impl OcclusionChoice {
             Self::Always(kind) => kind.name(),
             Self::Auto => "auto",
             Self::Hzb => "hzb",
+            Self::DepthLast => "depth-last",
             Self::Pvs => "pvs",
         }
     }
@@ -38,6 +41,7 @@ impl OcclusionChoice {
         match name {
             "auto" => Some(Self::Auto),
             "hzb" => Some(Self::Hzb),
+            "depth-last" => Some(Self::DepthLast),
             "pvs" => Some(Self::Pvs),
             name => CullerKind::from_name(name).map(Self::Always),
         }
@@ -45,14 +49,14 @@ impl OcclusionChoice {
 
     /// The names of all methods that need nothing but the scene.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        CullerKind::ALL.iter().map(|kind| kind.name()).chain(["auto", "hzb"])
+        CullerKind::ALL.iter().map(|kind| kind.name()).chain(["depth-last", "auto", "hzb"])
     }
 
     /// Whether its answers can be relied upon.
     pub fn soundness(self) -> Soundness {
         match self {
             Self::Pvs => Soundness::Unsound("what is seen only from between the samples"),
-            Self::Always(_) | Self::Auto | Self::Hzb => self.kind().soundness(),
+            Self::Always(_) | Self::Auto | Self::Hzb | Self::DepthLast => self.kind().soundness(),
         }
     }
 
@@ -70,7 +74,7 @@ impl OcclusionChoice {
         match self {
             Self::Always(kind) => kind,
             Self::Auto => CullerKind::Msvbsp,
-            Self::Hzb | Self::Pvs => CullerKind::None,
+            Self::Hzb | Self::DepthLast | Self::Pvs => CullerKind::None,
         }
     }
 }

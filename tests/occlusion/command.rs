@@ -177,6 +177,22 @@ fn replay_runs_every_method_of_occlusion_and_sees_the_same_in_the_frustum() {
 }
 
 #[test]
+fn what_was_visible_last_hides_paint_behind_paint() {
+    let args = ["--pace", "samples:400", "--index", "osp", "--verify-frames", "3", "--json"];
+    let output = osp(&[
+        &["replay", "recordings/portrait.ron", "--occlusion", "msvbsp,depth-last"],
+        &args[..],
+    ]
+    .concat());
+    let report = json_of(&output);
+    let of = |i: usize| &report["runs"][i];
+    assert_eq!(of(1)["occlusion"], "depth-last");
+    assert_eq!((&of(1)["false_culls"], &of(1)["allocations_steady"]), (&0.into(), &0.into()), "{}", of(1));
+    let occluded = |i: usize| of(i)["occluded_mean"].as_f64().expect("a number");
+    assert!(occluded(1) > 30.0 && occluded(1) > occluded(0), "{} and {}", occluded(0), occluded(1));
+}
+
+#[test]
 fn replay_has_more_columns_with_occlusion_and_the_old_ones_without() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("frames.csv");

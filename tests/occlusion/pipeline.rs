@@ -9,8 +9,7 @@ use osp::{
     recording::Event,
     scene::Scene,
     visibility::{
-        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline,
-        verify,
+        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, verify,
     },
 };
 
@@ -20,7 +19,7 @@ fn pipeline(pass: Option<PassConfig>) -> Pipeline {
     let index = IndexKind::Osp.create(&IndexConfig::default());
     let pipeline = Pipeline::new(index, 10_000, StageClock::default());
     match pass {
-        Some(config) => pipeline.with_occlusion(OcclusionPass::new(config, 10_000)),
+        Some(config) => pipeline.with_choice(config, 10_000),
         None => pipeline,
     }
 }
@@ -84,6 +83,17 @@ fn auto_never_changes_what_can_be_seen() {
         });
         assert!(in_use > 50 && idle > 50, "{in_use} frames with, {idle} without");
     }
+}
+
+/// Walls go up, strokes come, the eye jumps from room to room: whatever was visible last, nothing visible is left out.
+#[test]
+fn what_was_visible_last_never_hides_what_can_be_seen_now() {
+    let mut pipelines = vec![pipeline(Some(PassConfig::new(OcclusionChoice::DepthLast)))];
+    let mut hidden = 0;
+    play(TestScene::Rooms, &mut pipelines, |_, _, pipelines| {
+        hidden += pipelines[0].in_view().len() - pipelines[0].draw_list().len();
+    });
+    assert!(hidden > 1000, "{hidden}");
 }
 
 #[test]

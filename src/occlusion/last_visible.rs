@@ -1,0 +1,156 @@
+//! What was visible in the last frame as the occluders of this one, in a software depth buffer: for machines without a GPU
+//! of use.
+//!
+//! What hides in a painting is not a few large polygons but thousands of small ones together. Those that were drawn in the
+//! last frame are most of what is visible in this one (temporal coherence, as in N. Greene, M. Kass, G. Miller,
+//! "Hierarchical Z-Buffer Visibility", 1993); they are only a guess at good occluders, so moves, new strokes and sudden
+//! turns need no care: every occluder is part of the model as it is now.
+//!
+//! The buffer counts only pixels that an occluder covers wholly ([`super::Coverage::WholePixels`]), so that nothing visible
+//! is culled. Edges between neighbours in a ribbon would stay open by it: each two neighbours that share an edge are
+//! filled in as one outline, too, where that is convex.
+
+use super::{
+    Coverage, DepthBuffer, DepthConfig, OcclusionCuller, ShadowVolume, Verdict, ViewWindow, patch::Patch,
+};
+use crate::{
+    index::DrawList,
+    scene::{PolygonId, Scene},
+};
+
+/// Polygons next to each other in the list that are tested as one first.
+const GROUP: usize = 4;
+
+/// Most outlines that are filled in a frame.
+const MOST_SHADOWS: usize = 1 << 16;
+
+/// What [`LastVisible::cull`] did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LastVisibleCounts {
+    /// Outlines filled.
+    pub occluders: u64,
+    /// Tiles of the buffer that are covered at least partly.
+    pub tiles: u64,
+    /// Groups and polygons tested.
+    pub tests: u64,
+}
+
+/// See the head of its file.
+#[derive(Clone, Debug)]
+pub struct LastVisible {
+    depth: DepthBuffer,
+    shadows: Vec<ShadowVolume>,
+    /// By view: a bit for each polygon that was drawn in the last frame.
+    drawn: Vec<Vec<u64>>,
+}
+
+impl LastVisible {
+    /// Culling that has seen nothing yet, by a buffer of this many pixels, with room for a scene of so many polygons
+    /// (and, for the outlines of a frame, up to 28 MB).
+    pub fn new(width: u32, height: u32, polygons: usize) -> Self {
+        let mut depth = DepthBuffer::new(DepthConfig { coverage: Coverage::WholePixels, width, height });
+        let shadows = (2 * polygons + 4).min(MOST_SHADOWS);
+        depth.reserve(shadows);
+        let drawn = vec![Vec::with_capacity(polygons.div_ceil(64))];
+        Self { depth, shadows: Vec::with_capacity(shadows), drawn }
+    }
+
+    /// Fills the buffer for view number `view` with what of the polygons in view was drawn in the last frame.
+    pub fn build(
+        &mut self,
+        view: usize,
+        scene: &Scene,
+        window: &ViewWindow,
+        in_view: &[PolygonId],
+    ) -> LastVisibleCounts {
+        if self.drawn.len() <= view {
+            self.drawn.resize_with(view + 1, Vec::new);
+        }
+        let known = &self.drawn[view];
+        let occludes = |id: PolygonId| {
+            let (.., opacity) = scene.stroke_of(id).color();
+            bit(known, id) && opacity >= 1.0
+        };
+        self.shadows.clear();
+        for pair in in_view.windows(2).chain(in_view.last().map(std::slice::from_ref)) {
+            if self.shadows.len() + 4 > MOST_SHADOWS {
+                break;
+            }
+            let id = pair[0];
+            if !occludes(id) {
+                continue;
+            }
+            let polygon = scene.polygon(id);
+            ShadowVolume::push_polygon(polygon.vertices(), window, &mut self.shadows);
+            let next = pair.get(1).copied().filter(|&next| next.0 == id.0 + 1 && occludes(next));
+            if let Some(next) = next
+                && let Some(both) = Patch::new(id, &polygon).joined(next, &scene.polygon(next))
+            {
+                self.shadows.extend(both.shadow(window));
+            }
+        }
+        let counts = self.depth.build(window, &self.shadows);
+        LastVisibleCounts { occluders: self.shadows.len() as u64, tiles: u64::from(counts.nodes), tests: 0 }
+    }
+
+    /// Appends to `drawn` those of the polygons in view that the buffer does not hide, and remembers them for the next
+    /// frame of this view. The buffer has been built for it.
+    pub fn cull(
+        &mut self,
+        view: usize,
+        scene: &Scene,
+        in_view: &[PolygonId],
+        drawn: &mut DrawList,
+        counts: &mut LastVisibleCounts,
+    ) {
+        let known = &mut self.drawn[view];
+        known.clear();
+        known.resize(scene.polygon_count().div_ceil(64), 0);
+        let depth = &self.depth;
+        let mut is_hidden = |ids: &[PolygonId]| {
+            counts.tests += 1;
+            let corners = || ids.iter().flat_map(|&id| Corners::of(scene, id));
+            depth.test_points(corners).verdict == Verdict::Hidden
+        };
+        for group in in_view.chunks(GROUP) {
+            let is_compact =
+                group.len() > 1 && group[group.len() - 1].0.wrapping_sub(group[0].0) < GROUP as u32;
+            if is_compact && is_hidden(group) {
+                continue;
+            }
+            for &id in group {
+                if !is_hidden(&[id]) {
+                    drawn.push(id);
+                    known[id.index() / 64] |= 1 << (id.index() % 64);
+                }
+            }
+        }
+    }
+}
+
+fn bit(words: &[u64], id: PolygonId) -> bool {
+    words.get(id.index() / 64).is_some_and(|word| word >> (id.index() % 64) & 1 == 1)
+}
+
+/// The corners of a polygon, one after the other.
+#[derive(Clone)]
+struct Corners {
+    polygon: crate::stroke::ConvexPolygon,
+    next: usize,
+}
+
+impl Corners {
+    fn of(scene: &Scene, id: PolygonId) -> Self {
+        Self { polygon: scene.polygon(id), next: 0 }
+    }
+}
+
+impl Iterator for Corners {
+    type Item = glam::Vec3;
+
+    fn next(&mut self) -> Option<glam::Vec3> {
+        let corner = self.polygon.vertices().get(self.next).copied();
+        self.next += 1;
+        corner
+    }
+}

@@ -1,0 +1,63 @@
+use crate::{
+    index::DrawList,
+    metrics::{OcclusionRecord, StageClock, fingerprint_of_views},
+    occlusion::LastVisible,
+    scene::Scene,
+    visibility::View,
+};
+
+/// Pixels of the depth buffer.
+const PIXELS: [u32; 2] = [1024, 576];
+
+/// Culling by what was visible in the last frame ([`LastVisible`]) as a stage of a [`super::Pipeline`].
+#[derive(Debug)]
+pub struct LastPass {
+    culling: LastVisible,
+    drawn: Vec<DrawList>,
+}
+
+impl LastPass {
+    /// A stage that has seen nothing yet, with room for this many polygons.
+    pub fn new(capacity: usize) -> Self {
+        let mut first = DrawList::new();
+        first.reserve(capacity);
+        Self { culling: LastVisible::new(PIXELS[0], PIXELS[1], capacity), drawn: vec![first] }
+    }
+
+    /// A frame: `in_view[i]` is what the frustum of `views[i]` may see.
+    pub(super) fn frame(
+        &mut self,
+        scene: &Scene,
+        views: &[View],
+        in_view: &[DrawList],
+        clock: &StageClock,
+    ) -> OcclusionRecord {
+        let mut record = OcclusionRecord { used: true, ..OcclusionRecord::default() };
+        self.drawn.resize_with(views.len(), DrawList::new);
+        for (i, ((view, seen), drawn)) in views.iter().zip(in_view).zip(&mut self.drawn).enumerate() {
+            drawn.clear();
+            let Some(window) = view.window() else {
+                drawn.extend_from_slice(seen.ids());
+                continue;
+            };
+            let start = clock.start();
+            let mut counts = self.culling.build(i, scene, &window, seen.ids());
+            record.build += clock.since(start);
+
+            let start = clock.start();
+            self.culling.cull(i, scene, seen.ids(), drawn, &mut counts);
+            record.query += clock.since(start);
+            record.occluders += counts.occluders;
+            record.nodes += counts.tiles;
+            record.tests += counts.tests;
+            record.occluded += (seen.len() - drawn.len()) as u64;
+        }
+        record.fingerprint = fingerprint_of_views(&self.drawn);
+        record
+    }
+
+    /// What is left of each view.
+    pub(super) fn drawn(&self) -> &[DrawList] {
+        &self.drawn
+    }
+}
