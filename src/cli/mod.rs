@@ -26,6 +26,8 @@ mod send;
 mod sketch;
 mod synth;
 mod verify;
+#[cfg(feature = "render")]
+mod verify_drawn;
 
 pub use allocations::CountingAllocator;
 

@@ -5,13 +5,14 @@ use std::{
     str::FromStr,
 };
 
-use clap::{
-    Args,
-    builder::{PossibleValuesParser, TypedValueParser},
-};
+use clap::Args;
+#[cfg(not(feature = "render"))]
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
+#[cfg(feature = "render")]
+use super::verify_drawn::{DrawnRun, DrawnTrials, Method};
 use super::{
     Outcome, allocations,
     output::{complain, say},
@@ -29,7 +30,7 @@ use crate::{
     report::thousands,
     scene::Scene,
     visibility::{
-        CameraChoice, CameraPath, Moment,
+        CameraChoice, CameraPath, Moment, View,
         pvs::Pvs,
         verify::{Totals, Trial, Verifier, VerifyConfig},
     },
@@ -47,12 +48,20 @@ use crate::{
   osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth
   osp verify sketch.tilt --occlusion msvbsp-paper
   osp verify room.ron --whole --pvs room.pvs
+  osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
 
 The table, a line for each method and number of occluders (times of this machine, one thread):
   wrong    visible polygons that were culled, all views together
   hidden   share of the really hidden polygons that was culled
   tests    boxes tested in a view; planes: splitting planes of the tree, or tiles covered
   select, build, query: choosing the occluders, building the culler, walking the index; microseconds a view
+With hzb (a build with the feature `render`), each view is drawn four times with each method and without; a pixel that
+differs gives exit code 1. hzb-16, hzb-4 and hzb-1 test groups of so many polygons by the rectangle around their
+corners, with -box by that around their box, with -fine and then each polygon by its triangles; hzb is hzb-1-fine.
+  pixels   that differ from the picture without culling, all views together
+  hidden   share of the really hidden polygons that was left out
+  below a sample  visible polygons that were left out because no sample of a pixel shows them
+  depth pass, colour pass: polygons drawn; draw, GPU: milliseconds a view, from the second frame on, medians
 Instead of a file, `scene:NAME` takes a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.")]
 pub(super) struct VerifyArgs {
     /// The sessions, or `scene:NAME`.
@@ -62,8 +71,17 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     views: u64,
     /// The methods, separated by commas [default: all that are sound].
+    #[cfg(feature = "render")]
+    #[arg(long, value_delimiter = ',', value_parser = super::verify_drawn::method_parser())]
+    occlusion: Vec<Method>,
+    /// The methods, separated by commas [default: all that are sound].
+    #[cfg(not(feature = "render"))]
     #[arg(long, value_delimiter = ',', value_parser = culler_parser())]
     occlusion: Vec<CullerKind>,
+    /// Width and height of what is drawn for hzb, pixels.
+    #[cfg(feature = "render")]
+    #[arg(long, default_value = "1920x1080")]
+    size: super::render::Size,
     /// Most occluders of a view; several numbers, separated by commas, are tried one after the other.
     #[arg(long, value_delimiter = ',', default_value = "64")]
     occluders: Vec<usize>,
@@ -131,10 +149,34 @@ impl FromStr for Pixels {
     }
 }
 
-pub(super) fn culler_parser() -> impl TypedValueParser<Value = CullerKind> {
+#[cfg(not(feature = "render"))]
+fn culler_parser() -> impl TypedValueParser<Value = CullerKind> {
     let names = CullerKind::ALL.iter().map(|kind| kind.name());
     PossibleValuesParser::new(names)
         .try_map(|name| CullerKind::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
+}
+
+/// Nothing is drawn in this build.
+#[cfg(not(feature = "render"))]
+struct DrawnTrials;
+
+/// Nothing is drawn in this build.
+#[cfg(not(feature = "render"))]
+#[derive(Serialize)]
+struct DrawnRun;
+
+impl VerifyArgs {
+    /// The methods that cull before drawing.
+    fn kinds(&self) -> Vec<CullerKind> {
+        #[cfg(feature = "render")]
+        let kinds = self.occlusion.iter().filter_map(|method| match *method {
+            Method::Culler(kind) => Some(kind),
+            Method::Drawn(..) => None,
+        });
+        #[cfg(not(feature = "render"))]
+        let kinds = self.occlusion.iter().copied();
+        if self.occlusion.is_empty() { CullerKind::sound() } else { kinds.collect() }
+    }
 }
 
 /// Events of a file, or of a built-in scene.
@@ -179,9 +221,12 @@ impl Iterator for Source {
 pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::Done;
     for file in &args.files {
-        let (verifier, polygons) = verify(args, file)?;
+        let (verifier, drawn, polygons) = verify(args, file)?;
         let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
-        say(&if args.json { json(&name, polygons, &verifier)? } else { text(&name, polygons, &verifier) })?;
+        say(&match args.json {
+            true => json(&name, polygons, &verifier, drawn.as_ref())?,
+            false => text(&name, polygons, &verifier, drawn.as_ref()),
+        })?;
         for trial in verifier.trials().iter().filter(|trial| trial.failed()) {
             let totals = trial.totals();
             let first = totals.first_false.map_or(String::new(), |(view, id)| {
@@ -196,15 +241,19 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             ));
             outcome = Outcome::CheckFailed;
         }
+        #[cfg(feature = "render")]
+        for (method, pixels) in drawn.iter().flat_map(DrawnTrials::failed) {
+            complain(&format!("{name}: {method} changed {pixels} pixels"));
+            outcome = Outcome::CheckFailed;
+        }
     }
     Ok(outcome)
 }
 
 fn config(args: &VerifyArgs) -> VerifyConfig {
-    let kinds = if args.occlusion.is_empty() { CullerKind::sound() } else { args.occlusion.clone() };
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
     VerifyConfig {
-        kinds,
+        kinds: args.kinds(),
         occluders: args.occluders.clone(),
         pool: PoolConfig { grouping, ..PoolConfig::default() },
         select: SelectConfig { least_share: args.least_share, ..SelectConfig::default() },
@@ -223,8 +272,26 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
     }
 }
 
-/// Plays a session and looks at it; the verifier afterwards, and the number of polygons.
-fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, u64)> {
+/// Looks once, with all methods.
+fn look(
+    verifier: &mut Verifier,
+    drawn: &mut Option<DrawnTrials>,
+    scene: &Scene,
+    view: &View,
+) -> anyhow::Result<()> {
+    let views = verifier.views().views;
+    verifier.look(scene, view);
+    #[cfg(feature = "render")]
+    if let Some(drawn) = drawn.as_mut().filter(|_| verifier.views().views > views) {
+        drawn.look(scene, view, verifier)?;
+    }
+    #[cfg(not(feature = "render"))]
+    let _ = (drawn, views);
+    Ok(())
+}
+
+/// Plays a session and looks at it; the verifier and what was drawn afterwards, and the number of polygons.
+fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<DrawnTrials>, u64)> {
     let (summary, _, read) = summarize(Source::open(file, args.lenient)?, args.pace);
     read?;
     let source = Source::open(file, args.lenient)?;
@@ -238,6 +305,10 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, u64)> {
     let index = args.index.create(&IndexConfig { root: root_cube(&header, &summary.bounds), capacity });
     let mut verifier = Verifier::new(index, config(args), StageClock::counting(allocations::count));
 
+    #[cfg(feature = "render")]
+    let mut drawn = DrawnTrials::new(&args.occlusion, args.size)?;
+    #[cfg(not(feature = "render"))]
+    let mut drawn = None;
     let mut scene = Scene::new();
     let mut pacer = Pacer::new(source, args.pace);
     let (mut moment, mut events, mut changes) = (Moment::default(), Vec::new(), Vec::new());
@@ -257,6 +328,10 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, u64)> {
             }
         }
         verifier.follow(&scene, &changes);
+        #[cfg(feature = "render")]
+        if let Some(drawn) = &mut drawn {
+            drawn.follow(&changes);
+        }
         moment.frame += 1;
         // The last frame is always one of them.
         if moment.frame * args.views / summary.frames.max(1) > looked {
@@ -264,7 +339,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, u64)> {
             if whole && !has_own_views {
                 moments.push(moment);
             } else if !whole {
-                verifier.look(&scene, &camera.view(&moment));
+                look(&mut verifier, &mut drawn, &scene, &camera.view(&moment))?;
             }
         }
     }
@@ -279,12 +354,12 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, u64)> {
         verifier = verifier.with_pvs(pvs);
     }
     for moment in moments.iter().take(args.views as usize) {
-        verifier.look(&scene, &camera.view(moment));
+        look(&mut verifier, &mut drawn, &scene, &camera.view(moment))?;
     }
-    Ok((verifier, summary.counts.polygons))
+    Ok((verifier, drawn, summary.counts.polygons))
 }
 
-fn text(name: &str, polygons: u64, verifier: &Verifier) -> String {
+fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTrials>) -> String {
     let views = verifier.views();
     let mean = |sum: u64| thousands((sum as f64 / views.views.max(1) as f64).round() as u64);
     let mut lines = vec![format!(
@@ -354,7 +429,13 @@ fn text(name: &str, polygons: u64, verifier: &Verifier) -> String {
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    lines.push(table.to_string());
+    if !verifier.trials().is_empty() {
+        lines.push(table.to_string());
+    }
+    #[cfg(feature = "render")]
+    lines.extend(drawn.map(DrawnTrials::text));
+    #[cfg(not(feature = "render"))]
+    let _ = drawn;
     lines.join("\n")
 }
 
@@ -368,6 +449,8 @@ struct JsonVerify<'a> {
     hidden_mean: f64,
     frustum_us: f64,
     runs: Vec<JsonRun>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    drawn: Vec<DrawnRun>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pvs: Option<JsonPvs>,
 }
@@ -444,7 +527,12 @@ impl JsonRun {
     }
 }
 
-fn json(name: &str, polygons: u64, verifier: &Verifier) -> anyhow::Result<String> {
+fn json(
+    name: &str,
+    polygons: u64,
+    verifier: &Verifier,
+    drawn: Option<&DrawnTrials>,
+) -> anyhow::Result<String> {
     let views = verifier.views();
     let mean = |sum: u64| sum as f64 / views.views.max(1) as f64;
     Ok(serde_json::to_string(&JsonVerify {
@@ -457,5 +545,9 @@ fn json(name: &str, polygons: u64, verifier: &Verifier) -> anyhow::Result<String
         frustum_us: mean(views.frustum_ns) / 1000.0,
         runs: verifier.trials().iter().map(JsonRun::new).collect(),
         pvs: verifier.pvs().map(JsonPvs::new),
+        #[cfg(feature = "render")]
+        drawn: drawn.map(DrawnTrials::runs).unwrap_or_default(),
+        #[cfg(not(feature = "render"))]
+        drawn: drawn.map_or(Vec::new(), |DrawnTrials| Vec::new()),
     })?)
 }

@@ -61,6 +61,8 @@ pub struct Totals {
     pub hidden_culled: u64,
     /// Hidden polygons.
     pub hidden: u64,
+    /// Polygons reported.
+    pub drawn: u64,
     /// Polygons reported more than once, or without being in the view.
     pub misreported: u64,
     /// What testing the nodes did.
@@ -276,6 +278,17 @@ impl Verifier {
         self.views.views += 1;
     }
 
+    /// The polygons that the frustum of the last look may see.
+    pub fn in_view(&self) -> &[PolygonId] {
+        self.in_view.ids()
+    }
+
+    /// Compares with the truth of the last look what somebody else would draw.
+    pub fn judge(&mut self, drawn: &DrawList, totals: &mut Totals) {
+        let view = self.views.views.saturating_sub(1);
+        totals.add(view, drawn, &mut self.truth, &self.in_view);
+    }
+
     /// The methods and what became of them.
     pub fn trials(&self) -> &[Trial] {
         &self.trials
@@ -294,6 +307,7 @@ impl Verifier {
 
 impl Totals {
     fn add(&mut self, view: u64, drawn: &DrawList, truth: &mut [(Option<Sight>, u8)], in_view: &DrawList) {
+        self.drawn += drawn.len() as u64;
         for &id in drawn.ids() {
             let (sight, times) = &mut truth[id.index()];
             *times += 1;
