@@ -50,6 +50,7 @@ fn drawn_methods() -> impl Iterator<Item = (&'static str, DrawnOcclusion)> {
     ]
     .into_iter()
     .map(|(name, config)| (name, DrawnOcclusion::Hzb(config)))
+    .chain([("queries", DrawnOcclusion::Queries)])
 }
 
 pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {

@@ -136,19 +136,17 @@ impl Renderer {
         slot: &mut ViewSlot,
         occlusion: DrawnOcclusion,
     ) -> Result<(), RenderError> {
-        let DrawnOcclusion::Hzb(config) = occlusion else {
+        if occlusion == DrawnOcclusion::None {
             slot.hzb = None;
             return Ok(());
-        };
+        }
         if self.hzb.is_none() {
             let mut hzb = Hzb::new(&self.gpu)?;
             hzb.follow(&self.gpu, &self.scene);
             self.hzb = Some(hzb);
         }
-        match &mut slot.hzb {
-            Some(view) => view.set_config(config),
-            None => slot.hzb = Some(Box::new(HzbView::new(&self.gpu, config))),
-        }
+        let view = slot.hzb.get_or_insert_with(|| Box::new(HzbView::new(&self.gpu)));
+        view.set_occlusion(&self.gpu, occlusion);
         Ok(())
     }
 
@@ -207,11 +205,8 @@ impl Renderer {
         }
         slot.order.finish(page_len);
         let mut bytes = slot.send(&self.gpu, &self.view_layout, view, &styles);
-        if let Some(view) = slot.hzb.as_mut().filter(|_| culls) {
-            let opaque = slot.order.opaque_count();
-            let transparent = opaque..opaque + slot.order.ids().len() as u32;
-            let (chunk_len, count) = (self.scene.chunk_len(), scene.polygon_count());
-            bytes += view.prepare(&self.gpu, &slot.order, transparent, chunk_len, count);
+        if let Some(of_view) = slot.hzb.as_mut().filter(|_| culls) {
+            bytes += of_view.prepare(&self.gpu, &slot.order, self.scene.chunk_len(), scene, view);
         }
         bytes
     }

@@ -6,6 +6,8 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("hzb_test", HZB_TEST),
     ("line", LINE),
     ("polygon", POLYGON),
+    ("query_apply", QUERY_APPLY),
+    ("query_box", QUERY_BOX),
     ("show", SHOW),
 ];
 
@@ -15,4 +17,6 @@ pub(super) const HZB_RECALL: &str = include_str!("shaders/hzb_recall.wgsl");
 pub(super) const HZB_TEST: &str = include_str!("shaders/hzb_test.wgsl");
 pub(super) const LINE: &str = include_str!("shaders/line.wgsl");
 pub(super) const POLYGON: &str = include_str!("shaders/polygon.wgsl");
+pub(super) const QUERY_APPLY: &str = include_str!("shaders/query_apply.wgsl");
+pub(super) const QUERY_BOX: &str = include_str!("shaders/query_box.wgsl");
 pub(super) const SHOW: &str = include_str!("shaders/show.wgsl");

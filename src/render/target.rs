@@ -147,6 +147,28 @@ impl Target {
     }
 }
 
+impl Target {
+    /// A pass that counts samples against the depth that is there, and changes nothing.
+    pub(super) fn begin_queries<'e>(
+        &self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        set: &wgpu::QuerySet,
+    ) -> wgpu::RenderPass<'e> {
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("occlusion queries"),
+            color_attachments: &[],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: None,
+            occlusion_query_set: Some(set),
+            multiview_mask: None,
+        })
+    }
+}
+
 /// What a pass with colours finds in the depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthBefore {

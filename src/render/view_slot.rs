@@ -70,7 +70,7 @@ impl ViewSlot {
 
     /// How this view finds while drawing what is hidden.
     pub fn occlusion(&self) -> DrawnOcclusion {
-        self.hzb.as_ref().map_or(DrawnOcclusion::None, |view| DrawnOcclusion::Hzb(view.config()))
+        self.hzb.as_ref().map_or(DrawnOcclusion::None, |view| view.occlusion())
     }
 
     /// Whether the frame at hand is one that looks for what is hidden.

@@ -18,6 +18,8 @@ pub enum OcclusionChoice {
     Auto,
     /// None before drawing; whoever draws finds while drawing what is hidden, by a hierarchical depth buffer.
     Hzb,
+    /// The same by hardware occlusion queries.
+    Queries,
     /// What was visible in the last frame, in a software depth buffer: [`crate::occlusion::LastVisible`].
     DepthLast,
     /// The sets of [`super::pvs`], found beforehand by sampling.
@@ -33,6 +35,7 @@ impl OcclusionChoice {
             Self::Hzb => "hzb",
             Self::DepthLast => "depth-last",
             Self::Pvs => "pvs",
+            Self::Queries => "queries",
         }
     }
 
@@ -43,26 +46,29 @@ impl OcclusionChoice {
             "hzb" => Some(Self::Hzb),
             "depth-last" => Some(Self::DepthLast),
             "pvs" => Some(Self::Pvs),
+            "queries" => Some(Self::Queries),
             name => CullerKind::from_name(name).map(Self::Always),
         }
     }
 
     /// The names of all methods that need nothing but the scene.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        CullerKind::ALL.iter().map(|kind| kind.name()).chain(["depth-last", "auto", "hzb"])
+        CullerKind::ALL.iter().map(|kind| kind.name()).chain(["depth-last", "auto", "hzb", "queries"])
     }
 
     /// Whether its answers can be relied upon.
     pub fn soundness(self) -> Soundness {
         match self {
             Self::Pvs => Soundness::Unsound("what is seen only from between the samples"),
-            Self::Always(_) | Self::Auto | Self::Hzb | Self::DepthLast => self.kind().soundness(),
+            Self::Always(_) | Self::Auto | Self::Hzb | Self::Queries | Self::DepthLast => {
+                self.kind().soundness()
+            }
         }
     }
 
     /// Whether it is whoever draws that finds what is hidden: a pipeline then culls by the frustum alone.
     pub fn is_while_drawing(self) -> bool {
-        self == Self::Hzb
+        matches!(self, Self::Hzb | Self::Queries)
     }
 
     /// Whether a pipeline with this choice has an [`OcclusionPass`].
@@ -74,7 +80,7 @@ impl OcclusionChoice {
         match self {
             Self::Always(kind) => kind,
             Self::Auto => CullerKind::Msvbsp,
-            Self::Hzb | Self::DepthLast | Self::Pvs => CullerKind::None,
+            Self::Hzb | Self::Queries | Self::DepthLast | Self::Pvs => CullerKind::None,
         }
     }
 }

@@ -83,3 +83,21 @@ fn a_picture_with_hzb_is_checked_against_one_without() {
     assert!(said.contains("groups tested") && said.contains("hidden"), "{said}");
     assert!(!said.contains(" 0 hidden"), "{said}");
 }
+
+#[test]
+fn verify_tells_what_share_of_the_hidden_is_found_while_drawing() {
+    let Some(_) = gpu() else { return };
+    let args =
+        ["verify", "recordings/portrait.ron", "--views", "1", "--pixels", "640x360", "--size", "641x359"];
+    let output = osp(&[&args[..], &["--occlusion", "hzb,hzb-16,hzb-1-box", "--json"]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let drawn = report["drawn"].as_array().expect("methods");
+    let names: Vec<_> = drawn.iter().map(|run| run["occlusion"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["none", "hzb", "hzb-16", "hzb-1-box"]);
+    let share = |i: usize| drawn[i]["hidden_culled_percent"].as_f64().expect("a number");
+    assert!(share(0) == 0.0 && share(1) > 20.0, "{report}");
+    assert!(share(1) > share(2) && share(1) > share(3), "the finest finds most: {report}");
+    assert!(drawn.iter().all(|run| run["differing_pixels"] == 0), "{report}");
+    assert!(report["runs"].as_array().expect("runs").is_empty());
+}

@@ -31,11 +31,16 @@ struct Pair {
 
 impl Pair {
     /// `None`, with a line, on an adapter that cannot.
-    fn new(gpu: &Arc<Gpu>, (width, height): (u32, u32), config: HzbConfig, chunk_len: usize) -> Option<Self> {
+    fn new(
+        gpu: &Arc<Gpu>,
+        (width, height): (u32, u32),
+        occlusion: DrawnOcclusion,
+        chunk_len: usize,
+    ) -> Option<Self> {
         let config_of = RendererConfig { chunk_len, ..RendererConfig::default() };
         let drawer = || Offscreen::on(Arc::clone(gpu), width, height, &config_of).expect("a drawer");
         let mut culled = drawer();
-        match culled.set_occlusion(DrawnOcclusion::Hzb(config)) {
+        match culled.set_occlusion(occlusion) {
             Err(error @ RenderError::NoOcclusion { .. }) if !crate::required::nothing_may_be_skipped() => {
                 eprintln!("skipped: {error}");
                 return None;
@@ -76,17 +81,30 @@ impl Pair {
     }
 }
 
+/// The ways to find what is hidden, as they are by default.
+const HZB: DrawnOcclusion = DrawnOcclusion::Hzb(HzbConfig {
+    group: HzbGroup::One,
+    bound: HzbBound::Corners,
+    fine: HzbFine::Triangles,
+});
+const BOTH: [DrawnOcclusion; 2] = [HZB, DrawnOcclusion::Queries];
+
+#[test]
+fn the_default_settings_are_those_tested() {
+    assert_eq!(HZB, DrawnOcclusion::Hzb(HzbConfig::default()));
+}
+
 fn chunk_len() -> usize {
     RendererConfig::default().chunk_len
 }
 
 /// Settings that must not change the picture.
-fn configs() -> Vec<HzbConfig> {
-    let mut configs =
-        vec![HzbConfig::default(), HzbConfig { group: HzbGroup::Sixteen, ..HzbConfig::default() }];
+fn configs() -> Vec<DrawnOcclusion> {
+    let sixteen = HzbConfig { group: HzbGroup::Sixteen, ..HzbConfig::default() };
+    let mut configs = vec![HZB, DrawnOcclusion::Hzb(sixteen), DrawnOcclusion::Queries];
     for group in [HzbGroup::Sixteen, HzbGroup::Four, HzbGroup::One] {
         for bound in [HzbBound::Corners, HzbBound::Box] {
-            configs.push(HzbConfig { group, bound, fine: HzbFine::Off });
+            configs.push(DrawnOcclusion::Hzb(HzbConfig { group, bound, fine: HzbFine::Off }));
         }
     }
     configs
@@ -130,7 +148,12 @@ fn no_setting_changes_a_pixel_and_each_hides_something() {
         shares.push((config, pair.hidden_share()));
     }
     for (config, share) in &shares {
-        let least = if config.fine == HzbFine::Triangles { 0.15 } else { 0.02 };
+        let least = match config {
+            // Whole groups of 64 only.
+            DrawnOcclusion::Queries => 0.0,
+            _ if *config == HZB => 0.3,
+            _ => 0.1,
+        };
         assert!(*share > least, "{config:?} hides {share}");
     }
 }
@@ -139,7 +162,7 @@ fn no_setting_changes_a_pixel_and_each_hides_something() {
 fn a_bound_that_is_too_far_is_noticed() {
     let Some(gpu) = gpu() else { return };
     let scene = walled_sketch();
-    let config = HzbConfig { bound: HzbBound::Farthest, ..HzbConfig::default() };
+    let config = DrawnOcclusion::Hzb(HzbConfig { bound: HzbBound::Farthest, ..HzbConfig::default() });
     let Some(mut pair) = Pair::new(&gpu, SIZE, config, chunk_len()) else { return };
     let mut differing = 0;
     for view in eyes() {
@@ -153,8 +176,8 @@ fn a_bound_that_is_too_far_is_noticed() {
 #[test]
 fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
     let Some(gpu) = gpu() else { return };
-    for chunk_len in [chunk_len(), 112] {
-        let Some(mut pair) = Pair::new(&gpu, SIZE, HzbConfig::default(), chunk_len) else { return };
+    for (occlusion, chunk_len) in [(HZB, chunk_len()), (HZB, 112), (DrawnOcclusion::Queries, 112)] {
+        let Some(mut pair) = Pair::new(&gpu, SIZE, occlusion, chunk_len) else { return };
         let mut scene = Scene::new();
         let mut steps: Vec<Vec<Event>> = sketch().chunks(301).map(<[Event]>::to_vec).collect();
         let wall = |z: f32| square(Vec3::new(0.0, 0.6, z), 0.5, (0.3, 0.5, 0.2, 1.0));
@@ -177,9 +200,10 @@ fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
         for (number, events) in steps.iter().enumerate() {
             let changes = apply(&mut scene, events);
             pair.follow(&changes);
-            pair.check(&scene, &eyes()[3], &format!("chunks of {chunk_len}, step {number}"));
+            pair.check(&scene, &eyes()[3], &format!("{occlusion:?}, chunks of {chunk_len}, step {number}"));
         }
-        assert!(pair.hidden_share() > 0.1, "{:?}", pair.counts);
+        let least = if occlusion == HZB { 0.1 } else { 0.0 };
+        assert!(pair.hidden_share() > least, "{:?}", pair.counts);
     }
 }
 
@@ -187,11 +211,12 @@ fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
 fn every_size_of_picture_is_right() {
     let Some(gpu) = gpu() else { return };
     let scene = walled_sketch();
-    for size in [(1, 1), (1, 7), (5, 1), (2, 3), (17, 333), (641, 359)] {
-        let Some(mut pair) = Pair::new(&gpu, size, HzbConfig::default(), chunk_len()) else { return };
+    let sizes = [(1, 1), (1, 7), (5, 1), (2, 3), (17, 333), (641, 359)];
+    for (size, occlusion) in sizes.into_iter().flat_map(|size| BOTH.map(|occlusion| (size, occlusion))) {
+        let Some(mut pair) = Pair::new(&gpu, size, occlusion, chunk_len()) else { return };
         for view in eyes().into_iter().take(4) {
             for _ in 0..2 {
-                pair.check(&scene, &view, &format!("{size:?}, {}", view.eye_in_world));
+                pair.check(&scene, &view, &format!("{occlusion:?}, {size:?}, {}", view.eye_in_world));
             }
         }
     }
@@ -215,7 +240,7 @@ fn the_pyramid_of_every_size_is_the_farthest_depth() {
     let Some(gpu) = gpu() else { return };
     let scene = walled_sketch();
     for size in [(1, 1), (1, 9), (6, 1), (3, 2), (17, 333), (128, 64), (641, 359)] {
-        let Some(mut pair) = Pair::new(&gpu, size, HzbConfig::default(), chunk_len()) else { return };
+        let Some(mut pair) = Pair::new(&gpu, size, HZB, chunk_len()) else { return };
         for _ in 0..2 {
             pair.check(&scene, &eyes()[3], &format!("{size:?}"));
         }
@@ -243,7 +268,7 @@ fn the_pyramid_holds_the_farthest_sample_of_a_pixel() {
     let white = (1.0, 1.0, 1.0, 1.0);
     apply(&mut scene, &[square(Vec3::Z * -4.0, 9.0, white), square(Vec3::new(0.003, 0.0, -2.0), 0.5, white)]);
     let view = view_from(Vec3::ZERO, Vec3::NEG_Z);
-    let Some(mut pair) = Pair::new(&gpu, SIZE, HzbConfig::default(), chunk_len()) else { return };
+    let Some(mut pair) = Pair::new(&gpu, SIZE, HZB, chunk_len()) else { return };
     for _ in 0..2 {
         pair.check(&scene, &view, &"two squares");
     }
@@ -274,10 +299,7 @@ fn several_views_of_one_renderer_do_not_disturb_each_other() {
     for culls in [true, false] {
         for size in sizes {
             let mut slot = renderer.create_view_slot();
-            if culls
-                && let Err(error) =
-                    renderer.set_occlusion(&mut slot, DrawnOcclusion::Hzb(HzbConfig::default()))
-            {
+            if culls && let Err(error) = renderer.set_occlusion(&mut slot, HZB) {
                 eprintln!("skipped: {error}");
                 return;
             }
@@ -319,7 +341,7 @@ fn several_views_of_one_renderer_do_not_disturb_each_other() {
 fn with_more_than_one_layer_it_is_drawn_as_ever() {
     let Some(gpu) = gpu() else { return };
     let scene = walled_sketch();
-    let Some(mut pair) = Pair::new(&gpu, SIZE, HzbConfig::default(), chunk_len()) else { return };
+    let Some(mut pair) = Pair::new(&gpu, SIZE, HZB, chunk_len()) else { return };
     let ids = all_ids(&scene);
     let (some, others) = ids.split_at(ids.len() / 2);
     let tint = Style { tint: [1.0, 0.0, 0.0], amount: 0.5, opacity: 0.6, glow: 0.0 };
@@ -338,7 +360,13 @@ fn with_more_than_one_layer_it_is_drawn_as_ever() {
 }
 
 /// Plays a session and compares at evenly spaced frames, each with the one before it, and once more without a change.
-fn compare_session(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice, frames: u64) -> Option<DrawnCounts> {
+fn compare_session(
+    gpu: &Arc<Gpu>,
+    path: &Path,
+    choice: CameraChoice,
+    occlusion: DrawnOcclusion,
+    frames: u64,
+) -> Option<DrawnCounts> {
     let open = || recording::open(path, &OpenOptions::default()).expect("a recording");
     let (summary, _, read) = summarize(&mut open(), Pace::Samples(16));
     read.expect("a whole recording");
@@ -348,7 +376,7 @@ fn compare_session(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice, frames: u6
     let capacity = summary.counts.polygons as usize;
     let config = IndexConfig { capacity, ..IndexConfig::default() };
     let mut pipeline = Pipeline::new(IndexKind::Osp.create(&config), capacity, StageClock::default());
-    let mut pair = Pair::new(gpu, SIZE, HzbConfig::default(), chunk_len())?;
+    let mut pair = Pair::new(gpu, SIZE, occlusion, chunk_len())?;
     let (mut scene, mut moment, mut shown) = (Scene::new(), Moment::default(), 0);
     let (mut pacer, mut events, mut changes) = (Pacer::new(session, pace), Vec::new(), Vec::new());
     let total = summarize(&mut open(), pace).0.frames;
@@ -368,7 +396,12 @@ fn compare_session(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice, frames: u6
                 let (differing, whole) = pair.compare(&scene, &view, pipeline.draw_list().ids());
                 shown += whole.drawn_pixels();
                 let at = moment.frame;
-                assert_eq!(differing, 0, "{}, {choice:?}, frame {at}, time {time}", path.display());
+                assert_eq!(
+                    differing,
+                    0,
+                    "{}, {choice:?}, {occlusion:?}, frame {at}, time {time}",
+                    path.display()
+                );
             }
         } else {
             pipeline.skip(&scene, &changes);
@@ -385,9 +418,14 @@ fn culling_while_drawing_changes_no_pixel_of_any_shipped_session() {
     let Some(gpu) = gpu() else { return };
     let mut all = DrawnCounts::default();
     for path in shipped() {
-        for choice in [CameraChoice::Auto, CameraChoice::Inside] {
-            let Some(counts) = compare_session(&gpu, &path, choice, 5) else { return };
-            eprintln!("{}, {choice:?}: {} of {} hidden", path.display(), counts.hidden(), counts.in_view);
+        for (choice, occlusion) in [
+            (CameraChoice::Auto, HZB),
+            (CameraChoice::Inside, HZB),
+            (CameraChoice::Auto, DrawnOcclusion::Queries),
+        ] {
+            let Some(counts) = compare_session(&gpu, &path, choice, occlusion, 5) else { return };
+            let (hidden, in_view) = (counts.hidden(), counts.in_view);
+            eprintln!("{}, {choice:?}, {occlusion:?}: {hidden} of {in_view} hidden", path.display());
             all.in_view += counts.in_view;
             all.second_pass += counts.second_pass;
         }
@@ -410,9 +448,15 @@ fn culling_while_drawing_changes_no_pixel_of_real_sessions() {
         "scenes/Castle.obj",
     ] {
         let path = Path::new(&folder).join(name);
-        for choice in [CameraChoice::Auto, CameraChoice::Inside] {
-            let Some(counts) = compare_session(&gpu, &path, choice, 8) else { return };
-            eprintln!("{name}, {choice:?}: {} of {} hidden", counts.hidden(), counts.in_view);
+        for (choice, occlusion) in [
+            (CameraChoice::Auto, HZB),
+            (CameraChoice::Inside, HZB),
+            (CameraChoice::Auto, DrawnOcclusion::Queries),
+            (CameraChoice::Inside, DrawnOcclusion::Queries),
+        ] {
+            let Some(counts) = compare_session(&gpu, &path, choice, occlusion, 5) else { return };
+            let (hidden, in_view) = (counts.hidden(), counts.in_view);
+            eprintln!("{name}, {choice:?}, {occlusion:?}: {hidden} of {in_view} hidden");
         }
     }
 }

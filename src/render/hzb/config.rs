@@ -10,6 +10,8 @@ pub enum DrawnOcclusion {
     None,
     /// By a hierarchical depth buffer.
     Hzb(HzbConfig),
+    /// By hardware occlusion queries.
+    Queries,
 }
 
 impl DrawnOcclusion {
@@ -17,6 +19,7 @@ impl DrawnOcclusion {
     pub fn of(choice: OcclusionChoice) -> Self {
         match choice {
             OcclusionChoice::Hzb => Self::Hzb(HzbConfig::default()),
+            OcclusionChoice::Queries => Self::Queries,
             _ => Self::None,
         }
     }

@@ -6,6 +6,7 @@ use super::{
     Hzb, HzbView, PyramidLevel,
     pipelines::bind,
     pyramid::Levels,
+    queries::HzbViewParts,
     span::{Params, SPAN_STRIDE, Span},
     state::{Groups, LANES, grow},
 };
@@ -46,7 +47,11 @@ impl HzbView {
         let Some(groups) = self.groups.take() else { return };
         timer.begin();
         self.recall(frame, &groups, encoder, timer);
-        self.test(frame, &groups, encoder, timer);
+        match &mut self.queries {
+            None => self.test(frame, &groups, encoder, timer),
+            Some(_) => self.ask(frame, encoder),
+        }
+        self.compact(frame, &groups, encoder, timer);
         self.draw(frame, encoder, timer, more);
         timer.end(encoder, 3);
         self.begin_results();
@@ -76,11 +81,7 @@ impl HzbView {
     fn bind(&self, frame: &Frame<'_>) -> Groups {
         let (gpu, hzb, buffers) = (frame.gpu, frame.hzb, &self.buffers);
         let whole = wgpu::Buffer::as_entire_binding;
-        let span = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: &buffers.spans,
-            offset: 0,
-            size: wgpu::BufferSize::new(size_of::<Span>() as u64),
-        });
+        let span = span_of(&buffers.spans);
         let depth = wgpu::BindingResource::TextureView(frame.target.depth());
         Groups {
             recall: bind(
@@ -135,7 +136,7 @@ impl HzbView {
     }
 
     /// Each of the spans with its offset among all.
-    fn spans(spans: &[Span], first: u32) -> impl Iterator<Item = (&Span, u32)> {
+    pub(super) fn spans(spans: &[Span], first: u32) -> impl Iterator<Item = (&Span, u32)> {
         spans.iter().enumerate().map(move |(i, span)| (span, first + i as u32 * SPAN_STRIDE))
     }
 
@@ -169,11 +170,26 @@ impl HzbView {
         }
     }
 
-    /// Builds the pyramid, tests, and lists what is left.
+    /// Asks, instead of a test.
+    fn ask(&mut self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder) {
+        let parts = HzbViewParts {
+            span: span_of(&self.buffers.spans),
+            handles: &self.buffers.handles,
+            remembered: &self.buffers.remembered,
+            kept: &self.buffers.kept,
+            pages: &self.pages,
+            first_page: self.first_span[0],
+        };
+        if let Some(queries) = &mut self.queries {
+            queries.encode(frame, &parts, encoder);
+        }
+    }
+
+    /// Builds the pyramid and tests.
     fn test(&self, frame: &Frame<'_>, groups: &Groups, encoder: &mut wgpu::CommandEncoder, timer: &GpuTimer) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("occlusion test"),
-            timestamp_writes: timer.stamps(1, Ends::Both).map(|stamps| stamps.of_compute()),
+            timestamp_writes: timer.stamps(1, Ends::Begin).map(|stamps| stamps.of_compute()),
         });
         for (level, (_, width, height)) in self.levels.iter().enumerate() {
             pass.set_pipeline(if level == 0 { &frame.hzb.base } else { &frame.hzb.reduce });
@@ -194,6 +210,21 @@ impl HzbView {
                 dispatch(&mut pass, span.len().div_ceil(of_workgroup));
             }
         }
+    }
+
+    /// Lists what is left.
+    fn compact(
+        &self,
+        frame: &Frame<'_>,
+        groups: &Groups,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &GpuTimer,
+    ) {
+        let ends = if self.queries.is_some() { Ends::Both } else { Ends::End };
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("compaction"),
+            timestamp_writes: timer.stamps(1, ends).map(|stamps| stamps.of_compute()),
+        });
         for (pipeline, is_one) in
             [(&frame.hzb.count, false), (&frame.hzb.scan, true), (&frame.hzb.scatter, false)]
         {
@@ -250,6 +281,14 @@ impl HzbView {
         let bytes = read_buffer(gpu, &self.buffers.kept, u64::from(handles) * 8)?;
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
+}
+
+fn span_of(spans: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+        buffer: spans,
+        offset: 0,
+        size: wgpu::BufferSize::new(size_of::<Span>() as u64),
+    })
 }
 
 fn dispatch(pass: &mut wgpu::ComputePass<'_>, workgroups: u32) {

@@ -25,6 +25,7 @@ mod config;
 mod encode;
 mod pipelines;
 mod pyramid;
+mod queries;
 mod span;
 mod state;
 

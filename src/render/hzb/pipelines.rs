@@ -1,5 +1,6 @@
 use super::{
     super::{Gpu, RenderError, gpu_scene::GpuScene, shaders},
+    queries::QueryPipelines,
     span::{PARAMS_BYTES, SPAN_BYTES},
 };
 
@@ -21,6 +22,7 @@ pub(in super::super) struct Hzb {
     pub(super) pyramid_layout: wgpu::BindGroupLayout,
     pub(super) test_layout: wgpu::BindGroupLayout,
     pub(super) compact_layout: wgpu::BindGroupLayout,
+    pub(super) queries: QueryPipelines,
     chunk_layout: wgpu::BindGroupLayout,
     /// One for each chunk of the scene.
     chunks: Vec<wgpu::BindGroup>,
@@ -28,7 +30,7 @@ pub(in super::super) struct Hzb {
 
 /// What a binding of a compute shader is.
 #[derive(Clone, Copy)]
-enum Bound {
+pub(super) enum Bound {
     /// A uniform buffer of so many bytes.
     Uniform(u64),
     /// One of several in a uniform buffer.
@@ -56,50 +58,23 @@ impl Hzb {
             layout(gpu, "occlusion test", &[Span, params, view, Read, Write, Write, Read, Write, Write]);
         let compact_layout = layout(gpu, "compaction", &[Span, Read, Write, Write, Write]);
         let chunk_layout = layout(gpu, "polygon chunk", &[Read]);
-        let build = |source: &'static str, layouts: &[Option<&wgpu::BindGroupLayout>], entries: &[&str]| {
-            let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: entries.first().copied(),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            });
-            let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: entries.first().copied(),
-                bind_group_layouts: layouts,
-                immediate_size: 0,
-            });
-            let pipeline = |entry: &&str| {
-                gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(*entry),
-                    layout: Some(&layout),
-                    module: &module,
-                    entry_point: Some(*entry),
-                    compilation_options: Default::default(),
-                    cache: None,
-                })
-            };
-            entries.iter().map(pipeline).collect::<Vec<_>>().into_iter()
-        };
-        let mut pipelines = build(shaders::HZB_RECALL, &[Some(&recall_layout)], &["recall"])
-            .chain(build(shaders::HZB_PYRAMID, &[Some(&pyramid_layout)], &["base", "reduce"]))
-            .chain(build(
-                shaders::HZB_TEST,
-                &[Some(&test_layout), Some(&chunk_layout)],
-                &["test", "test_transparent"],
-            ))
-            .chain(build(shaders::HZB_COMPACT, &[Some(&compact_layout)], &["count", "scan", "scatter"]));
-        let mut next = || pipelines.next().expect("one for each entry point");
+        let pyramid = [Some(&pyramid_layout)];
+        let test = [Some(&test_layout), Some(&chunk_layout)];
+        let compact = [Some(&compact_layout)];
         Ok(Self {
-            recall: next(),
-            base: next(),
-            reduce: next(),
-            test: next(),
-            test_transparent: next(),
-            count: next(),
-            scan: next(),
-            scatter: next(),
+            recall: compute(gpu, shaders::HZB_RECALL, &[Some(&recall_layout)], "recall"),
+            base: compute(gpu, shaders::HZB_PYRAMID, &pyramid, "base"),
+            reduce: compute(gpu, shaders::HZB_PYRAMID, &pyramid, "reduce"),
+            test: compute(gpu, shaders::HZB_TEST, &test, "test"),
+            test_transparent: compute(gpu, shaders::HZB_TEST, &test, "test_transparent"),
+            count: compute(gpu, shaders::HZB_COMPACT, &compact, "count"),
+            scan: compute(gpu, shaders::HZB_COMPACT, &compact, "scan"),
+            scatter: compute(gpu, shaders::HZB_COMPACT, &compact, "scatter"),
             recall_layout,
             pyramid_layout,
             test_layout,
             compact_layout,
+            queries: QueryPipelines::new(gpu),
             chunk_layout,
             chunks: Vec::new(),
         })
@@ -133,7 +108,7 @@ fn missing(gpu: &Gpu) -> Option<&'static str> {
         .then_some("compute workgroups of 256")
 }
 
-fn layout(gpu: &Gpu, label: &'static str, bounds: &[Bound]) -> wgpu::BindGroupLayout {
+pub(super) fn layout(gpu: &Gpu, label: &'static str, bounds: &[Bound]) -> wgpu::BindGroupLayout {
     let entry = |(binding, bound): (usize, &Bound)| {
         let buffer = |ty, has_dynamic_offset, bytes| wgpu::BindingType::Buffer {
             ty,
@@ -159,6 +134,31 @@ fn layout(gpu: &Gpu, label: &'static str, bounds: &[Bound]) -> wgpu::BindGroupLa
     gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some(label),
         entries: &bounds.iter().enumerate().map(entry).collect::<Vec<_>>(),
+    })
+}
+
+pub(super) fn compute(
+    gpu: &Gpu,
+    source: &'static str,
+    layouts: &[Option<&wgpu::BindGroupLayout>],
+    entry: &'static str,
+) -> wgpu::ComputePipeline {
+    let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(entry),
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    });
+    let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(entry),
+        bind_group_layouts: layouts,
+        immediate_size: 0,
+    });
+    gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry),
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some(entry),
+        compilation_options: Default::default(),
+        cache: None,
     })
 }
 

@@ -1,13 +1,16 @@
 use std::ops::Range;
 
+use crate::{scene::Scene, visibility::View};
+
 use super::{
     super::{
         DrawOrder, Gpu,
         order::{BLOCK, Handle},
         read_ring::ReadRing,
     },
-    DrawnCounts, HzbConfig,
+    DrawnCounts, DrawnOcclusion, HzbConfig,
     pyramid::{Levels, MAX_LEVELS},
+    queries::Queries,
     span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
 };
 
@@ -18,6 +21,8 @@ pub(super) const LANES: u32 = 256;
 #[derive(Debug)]
 pub(in super::super) struct HzbView {
     pub(super) config: HzbConfig,
+    /// Instead of a pyramid.
+    pub(super) queries: Option<Queries>,
     pub(super) buffers: Buffers,
     pub(super) groups: Option<Groups>,
     /// The size of picture that `levels` is for.
@@ -69,7 +74,7 @@ pub(super) struct Groups {
 const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST);
 
 impl HzbView {
-    pub(in super::super) fn new(gpu: &Gpu, config: HzbConfig) -> Self {
+    pub(in super::super) fn new(gpu: &Gpu) -> Self {
         let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let args = STORAGE | wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_SRC;
         let read = STORAGE | wgpu::BufferUsages::COPY_SRC;
@@ -86,7 +91,8 @@ impl HzbView {
         };
         let ring = ReadRing::new(gpu, buffers.args.size());
         Self {
-            config,
+            config: HzbConfig::default(),
+            queries: None,
             buffers,
             groups: None,
             size: (0, 0),
@@ -103,26 +109,37 @@ impl HzbView {
         }
     }
 
-    pub(in super::super) fn config(&self) -> HzbConfig {
-        self.config
+    pub(in super::super) fn occlusion(&self) -> DrawnOcclusion {
+        match self.queries {
+            Some(_) => DrawnOcclusion::Queries,
+            None => DrawnOcclusion::Hzb(self.config),
+        }
     }
 
-    pub(in super::super) fn set_config(&mut self, config: HzbConfig) {
-        // What is remembered is good for any settings.
-        self.config = config;
-        self.size = (0, 0);
+    /// What is remembered is good for any of them.
+    pub(in super::super) fn set_occlusion(&mut self, gpu: &Gpu, occlusion: DrawnOcclusion) {
+        match occlusion {
+            DrawnOcclusion::Hzb(config) => {
+                (self.config, self.queries) = (config, None);
+                self.size = (0, 0);
+            }
+            DrawnOcclusion::Queries if self.queries.is_none() => self.queries = Some(Queries::new(gpu)),
+            DrawnOcclusion::Queries | DrawnOcclusion::None => {}
+        }
     }
 
-    /// Sends what the frame's shaders need but for what depends on the picture's size; returns the bytes sent. The
-    /// transparent polygons' numbers begin at `transparent` in the list.
+    /// Sends what the frame's shaders need but for what depends on the picture's size; returns the bytes sent.
     pub(in super::super) fn prepare(
         &mut self,
         gpu: &Gpu,
         order: &DrawOrder,
-        transparent: Range<u32>,
         chunk_len: usize,
-        polygon_count: usize,
+        scene: &Scene,
+        view: &View,
     ) -> u64 {
+        let opaque = order.opaque_count();
+        let transparent = opaque..opaque + order.ids().len() as u32;
+        let polygon_count = scene.polygon_count();
         self.lay_out(order, transparent.clone(), chunk_len as u32);
         let handles = order.handles();
         let sums = self.pages.last().map_or(0, |span| span.first_sum + span.len().div_ceil(LANES));
@@ -138,6 +155,7 @@ impl HzbView {
         ];
         if is_new.contains(&true) {
             self.groups = None;
+            self.queries.iter_mut().for_each(Queries::forget_groups);
         }
         if self.ring.capacity() < self.buffers.args.size() {
             self.ring = ReadRing::new(gpu, self.buffers.args.size());
@@ -153,13 +171,18 @@ impl HzbView {
         send(&self.buffers.handles, bytemuck::cast_slice(handles));
         send(&self.buffers.args, bytemuck::cast_slice(&self.args_words));
         let in_view = u64::from(transparent.end);
-        let of_group = self.config.group.polygons();
-        let groups: u64 = handles.iter().map(|handle| u64::from(groups_in(handle, of_group))).sum();
-        let counts = DrawnCounts {
-            groups_tested: groups + transparent.len() as u64,
-            in_view,
-            ..DrawnCounts::default()
+        let groups_tested = match &mut self.queries {
+            Some(queries) => {
+                sent += queries.prepare(gpu, order, scene, view);
+                queries.count()
+            }
+            None => {
+                let of_group = self.config.group.polygons();
+                let groups = handles.iter().map(|handle| u64::from(groups_in(handle, of_group)));
+                groups.sum::<u64>() + transparent.len() as u64
+            }
         };
+        let counts = DrawnCounts { groups_tested, in_view, ..DrawnCounts::default() };
         self.frame = (counts, transparent.len() as u64);
         sent
     }
@@ -225,6 +248,7 @@ impl HzbView {
     /// To be called after submission.
     pub(in super::super) fn submitted(&mut self) {
         self.ring.submitted();
+        self.queries.iter_mut().for_each(Queries::submitted);
     }
 
     /// What a frame did that has come back since the last call; the latest if several have.

@@ -1,0 +1,46 @@
+// What the occlusion queries have found becomes what the pass with colours draws: a handle whose query counted no sample is
+// left out.
+
+struct Span {
+    // Handles from here …
+    first: u32,
+    // … to here.
+    end: u32,
+    first_sum: u32,
+    base: u32,
+    args: u32,
+    first_polygon: u32,
+}
+
+struct Handle {
+    block: u32,
+    mask: u32,
+    place: u32,
+}
+
+@group(0) @binding(0) var<uniform> span: Span;
+@group(0) @binding(1) var<storage, read> handles: array<Handle>;
+// The query of each handle.
+@group(0) @binding(2) var<storage, read> queries: array<u32>;
+// Samples counted, 64 bits each.
+@group(0) @binding(3) var<storage, read> results: array<vec2<u32>>;
+@group(0) @binding(4) var<storage, read_write> remembered: array<u32>;
+@group(0) @binding(5) var<storage, read_write> kept: array<vec2<u32>>;
+
+const NOTHING: u32 = 0xffffffffu;
+
+@compute @workgroup_size(256)
+fn apply(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let at = span.first + invocation.x;
+    if at >= span.end {
+        return;
+    }
+    let handle = handles[at];
+    let query = queries[at];
+    var mask = handle.mask;
+    if query != NOTHING && all(results[query] == vec2(0u)) {
+        mask = 0u;
+    }
+    kept[handle.place] = vec2(handle.block, mask);
+    remembered[handle.block] = mask;
+}
