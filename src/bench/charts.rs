@@ -236,6 +236,10 @@ fn growth(rows: &[GrowthRow], reference: &str) -> Vec<Chart> {
         "loose-octree",
         "kd-tree",
         "quadtree",
+        "parry3d",
+        "obvhs",
+        "rstar",
+        "bvh-crate",
     ];
     let mut charts = Vec::new();
     let mut names: Vec<&str> = rows.iter().map(|row| row.index.as_str()).collect();
@@ -333,7 +337,7 @@ fn flight(flight: &Flight) -> Vec<Chart> {
             title: title("polygons to draw"),
             remarks: vec![paper.to_owned(), break_even],
             x: Axis::Linear("frame"),
-            y: Axis::Linear("polygons"),
+            y: Axis::Linear("polygons a frame"),
             lines: vec![
                 Line::new("no culling", 0, series(&|_| flight.polygons as f64)),
                 Line::new("frustum", 1, series(&|i| frames[i].in_view as f64)),

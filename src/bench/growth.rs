@@ -2,7 +2,7 @@ use std::{ops::Range, time::Instant};
 
 use serde::Serialize;
 
-use super::{Estimate, estimate::quantile};
+use super::{Contender, Estimate, estimate::quantile};
 use crate::{
     index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
     math::{Aabb, Frustum},
@@ -28,7 +28,7 @@ pub struct GrowthConfig {
     /// Numbers of polygons.
     pub sizes: Vec<u32>,
     /// The indexes.
-    pub kinds: Vec<IndexKind>,
+    pub kinds: Vec<Contender>,
     /// The index that the others are compared with, frame by frame.
     pub reference: IndexKind,
     /// Polygons that a frame inserts: what a hand at 90 frames a second draws, and a little more.
@@ -102,7 +102,7 @@ pub fn grow(
     // A stroke is finished, so a few more than asked for; what is beyond the size is what the frames insert.
     let spare = config.batch * MOST_FRAMES as u32;
     let wants_shapes =
-        |kind: &IndexKind| kind.create(&IndexConfig { capacity: 0, ..IndexConfig::default() }).wants_shapes();
+        |kind: &Contender| kind.create(&IndexConfig { capacity: 0, ..IndexConfig::default() }).wants_shapes();
     let shapes = if config.kinds.iter().any(wants_shapes) { MOST_SHAPES } else { 0 };
     let drawing = Drawing::new(largest.saturating_add(spare), shapes)?;
     // Nanoseconds that the last size took, and the size.
@@ -110,7 +110,7 @@ pub fn grow(
     for &size in &sizes {
         let count = (size as usize).min(drawing.boxes.len());
         let most = drawing.boxes.len().min(count + spare as usize);
-        let mut reference = Subject::filled(config.reference, &drawing, count, most);
+        let mut reference = Subject::filled(Contender::Own(config.reference), &drawing, count, most);
         for (kind, before) in config.kinds.iter().zip(&mut took_before) {
             if let Some((ns, polygons)) = *before {
                 let expected_secs = ns * 1.0e-9 * f64::from(size) / f64::from(polygons);
@@ -192,7 +192,7 @@ impl Frame {
 }
 
 impl<'a> Subject<'a> {
-    fn filled(kind: IndexKind, drawing: &'a Drawing, filed: usize, most: usize) -> Self {
+    fn filled(kind: Contender, drawing: &'a Drawing, filed: usize, most: usize) -> Self {
         let index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
         let mut draw_list = DrawList::new();
         draw_list.reserve(most);

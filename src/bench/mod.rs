@@ -6,6 +6,7 @@
 //! of work, which do not depend on the machine.
 
 mod charts;
+mod contender;
 mod csv;
 mod estimate;
 mod flight;
@@ -16,6 +17,7 @@ mod report;
 mod session;
 mod table;
 
+pub use contender::Contender;
 pub use estimate::Estimate;
 pub use flight::{Flight, FlightFrame, fly};
 pub use growth::{GrowthConfig, GrowthRow, Skipped, grow};

@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use super::{Estimate, estimate::quantile};
+use super::{Contender, Estimate, estimate::quantile};
 use crate::{
     index::{IndexConfig, IndexKind},
     math::Aabb,
@@ -24,7 +24,7 @@ pub struct SessionInput {
     /// The modelling volume.
     pub root: Aabb,
     /// The indexes.
-    pub kinds: Vec<IndexKind>,
+    pub kinds: Vec<Contender>,
     /// The index that the others are compared with, if it is among them.
     pub reference: IndexKind,
     /// Time to spend on measured frames of each index, seconds.
@@ -102,11 +102,11 @@ where
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: input.root, capacity };
     let budget = Budget { ns: (input.budget_secs * 1.0e9) as u64, frames: summary.frames };
-    let lane = |kind: &IndexKind| {
+    let lane = |kind: &Contender| {
         Lane::new(Pipeline::new(kind.create(&config), capacity, StageClock::default()), budget)
     };
     let lanes: Vec<Lane> = input.kinds.iter().map(lane).collect();
-    let run = |kind: &IndexKind| RunReport::new(kind.name(), summary.frames);
+    let run = |kind: &Contender| RunReport::new(kind.name(), summary.frames);
     let mut report = ReplayReport {
         recording: input.recording.clone(),
         strokes: summary.counts.strokes,
@@ -129,8 +129,11 @@ where
         }
         progress();
     }
-    let reference =
-        input.kinds.iter().position(|&kind| kind == input.reference).map_or(&[][..], |i| &records[i]);
+    let reference = input
+        .kinds
+        .iter()
+        .position(|&kind| kind == Contender::Own(input.reference))
+        .map_or(&[][..], |i| &records[i]);
     let rows = (input.kinds.iter().zip(replay.lanes()).zip(&records))
         .map(|((kind, lane), records)| {
             let bytes = lane.pipeline().index().bytes();

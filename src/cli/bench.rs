@@ -8,7 +8,10 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, ensure};
-use clap::Args;
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 use indicatif::ProgressBar;
 
 use super::{
@@ -18,7 +21,7 @@ use super::{
     session::OpenSession,
 };
 use crate::{
-    bench::{self, BenchReport, Flight, GrowthConfig, Machine, SessionInput, SessionResult},
+    bench::{self, BenchReport, Contender, Flight, GrowthConfig, Machine, SessionInput, SessionResult},
     index::{IndexConfig, IndexKind},
     metrics::summarize,
     occlusion::CullerKind,
@@ -54,8 +57,8 @@ pub(super) struct BenchArgs {
     #[arg(long)]
     quick: bool,
     /// The indexes, separated by commas [default: all].
-    #[arg(long, value_delimiter = ',', value_parser = index_parser())]
-    index: Vec<IndexKind>,
+    #[arg(long, value_delimiter = ',', value_parser = contender_parser())]
+    index: Vec<Contender>,
     /// The index that the others are compared with.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     reference: IndexKind,
@@ -103,9 +106,9 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         ensure!(folder.is_none_or(Path::is_dir), "{}: there is no such folder", path.display());
     }
-    let mut kinds = if args.index.is_empty() { IndexKind::ALL.to_vec() } else { args.index.clone() };
-    if !kinds.contains(&args.reference) {
-        kinds.insert(0, args.reference);
+    let mut kinds = if args.index.is_empty() { Contender::all() } else { args.index.clone() };
+    if !kinds.contains(&Contender::Own(args.reference)) {
+        kinds.insert(0, Contender::Own(args.reference));
     }
     let progress = progress();
     let (mut sessions, mut flights) = (Vec::new(), Vec::new());
@@ -139,6 +142,11 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     Ok(if agree { Outcome::Done } else { Outcome::CheckFailed })
 }
 
+fn contender_parser() -> impl TypedValueParser<Value = Contender> {
+    PossibleValuesParser::new(Contender::all().into_iter().map(Contender::name))
+        .try_map(|name| Contender::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
+}
+
 /// What is being measured, where somebody can see it.
 fn progress() -> ProgressBar {
     if !std::io::stderr().is_terminal() {
@@ -151,7 +159,7 @@ fn progress() -> ProgressBar {
 
 fn measure_session(
     args: &BenchArgs,
-    kinds: &[IndexKind],
+    kinds: &[Contender],
     file: &Path,
     progress: &ProgressBar,
 ) -> anyhow::Result<(SessionResult, Vec<Flight>)> {
@@ -192,7 +200,7 @@ fn measure_session(
 
 type Growth = (Vec<bench::GrowthRow>, Vec<bench::Skipped>);
 
-fn grow(args: &BenchArgs, kinds: &[IndexKind], progress: &ProgressBar) -> anyhow::Result<Growth> {
+fn grow(args: &BenchArgs, kinds: &[Contender], progress: &ProgressBar) -> anyhow::Result<Growth> {
     let sizes = match (&args.sizes[..], args.quick) {
         ([], true) => vec![1000, 10_000, 100_000],
         ([], false) => vec![1000, 10_000, 100_000, 1_000_000],

@@ -22,6 +22,8 @@ mod loose_octree;
 mod octree_rebuild;
 mod osp;
 mod osp_paper;
+#[cfg(feature = "peers")]
+mod peers;
 mod probe;
 mod quadtree;
 mod rebuilt;
@@ -47,6 +49,8 @@ pub use loose_octree::{LooseOctree, LooseOctreeConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
 pub use osp::{FoundPage, FoundPages, FoundRun, Osp};
 pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPlace};
+#[cfg(feature = "peers")]
+pub use peers::PeerKind;
 pub use quadtree::{QuadtreeConfig, quadtree};
 pub use simd::Backend;
 pub use spatial_index::{IndexError, Node, SpatialIndex, Visit, Visitor};

@@ -4,6 +4,8 @@
 mod boxes;
 mod check;
 mod osp_paper;
+#[cfg(feature = "peers")]
+mod peers;
 mod random_changes;
 mod scenes;
 mod subjects;
