@@ -65,3 +65,31 @@ fn a_frozen_camera_shows_what_is_left_out_and_why() {
     assert!(out_of_view > 2000, "{out_of_view} red pixels");
     assert!(window.close().success());
 }
+
+#[test]
+fn the_window_tells_what_is_found_while_drawing() {
+    let Some(desk) = Desk::new() else { return };
+    let recording = format!("{}/recordings/portrait.ron", env!("CARGO_MANIFEST_DIR"));
+    let mut window =
+        desk.open(&["replay", &recording, "--window", "--pace", "samples:1000", "--occlusion", "hzb"]);
+    window.point(590, 300);
+    for position in 1..=6 {
+        window.key("period");
+        window.until_last("a step", |frame| frame["position"] == position);
+    }
+    window.settle();
+    // The figures of a frame come back some frames later.
+    window.point(600, 310);
+    window.until_last("figures", |frame| {
+        let of = |name: &str| frame["while_drawing"][name].as_u64();
+        let (Some(in_view), Some(hidden), Some(drawn)) = (of("in_view"), of("hidden"), of("second_pass"))
+        else {
+            return false;
+        };
+        in_view > 1000 && in_view == hidden + drawn && of("groups_tested") == Some(in_view)
+    });
+    // The next way to find what is hidden does so, too.
+    window.key("o");
+    window.until_last("another way", |frame| frame["occlusion"] != "hzb");
+    assert!(window.close().success());
+}
