@@ -205,7 +205,12 @@ impl Painter {
         // Lets the times of earlier frames come back; that nothing is waiting is no error.
         let _ = self.gpu.device().poll(wgpu::PollType::Poll);
         self.gpu.check()?;
-        let times = self.panes.iter_mut().filter_map(|pane| pane.timer.take());
+        let times = self.panes.iter_mut().filter_map(|pane| {
+            let times = pane.timer.take()?;
+            // Of the frame that the time is of, not of this one: only culling has a pass of tests.
+            pane.slot.note_time(times.test_ns > 0, times.total_ns);
+            Some(times)
+        });
         let times = times.reduce(|a, b| a + b);
         if let Some(times) = times {
             self.draw_ns = times.total_ns;

@@ -93,7 +93,8 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE")]
     pin: Option<PathBuf>,
     /// Cull by occlusion after the frustum, by each of these methods; the indexes are then `osp` alone, unless --index
-    /// names others. `auto` is msvbsp in the frames in which it pays; `hzb` finds what is hidden while drawing (--draw).
+    /// names others. `auto` is msvbsp in the frames in which it pays, and, with --draw, hzb in those in which that does;
+    /// `hzb` and `queries` find what is hidden while drawing (--draw).
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
     occlusion: Vec<OcclusionChoice>,
     /// Walk through the finished model, and leave out what cannot be seen from where the eye is, by the sets that `osp

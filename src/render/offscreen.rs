@@ -114,6 +114,7 @@ impl Offscreen {
         self.timer.submitted();
         self.slot.submitted();
         let culls = self.slot.culls();
+        self.slot.note_time(culls, draw.ns);
         if self.timer.is_available() || culls {
             gpu.wait()?;
         }

@@ -2,8 +2,9 @@ use std::sync::Arc;
 
 use super::{
     Blend, DrawnOcclusion, Gpu, GpuTimer, PyramidLevel, RenderError, Run, Target, ViewSlot,
+    draw_switch::DrawSwitch,
     gpu_scene::GpuScene,
-    hzb::{Frame, Hzb, HzbView},
+    hzb::{Frame, Hzb, HzbConfig, HzbView},
     order::{BLOCK, Listing},
     shaders,
     target::{COLOR_FORMAT, DEPTH_FORMAT, DepthBefore, SAMPLES},
@@ -136,15 +137,31 @@ impl Renderer {
         slot: &mut ViewSlot,
         occlusion: DrawnOcclusion,
     ) -> Result<(), RenderError> {
+        slot.switch = None;
         if occlusion == DrawnOcclusion::None {
             slot.hzb = None;
             return Ok(());
         }
         if self.hzb.is_none() {
-            let mut hzb = Hzb::new(&self.gpu)?;
+            let mut hzb = match Hzb::new(&self.gpu) {
+                // Then drawing all is the fastest way that there is.
+                Err(_) if occlusion == DrawnOcclusion::Auto => {
+                    slot.hzb = None;
+                    slot.switch = Some(DrawSwitch::default());
+                    return Ok(());
+                }
+                outcome => outcome?,
+            };
             hzb.follow(&self.gpu, &self.scene);
             self.hzb = Some(hzb);
         }
+        let occlusion = match occlusion {
+            DrawnOcclusion::Auto => {
+                slot.switch = Some(DrawSwitch::default());
+                DrawnOcclusion::Hzb(HzbConfig::default())
+            }
+            occlusion => occlusion,
+        };
         let view = slot.hzb.get_or_insert_with(|| Box::new(HzbView::new(&self.gpu)));
         view.set_occlusion(&self.gpu, occlusion);
         Ok(())
@@ -194,7 +211,9 @@ impl Renderer {
             0 => layer.style == Style::PLAIN,
             _ => layer.ids.is_empty(),
         };
-        let culls = slot.hzb.is_some() && layers.iter().enumerate().all(is_plain);
+        let can_cull = slot.hzb.is_some() && layers.iter().enumerate().all(is_plain);
+        let in_view = layers.first().map_or(0, |layer| layer.ids.len());
+        let culls = can_cull && slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
         slot.order.clear_for(if culls { Listing::Blocks } else { Listing::Ids });
         for (i, layer) in layers.iter().enumerate() {
             let style = i.min(MAX_STYLES - 1);

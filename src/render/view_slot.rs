@@ -1,7 +1,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    DrawOrder, DrawnCounts, DrawnOcclusion, Gpu, Style, hzb::HzbView, order::Listing, renderer::MAX_STYLES,
+    DrawOrder, DrawnCounts, DrawnOcclusion, Gpu, Style, draw_switch::DrawSwitch, hzb::HzbView,
+    order::Listing, renderer::MAX_STYLES,
 };
 use crate::visibility::View;
 
@@ -13,6 +14,8 @@ pub struct ViewSlot {
     bind_group: wgpu::BindGroup,
     pub(super) order: DrawOrder,
     pub(super) hzb: Option<Box<HzbView>>,
+    /// Where hidden polygons are looked for only if it pays.
+    pub(super) switch: Option<DrawSwitch>,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -33,7 +36,7 @@ impl ViewSlot {
         });
         let ids = create_ids(gpu, 1 << 14);
         let bind_group = bind(gpu, layout, &uniforms, &ids);
-        Self { uniforms, ids, bind_group, order: DrawOrder::new(), hzb: None }
+        Self { uniforms, ids, bind_group, order: DrawOrder::new(), hzb: None, switch: None }
     }
 
     pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
@@ -70,7 +73,19 @@ impl ViewSlot {
 
     /// How this view finds while drawing what is hidden.
     pub fn occlusion(&self) -> DrawnOcclusion {
-        self.hzb.as_ref().map_or(DrawnOcclusion::None, |view| view.occlusion())
+        match (&self.switch, &self.hzb) {
+            (Some(_), _) => DrawnOcclusion::Auto,
+            (None, Some(view)) => view.occlusion(),
+            (None, None) => DrawnOcclusion::None,
+        }
+    }
+
+    /// Takes what a frame of this view took, at once or some frames later, and whether it was one that looked for what is
+    /// hidden: by it [`DrawnOcclusion::Auto`] decides.
+    pub fn note_time(&mut self, culled: bool, ns: u64) {
+        if let Some(switch) = &mut self.switch {
+            switch.note(culled, ns);
+        }
     }
 
     /// Whether the frame at hand is one that looks for what is hidden.

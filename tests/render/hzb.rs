@@ -460,3 +460,39 @@ fn culling_while_drawing_changes_no_pixel_of_real_sessions() {
         }
     }
 }
+
+/// `auto` tries culling after some frames: the frames of the try, and those around it, show the same.
+#[test]
+fn auto_changes_no_pixel_when_it_tries_the_other_way() {
+    let Some(gpu) = gpu() else { return };
+    let drawer = || Offscreen::on(Arc::clone(&gpu), 161, 121, &RendererConfig::default()).expect("a drawer");
+    let (mut auto, mut whole) = (drawer(), drawer());
+    auto.set_occlusion(DrawnOcclusion::Auto).expect("auto asks for nothing");
+    let mut scene = Scene::new();
+    for i in 0..2200 {
+        let at =
+            Vec3::new((i % 50) as f32 * 0.02 - 0.5, (i / 50 % 22) as f32 * 0.05, (i / 1100) as f32 * 0.1);
+        apply(&mut scene, &[square(at, 0.01, (0.3, 0.5, 0.2, 1.0))]);
+    }
+    apply(&mut scene, &[square(Vec3::new(0.0, 0.6, 0.7), 0.45, (0.3, 0.5, 0.2, 1.0))]);
+    let ids = all_ids(&scene);
+    let (mut culled, mut plain) = (0, 0);
+    for frame in 0..32 {
+        let eye = Vec3::new(0.02 * frame as f32, 0.7, 2.5);
+        let view = view_from(eye, Vec3::new(0.0, 0.6, 0.0));
+        let times = auto.draw(&scene, &view, &[Layer::plain(&ids)]).expect("a drawn frame");
+        match times.occlusion {
+            Some(counts) => {
+                culled += 1;
+                assert_eq!(counts.in_view, ids.len() as u64);
+            }
+            None => plain += 1,
+        }
+        whole.draw(&scene, &view, &[Layer::plain(&ids)]).expect("a drawn frame");
+        let picture = auto.image().expect("a picture");
+        assert_eq!(picture.differing_pixels(&whole.image().expect("a picture")), 0, "frame {frame}");
+    }
+    // Where the adapter cannot cull, all frames are plain.
+    let can_cull = drawer().set_occlusion(HZB).is_ok();
+    assert!(plain > 10 && (culled > 0) == can_cull, "{culled} culled, {plain} not");
+}

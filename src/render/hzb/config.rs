@@ -12,6 +12,9 @@ pub enum DrawnOcclusion {
     Hzb(HzbConfig),
     /// By hardware occlusion queries.
     Queries,
+    /// By a hierarchical depth buffer in the frames in which that is faster than drawing all; not where the adapter
+    /// lacks what it needs.
+    Auto,
 }
 
 impl DrawnOcclusion {
@@ -20,6 +23,7 @@ impl DrawnOcclusion {
         match choice {
             OcclusionChoice::Hzb => Self::Hzb(HzbConfig::default()),
             OcclusionChoice::Queries => Self::Queries,
+            OcclusionChoice::Auto => Self::Auto,
             _ => Self::None,
         }
     }

@@ -124,7 +124,7 @@ impl HzbView {
                 self.size = (0, 0);
             }
             DrawnOcclusion::Queries if self.queries.is_none() => self.queries = Some(Queries::new(gpu)),
-            DrawnOcclusion::Queries | DrawnOcclusion::None => {}
+            DrawnOcclusion::Queries | DrawnOcclusion::None | DrawnOcclusion::Auto => {}
         }
     }
 
