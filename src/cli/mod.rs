@@ -28,6 +28,7 @@ mod synth;
 mod verify;
 #[cfg(feature = "render")]
 mod verify_drawn;
+mod verify_method;
 
 pub use allocations::CountingAllocator;
 

@@ -6,25 +6,24 @@ use std::{
 };
 
 use clap::Args;
-#[cfg(not(feature = "render"))]
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
 #[cfg(feature = "render")]
-use super::verify_drawn::{DrawnRun, DrawnTrials, Method};
+use super::verify_drawn::{DrawnRun, DrawnTrials};
 use super::{
     Outcome, allocations,
     output::{complain, say},
     replay::{camera_parser, index_parser, root_cube},
     session::OpenSession,
+    verify_method::{Method, method_parser},
 };
 use crate::{
     index::{IndexConfig, IndexKind},
     metrics::{StageClock, summarize},
     occlusion::{
-        CullConfig, CullerKind, Grouping, NodeTest, PolygonTest, PoolConfig, SelectConfig, Soundness,
-        oracle::OracleConfig, scenes::TestScene,
+        CullConfig, DepthConfig, Grouping, LastVisible, NodeTest, PolygonTest, PoolConfig, SelectConfig,
+        Soundness, oracle::OracleConfig, scenes::TestScene,
     },
     recording::{Event, Header, Pace, Pacer, RecordingError},
     report::thousands,
@@ -45,7 +44,7 @@ use crate::{
 #[command(after_help = "Examples:
   osp verify recordings/room.ron
   osp verify castle.obj --whole --camera inside --occluders 4,16,64,256
-  osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth
+  osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth,depth-last
   osp verify sketch.tilt --occlusion msvbsp-paper
   osp verify room.ron --whole --pvs room.pvs
   osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
@@ -55,6 +54,8 @@ The table, a line for each method and number of occluders (times of this machine
   hidden   share of the really hidden polygons that was culled
   tests    boxes tested in a view; planes: splitting planes of the tree, or tiles covered
   select, build, query: choosing the occluders, building the culler, walking the index; microseconds a view
+depth-last (what was visible in the last frame hides what is behind it now) sees each view four times, as a camera at
+rest does: nothing visible may be culled in any of them, the other figures are of the last. Its occluders are outlines.
 With hzb (a build with the feature `render`), each view is drawn four times with each method and without; a pixel that
 differs gives exit code 1. hzb-16, hzb-4 and hzb-1 test groups of so many polygons by the rectangle around their
 corners, with -box by that around their box, with -fine and then each polygon by its triangles; hzb is hzb-1-fine.
@@ -71,13 +72,8 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     views: u64,
     /// The methods, separated by commas [default: all that are sound].
-    #[cfg(feature = "render")]
-    #[arg(long, value_delimiter = ',', value_parser = super::verify_drawn::method_parser())]
+    #[arg(long, value_delimiter = ',', value_parser = method_parser())]
     occlusion: Vec<Method>,
-    /// The methods, separated by commas [default: all that are sound].
-    #[cfg(not(feature = "render"))]
-    #[arg(long, value_delimiter = ',', value_parser = culler_parser())]
-    occlusion: Vec<CullerKind>,
     /// Width and height of what is drawn for hzb, pixels.
     #[cfg(feature = "render")]
     #[arg(long, default_value = "1920x1080")]
@@ -149,13 +145,6 @@ impl FromStr for Pixels {
     }
 }
 
-#[cfg(not(feature = "render"))]
-fn culler_parser() -> impl TypedValueParser<Value = CullerKind> {
-    let names = CullerKind::ALL.iter().map(|kind| kind.name());
-    PossibleValuesParser::new(names)
-        .try_map(|name| CullerKind::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
-}
-
 /// Nothing is drawn in this build.
 #[cfg(not(feature = "render"))]
 struct DrawnTrials;
@@ -166,16 +155,8 @@ struct DrawnTrials;
 struct DrawnRun;
 
 impl VerifyArgs {
-    /// The methods that cull before drawing.
-    fn kinds(&self) -> Vec<CullerKind> {
-        #[cfg(feature = "render")]
-        let kinds = self.occlusion.iter().filter_map(|method| match *method {
-            Method::Culler(kind) => Some(kind),
-            Method::Drawn(..) => None,
-        });
-        #[cfg(not(feature = "render"))]
-        let kinds = self.occlusion.iter().copied();
-        if self.occlusion.is_empty() { CullerKind::sound() } else { kinds.collect() }
+    fn methods(&self) -> Vec<Method> {
+        if self.occlusion.is_empty() { Method::sound() } else { self.occlusion.clone() }
     }
 }
 
@@ -252,8 +233,13 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
 
 fn config(args: &VerifyArgs) -> VerifyConfig {
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
+    let methods = args.methods();
+    let kinds = methods.iter().filter_map(|method| match *method {
+        Method::Culler(kind) => Some(kind),
+        _ => None,
+    });
     VerifyConfig {
-        kinds: args.kinds(),
+        kinds: kinds.collect(),
         occluders: args.occluders.clone(),
         pool: PoolConfig { grouping, ..PoolConfig::default() },
         select: SelectConfig { least_share: args.least_share, ..SelectConfig::default() },
@@ -304,6 +290,9 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let index = args.index.create(&IndexConfig { root: root_cube(&header, &summary.bounds), capacity });
     let mut verifier = Verifier::new(index, config(args), StageClock::counting(allocations::count));
+    if args.methods().contains(&Method::Last) {
+        verifier.add_last(LastVisible::new(DepthConfig::default(), capacity));
+    }
 
     #[cfg(feature = "render")]
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size)?;

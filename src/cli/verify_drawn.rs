@@ -2,14 +2,12 @@
 
 use std::{collections::HashSet, sync::Arc};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
-use super::render::Size;
+use super::{render::Size, verify_method::Method};
 use crate::{
     index::DrawList,
-    occlusion::CullerKind,
     render::{
         DrawTimes, DrawnCounts, DrawnOcclusion, Gpu, HzbBound, HzbConfig, HzbFine, HzbGroup, Layer,
         Offscreen, PassTimes, RendererConfig,
@@ -25,17 +23,8 @@ use crate::{
 /// Frames of a camera at rest that are drawn of each view; the first has nothing to go by and does not count.
 const FRAMES: usize = 4;
 
-/// A way to find what is hidden that can be compared with the truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Method {
-    /// Before drawing.
-    Culler(CullerKind),
-    /// While drawing.
-    Drawn(&'static str, DrawnOcclusion),
-}
-
 /// Ways to find while drawing what is hidden, by name.
-fn drawn_methods() -> impl Iterator<Item = (&'static str, DrawnOcclusion)> {
+pub(super) fn drawn_methods() -> impl Iterator<Item = (&'static str, DrawnOcclusion)> {
     let coarse = |group, bound| HzbConfig { group, bound, fine: HzbFine::Off };
     [
         ("hzb", HzbConfig::default()),
@@ -51,17 +40,6 @@ fn drawn_methods() -> impl Iterator<Item = (&'static str, DrawnOcclusion)> {
     .into_iter()
     .map(|(name, config)| (name, DrawnOcclusion::Hzb(config)))
     .chain([("queries", DrawnOcclusion::Queries)])
-}
-
-pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
-    let names = CullerKind::ALL.iter().map(|kind| kind.name());
-    PossibleValuesParser::new(names.chain(drawn_methods().map(|(name, _)| name))).try_map(|name| {
-        let drawn = drawn_methods().find(|(other, _)| *other == name);
-        let drawn = drawn.map(|(name, occlusion)| Method::Drawn(name, occlusion));
-        drawn
-            .or_else(|| CullerKind::from_name(&name).map(Method::Culler))
-            .ok_or_else(|| format!("no method is called {name}"))
-    })
 }
 
 /// One method over all views so far.
@@ -87,7 +65,7 @@ impl DrawnTrials {
     pub(super) fn new(methods: &[Method], size: Size) -> anyhow::Result<Option<Self>> {
         let drawn = methods.iter().filter_map(|method| match *method {
             Method::Drawn(name, occlusion) => Some((name, occlusion)),
-            Method::Culler(_) => None,
+            Method::Culler(_) | Method::Last => None,
         });
         let drawn: Vec<_> = drawn.collect();
         if drawn.is_empty() {

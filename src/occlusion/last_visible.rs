@@ -11,7 +11,7 @@
 //! filled in as one outline, too, where that is convex.
 
 use super::{
-    Coverage, DepthBuffer, DepthConfig, OcclusionCuller, ShadowVolume, Verdict, ViewWindow, patch::Patch,
+    DepthBuffer, DepthConfig, OcclusionCuller, ShadowVolume, Soundness, Verdict, ViewWindow, patch::Patch,
 };
 use crate::{
     index::DrawList,
@@ -20,9 +20,6 @@ use crate::{
 
 /// Polygons next to each other in the list that are tested as one first.
 const GROUP: usize = 4;
-
-/// Most outlines that are filled in a frame.
-const MOST_SHADOWS: usize = 1 << 16;
 
 /// What [`LastVisible::cull`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,14 +42,22 @@ pub struct LastVisible {
 }
 
 impl LastVisible {
-    /// Culling that has seen nothing yet, by a buffer of this many pixels, with room for a scene of so many polygons
-    /// (and, for the outlines of a frame, up to 28 MB).
-    pub fn new(width: u32, height: u32, polygons: usize) -> Self {
-        let mut depth = DepthBuffer::new(DepthConfig { coverage: Coverage::WholePixels, width, height });
-        let shadows = (2 * polygons + 4).min(MOST_SHADOWS);
+    /// Most outlines that are filled for a view in a frame.
+    pub const MOST_OUTLINES: usize = 1 << 16;
+
+    /// Culling that has seen nothing yet, with room for a scene of so many polygons (and, for the outlines of a frame, up
+    /// to 28 MB).
+    pub fn new(depth: DepthConfig, polygons: usize) -> Self {
+        let mut depth = DepthBuffer::new(depth);
+        let shadows = (2 * polygons + 4).min(Self::MOST_OUTLINES);
         depth.reserve(shadows);
         let drawn = vec![Vec::with_capacity(polygons.div_ceil(64))];
         Self { depth, shadows: Vec::with_capacity(shadows), drawn }
+    }
+
+    /// Whether its answers can be relied upon: those of its buffer.
+    pub fn soundness(&self) -> Soundness {
+        self.depth.soundness()
     }
 
     /// Fills the buffer for view number `view` with what of the polygons in view was drawn in the last frame.
@@ -73,7 +78,7 @@ impl LastVisible {
         };
         self.shadows.clear();
         for pair in in_view.windows(2).chain(in_view.last().map(std::slice::from_ref)) {
-            if self.shadows.len() + 4 > MOST_SHADOWS {
+            if self.shadows.len() + 4 > Self::MOST_OUTLINES {
                 break;
             }
             let id = pair[0];

@@ -1,13 +1,10 @@
 use crate::{
     index::DrawList,
     metrics::{OcclusionRecord, StageClock, fingerprint_of_views},
-    occlusion::LastVisible,
+    occlusion::{DepthConfig, LastVisible},
     scene::Scene,
     visibility::View,
 };
-
-/// Pixels of the depth buffer.
-const PIXELS: [u32; 2] = [1024, 576];
 
 /// Culling by what was visible in the last frame ([`LastVisible`]) as a stage of a [`super::Pipeline`].
 #[derive(Debug)]
@@ -21,7 +18,7 @@ impl LastPass {
     pub fn new(capacity: usize) -> Self {
         let mut first = DrawList::new();
         first.reserve(capacity);
-        Self { culling: LastVisible::new(PIXELS[0], PIXELS[1], capacity), drawn: vec![first] }
+        Self { culling: LastVisible::new(DepthConfig::default(), capacity), drawn: vec![first] }
     }
 
     /// A frame: `in_view[i]` is what the frustum of `views[i]` may see.

@@ -2,10 +2,12 @@
 
 use crate::{
     index::{DrawList, SpatialIndex},
-    metrics::{Stage, StageClock},
+    math::Frustum,
+    metrics::StageClock,
     occlusion::{
-        BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
-        PoolConfig, ReuseTable, SelectConfig, SelectCounts, Selector, Soundness, ViewWindow,
+        BuildCounts, CullConfig, CullCounts, CullerKind, LastVisible, OccluderPool, OcclusionCuller,
+        OcclusionVisitor, PoolConfig, ReuseTable, SelectConfig, SelectCounts, Selector, Soundness,
+        ViewWindow,
         oracle::{Oracle, OracleConfig, Sight, Subject},
     },
     scene::{Change, PolygonId, Scene},
@@ -31,12 +33,23 @@ pub struct VerifyConfig {
     pub repeats: u32,
 }
 
+/// Frames of a camera at rest that what was visible in the last frame is asked in: every one is compared with the truth,
+/// the last one counts for what is found and what it costs.
+const FRAMES_AT_REST: usize = 4;
+
 /// One method with one number of occluders, over all views so far.
 pub struct Trial {
     occluders: usize,
-    selector: Selector,
-    culler: Box<dyn OcclusionCuller>,
+    means: Means,
     totals: Totals,
+}
+
+/// What a method hides with.
+enum Means {
+    /// The best of the large occluders.
+    Chosen(Selector, Box<dyn OcclusionCuller>),
+    /// What was visible in the last frame.
+    Last(Box<LastVisible>),
 }
 
 impl std::fmt::Debug for Trial {
@@ -94,15 +107,21 @@ impl Totals {
 impl Trial {
     /// The method's name.
     pub fn name(&self) -> &'static str {
-        self.culler.name()
+        match &self.means {
+            Means::Chosen(_, culler) => culler.name(),
+            Means::Last(_) => "depth-last",
+        }
     }
 
     /// Whether the method promises to cull nothing visible.
     pub fn soundness(&self) -> Soundness {
-        self.culler.soundness()
+        match &self.means {
+            Means::Chosen(_, culler) => culler.soundness(),
+            Means::Last(last) => last.soundness(),
+        }
     }
 
-    /// Most occluders a frame.
+    /// Most occluders a view.
     pub fn occluders(&self) -> usize {
         self.occluders
     }
@@ -185,7 +204,15 @@ impl Verifier {
     /// Adds a method of one's own, with this many occluders a view, before the first look.
     pub fn add(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
         let selector = Selector::new(SelectConfig { occluders, ..self.config.select });
-        self.trials.push(Trial { occluders, selector, culler, totals: Totals::default() });
+        let means = Means::Chosen(selector, culler);
+        self.trials.push(Trial { occluders, means, totals: Totals::default() });
+    }
+
+    /// Adds culling by what was visible in the last frame, before the first look: each view is then looked at by a camera
+    /// at rest.
+    pub fn add_last(&mut self, last: LastVisible) {
+        let means = Means::Last(Box::new(last));
+        self.trials.push(Trial { occluders: LastVisible::MOST_OUTLINES, means, totals: Totals::default() });
     }
 
     /// Compares sets of what can be seen from where, too; they have to be of the model that is looked at.
@@ -221,11 +248,9 @@ impl Verifier {
         };
         self.index.commit();
         let frustum = view.frustum();
-        self.views.frustum_ns += fastest(self.config.repeats, || {
+        fastest(&self.clock, self.config.repeats, &mut self.views.frustum_ns, &mut || {
             self.in_view.clear();
-            let start = self.clock.start();
             self.index.frustum_cull(&frustum, &mut self.in_view);
-            self.clock.since(start)
         });
         let oracle = Oracle::new(&window, subjects(scene, self.in_view.ids()), self.config.oracle);
         self.truth.clear();
@@ -236,42 +261,42 @@ impl Verifier {
             self.views.hidden += u64::from(sight == Sight::Hidden);
         }
         self.views.in_view += self.in_view.len() as u64;
-        for trial in &mut self.trials {
-            let (mut select, mut build, mut cull) =
-                (SelectCounts::default(), BuildCounts::default(), CullCounts::default());
-            trial.totals.select_ns += fastest(self.config.repeats, || {
-                let start = self.clock.start();
-                select = trial.selector.select(&self.pool, scene, &window);
-                self.clock.since(start)
-            });
-            trial.totals.build_ns += fastest(self.config.repeats, || {
-                let start = self.clock.start();
-                build = trial.culler.build(&window, trial.selector.chosen());
-                self.clock.since(start)
-            });
-            trial.totals.query_ns += fastest(self.config.repeats, || {
-                self.drawn.clear();
-                let start = self.clock.start();
-                let mut visitor = OcclusionVisitor::new(
-                    &*trial.culler,
-                    scene,
-                    self.config.cull,
-                    &mut self.reuse,
-                    &mut self.drawn,
-                );
-                self.index.traverse(&frustum, &mut visitor);
-                cull = visitor.counts();
-                self.clock.since(start)
-            });
-            trial.totals.add(self.views.views, &self.drawn, &mut self.truth, &self.in_view);
-            trial.totals.add_counts(&select, &build, &cull);
+        let look = Look {
+            scene,
+            window: &window,
+            frustum: &frustum,
+            index: &*self.index,
+            in_view: &self.in_view,
+            clock: &self.clock,
+            repeats: self.config.repeats,
+            number: self.views.views,
+        };
+        for Trial { means, totals, .. } in &mut self.trials {
+            match means {
+                Means::Chosen(selector, culler) => {
+                    let select = &mut || selector.select(&self.pool, scene, &window);
+                    let select = look.fastest(&mut totals.select_ns, select);
+                    let build = &mut || culler.build(&window, selector.chosen());
+                    let build = look.fastest(&mut totals.build_ns, build);
+                    let cull = &mut || {
+                        self.drawn.clear();
+                        let (reuse, drawn) = (&mut self.reuse, &mut self.drawn);
+                        let mut visitor =
+                            OcclusionVisitor::new(&**culler, scene, self.config.cull, reuse, drawn);
+                        look.index.traverse(look.frustum, &mut visitor);
+                        visitor.counts()
+                    };
+                    let cull = look.fastest(&mut totals.query_ns, cull);
+                    totals.add_counts(&select, &build, &cull);
+                }
+                Means::Last(last) => look.at_rest(last, totals, &mut self.drawn, &mut self.truth),
+            }
+            totals.add(look.number, &self.drawn, &mut self.truth, &self.in_view);
         }
         if let Some((pvs, totals)) = &mut self.pvs {
-            totals.query_ns += fastest(self.config.repeats, || {
+            fastest(&self.clock, self.config.repeats, &mut totals.query_ns, &mut || {
                 self.drawn.clear();
-                let start = self.clock.start();
                 pvs.cull(view.eye_in_world, self.in_view.ids(), &mut self.drawn);
-                self.clock.since(start)
             });
             totals.add(self.views.views, &self.drawn, &mut self.truth, &self.in_view);
         }
@@ -305,6 +330,55 @@ impl Verifier {
     }
 }
 
+/// A view, and what it takes to cull it.
+struct Look<'a> {
+    scene: &'a Scene,
+    window: &'a ViewWindow,
+    frustum: &'a Frustum,
+    index: &'a dyn SpatialIndex,
+    in_view: &'a DrawList,
+    clock: &'a StageClock,
+    repeats: u32,
+    number: u64,
+}
+
+impl Look<'_> {
+    fn fastest<T: Default>(&self, ns: &mut u64, stage: &mut impl FnMut() -> T) -> T {
+        fastest(self.clock, self.repeats, ns, stage)
+    }
+
+    /// Some frames of a camera at rest; what is drawn in the last one is left in `drawn`, and counted by the caller.
+    fn at_rest(
+        &self,
+        last: &mut LastVisible,
+        totals: &mut Totals,
+        drawn: &mut DrawList,
+        truth: &mut [(Option<Sight>, u8)],
+    ) {
+        let ids = self.in_view.ids();
+        for _ in 1..FRAMES_AT_REST {
+            drawn.clear();
+            let mut counts = last.build(0, self.scene, self.window, ids);
+            last.cull(0, self.scene, ids, drawn, &mut counts);
+            totals.add_faults(self.number, drawn, truth, self.in_view);
+        }
+        let build = &mut || last.build(0, self.scene, self.window, ids);
+        let built = self.fastest(&mut totals.build_ns, build);
+        // What was visible last is replaced by what is drawn; the buffer stays, so every repeat does the same.
+        let cull = &mut || {
+            drawn.clear();
+            let mut counts = built;
+            last.cull(0, self.scene, ids, drawn, &mut counts);
+            counts
+        };
+        let counts = self.fastest(&mut totals.query_ns, cull);
+        totals.select.chosen += counts.occluders as u32;
+        totals.build.occluders += counts.occluders as u32;
+        totals.build.nodes += counts.tiles as u32;
+        totals.cull.polygon_tests += counts.tests;
+    }
+}
+
 impl Totals {
     fn add(&mut self, view: u64, drawn: &DrawList, truth: &mut [(Option<Sight>, u8)], in_view: &DrawList) {
         self.drawn += drawn.len() as u64;
@@ -329,6 +403,21 @@ impl Totals {
             }
         }
         self.views += 1;
+    }
+
+    /// Takes only what is wrong in a frame that does not count otherwise.
+    fn add_faults(
+        &mut self,
+        view: u64,
+        drawn: &DrawList,
+        truth: &mut [(Option<Sight>, u8)],
+        in_view: &DrawList,
+    ) {
+        let mut frame = Self { first_false: self.first_false, ..Self::default() };
+        frame.add(view, drawn, truth, in_view);
+        self.first_false = frame.first_false;
+        self.false_culls += frame.false_culls;
+        self.misreported += frame.misreported;
     }
 
     fn add_counts(&mut self, select: &SelectCounts, build: &BuildCounts, cull: &CullCounts) {
@@ -384,6 +473,14 @@ fn subjects<'a>(scene: &'a Scene, ids: &'a [PolygonId]) -> impl Iterator<Item = 
     })
 }
 
-fn fastest(repeats: u32, mut stage: impl FnMut() -> Stage) -> u64 {
-    (0..repeats.max(1)).map(|_| stage().ns).min().unwrap_or(0)
+/// Does something several times, adds what it took at its fastest, and returns what came of the last time.
+fn fastest<T: Default>(clock: &StageClock, repeats: u32, ns: &mut u64, stage: &mut impl FnMut() -> T) -> T {
+    let (mut outcome, mut least_ns) = (T::default(), u64::MAX);
+    for _ in 0..repeats.max(1) {
+        let start = clock.start();
+        outcome = stage();
+        least_ns = least_ns.min(clock.since(start).ns);
+    }
+    *ns += least_ns;
+    outcome
 }

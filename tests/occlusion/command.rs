@@ -33,12 +33,15 @@ fn verify_says_what_each_method_culled_and_what_it_cost() {
     assert_eq!((&report["recording"], &report["views"]), (&"room.ron".into(), &3.into()));
     let runs = report["runs"].as_array().expect("runs");
     let names: Vec<_> = runs.iter().filter_map(|run| run["occlusion"].as_str()).collect();
-    assert_eq!(names, ["frusta", "svbsp", "msvbsp", "depth"], "every method that is sound");
+    assert_eq!(names, ["frusta", "svbsp", "msvbsp", "depth", "depth-last"], "every method that is sound");
     for run in runs {
         assert_eq!((&run["views"], &run["false_culls"]), (&3.into(), &0.into()), "{run}");
         assert_eq!(run["sound"], true);
         assert!(run["hidden_culled_percent"].as_f64().is_some_and(|p| p > 50.0 && p <= 100.0), "{run}");
-        for key in ["node_tests", "tree_nodes", "select_us", "build_us", "query_us"] {
+        // What was visible last needs no choice, and no walk through the index.
+        let is_last = run["occlusion"] == "depth-last";
+        let keys = if is_last { ["polygon_tests", "occluders_used"] } else { ["node_tests", "select_us"] };
+        for key in keys.into_iter().chain(["tree_nodes", "build_us", "query_us"]) {
             assert!(run[key].as_f64().is_some_and(|n| n > 0.0), "{key} in {run}");
         }
     }
@@ -65,7 +68,7 @@ fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
             views += run["views"].as_u64().expect("a number");
         }
     }
-    assert!(hidden > 100.0 && views >= 4 * 3 * 4, "{hidden} hidden, {views} views");
+    assert!(hidden > 100.0 && views >= 4 * 3 * 5, "{hidden} hidden, {views} views");
 }
 
 /// Real sketches, painted and tracked, and the scenes: sampled views of each.
@@ -116,6 +119,20 @@ fn verify_shows_that_the_paper_hides_what_is_visible() {
 }
 
 #[test]
+fn verify_compares_what_was_visible_last() {
+    let args = ["recordings/portrait.ron", "--whole", "--views", "2", "--occlusion", "msvbsp,depth-last"];
+    let report = json_of(&verify(&[&args[..], &["--camera", "orbit", "--repeats", "1", "--json"]].concat()));
+    let share = |i: usize| report["runs"][i]["hidden_culled_percent"].as_f64().expect("a number");
+    let last = &report["runs"][1];
+    assert_eq!((&last["occlusion"], &last["sound"]), (&"depth-last".into(), &true.into()));
+    assert_eq!(
+        (&last["false_culls"], &last["misreported"], &last["views"]),
+        (&0.into(), &0.into(), &2.into())
+    );
+    assert!(share(1) > 2.0 && share(1) > 3.0 * share(0), "paint behind paint: {report}");
+}
+
+#[test]
 fn verify_refuses_what_it_does_not_know() {
     for (args, expected) in [
         (&["scene:cellar"][..], "no scene is called cellar: expected rooms, panels"),
@@ -136,7 +153,9 @@ fn verify_refuses_what_it_does_not_know() {
 #[test]
 fn verify_help_has_examples_and_every_method() {
     let help = text(&osp(&["verify", "--help"]).stdout);
-    for word in ["osp verify recordings/room.ron", "msvbsp-paper", "frusta", "svbsp", "depth", "scene:"] {
+    for word in
+        ["osp verify recordings/room.ron", "msvbsp-paper", "frusta", "svbsp", "depth", "depth-last", "scene:"]
+    {
         assert!(help.contains(word), "{word}");
     }
 }

@@ -6,8 +6,8 @@ use osp::{
     math::{Aabb, Sphere},
     metrics::StageClock,
     occlusion::{
-        BuildCounts, CullConfig, CullerKind, OcclusionCuller, PoolConfig, SelectConfig, ShadowVolume, Tested,
-        Verdict, ViewWindow,
+        BuildCounts, Coverage, CullConfig, CullerKind, DepthConfig, LastVisible, OcclusionCuller, PoolConfig,
+        SelectConfig, ShadowVolume, Soundness, Tested, Verdict, ViewWindow,
         oracle::{Oracle, OracleConfig, Sight, Subject},
         scenes::TestScene,
     },
@@ -15,7 +15,7 @@ use osp::{
     stroke::ConvexPolygon,
     visibility::{
         CameraChoice, CameraPath, Moment,
-        verify::{Verifier, VerifyConfig},
+        verify::{Trial, Verifier, VerifyConfig},
     },
 };
 
@@ -103,13 +103,13 @@ fn of_polygons_in_one_place_all_are_visible() {
 }
 
 fn verified(scene: TestScene, kinds: Vec<CullerKind>, occluders: usize, views: usize) -> Verifier {
-    verified_with(scene, kinds, None, occluders, views)
+    verified_with(scene, kinds, |_| {}, occluders, views)
 }
 
 fn verified_with(
     scene: TestScene,
     kinds: Vec<CullerKind>,
-    own: Option<Box<dyn OcclusionCuller>>,
+    add: impl FnOnce(&mut Verifier),
     occluders: usize,
     views: usize,
 ) -> Verifier {
@@ -124,7 +124,7 @@ fn verified_with(
     };
     let index = IndexKind::Osp.create(&IndexConfig::default());
     let mut verifier = Verifier::new(index, config, StageClock::default());
-    own.into_iter().for_each(|culler| verifier.add(culler, occluders));
+    add(&mut verifier);
     let (mut model, mut changes, mut moments) = (Scene::new(), Vec::new(), Vec::new());
     let mut moment = Moment::default();
     for event in scene.events() {
@@ -146,7 +146,9 @@ fn verified_with(
 fn no_sound_method_culls_what_is_visible_in_the_built_in_scenes() {
     let views = if cfg!(debug_assertions) { 1 } else { 24 };
     for scene in TestScene::ALL {
-        let verifier = verified(*scene, CullerKind::sound(), 64, views);
+        let last = |verifier: &mut Verifier| verifier.add_last(LastVisible::new(DepthConfig::default(), 0));
+        let verifier = verified_with(*scene, CullerKind::sound(), last, 64, views);
+        assert_eq!(verifier.trials().last().map(Trial::name), Some("depth-last"));
         for trial in verifier.trials() {
             let totals = trial.totals();
             let name = format!("{} {}", scene.name(), trial.name());
@@ -205,9 +207,32 @@ impl OcclusionCuller for Liar {
 #[test]
 fn a_method_that_breaks_its_promise_fails_and_one_that_promises_nothing_does_not() {
     let kinds = vec![CullerKind::None, CullerKind::MsvbspPaperCapless];
-    let verifier = verified_with(TestScene::Rooms, kinds, Some(Box::new(Liar)), 64, 2);
+    let verifier = verified_with(TestScene::Rooms, kinds, |verifier| verifier.add(Box::new(Liar), 64), 64, 2);
     let failed: Vec<_> = verifier.trials().iter().map(|t| (t.name(), t.failed())).collect();
     assert_eq!(failed, [("none", false), ("msvbsp-paper-capless", false), ("liar", true)]);
     assert!(verifier.trials()[1].totals().false_culls > 0);
     assert!(verifier.trials()[2].totals().first_false.is_some());
+}
+
+/// A coarse buffer that hides what shows by less than half a pixel: every frame of the camera at rest is compared.
+#[test]
+fn what_was_visible_last_is_compared_with_the_truth() {
+    let centers = DepthConfig { coverage: Coverage::PixelCenters, width: 64, height: 36 };
+    for (config, soundness) in [(DepthConfig::default(), Soundness::Sound), (centers, centers_soundness())] {
+        let last = |verifier: &mut Verifier| verifier.add_last(LastVisible::new(config, 10_000));
+        let verifier = verified_with(TestScene::Rooms, Vec::new(), last, 64, 3);
+        let trial = &verifier.trials()[0];
+        let totals = trial.totals();
+        assert_eq!((trial.soundness(), trial.failed()), (soundness, false));
+        assert_eq!(totals.false_culls > 0, soundness != Soundness::Sound, "{config:?}: {totals:?}");
+        assert_eq!(totals.first_false.is_some(), soundness != Soundness::Sound);
+        // What the first frame has drawn hides most in the next ones, where each view is a jump from the last.
+        assert!(totals.hidden_culled_percent() > 80.0, "{}", totals.hidden_culled_percent());
+        assert_eq!((totals.views, totals.misreported), (3, 0));
+        assert!(totals.build.occluders > 0 && totals.build.nodes > 0 && totals.cull.polygon_tests > 0);
+    }
+}
+
+fn centers_soundness() -> Soundness {
+    CullerKind::DepthCenters.soundness()
 }
