@@ -93,8 +93,8 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE")]
     pin: Option<PathBuf>,
     /// Cull by occlusion after the frustum, by each of these methods; the indexes are then `osp` alone, unless --index
-    /// names others. `auto` is msvbsp in the frames in which it pays, and, with --draw, hzb in those in which that does;
-    /// `hzb` and `queries` find what is hidden while drawing (--draw).
+    /// names others. `auto` is in each frame msvbsp, depth-last or none, by what they were measured to take (with --check and
+    /// --pin by work counts instead, the same on every machine), and, with --draw, hzb in those in which that pays; `hzb` and `queries` find what is hidden while drawing (--draw).
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
     occlusion: Vec<OcclusionChoice>,
     /// Walk through the finished model, and leave out what cannot be seen from where the eye is, by the sets that `osp
@@ -468,7 +468,8 @@ fn lanes(
             },
             Some(choice) => {
                 // What is compared with pinned fingerprints must not depend on the clock.
-                let basis = if args.check.is_some() { AutoBasis::Work } else { AutoBasis::Time };
+                let is_pinned = args.check.is_some() || args.pin.is_some();
+                let basis = if is_pinned { AutoBasis::Work } else { AutoBasis::Time };
                 let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);
                 let pass = PassConfig { choice, occluders, polygon_ns, basis };
                 pipeline.with_choice(pass, capacity)

@@ -33,6 +33,8 @@ pub struct FrameRecord {
 pub struct OcclusionRecord {
     /// Whether it was used: `auto` leaves it out where it does not pay.
     pub used: bool,
+    /// Whether what was visible in the last frame was used, and no large occluders.
+    pub by_last: bool,
     /// Polygons that the frustum may see and that are not drawn.
     pub occluded: u64,
     /// Following the scene's changes and choosing occluders.

@@ -20,7 +20,10 @@ use super::{
     raster::Raster,
     tree::{EyeBox, EyeSphere, Volume},
 };
-use crate::math::{Aabb, Sphere};
+use crate::{
+    math::{Aabb, Sphere},
+    stroke::ConvexPolygon,
+};
 use glam::{DVec2, DVec3, Vec3};
 
 /// Pixels of a block: 8 wide, 4 high, one bit each.
@@ -122,6 +125,22 @@ impl DepthBuffer {
     /// Makes room for so many occluders.
     pub(super) fn reserve(&mut self, occluders: usize) {
         self.order.reserve(occluders);
+    }
+
+    /// About how many pixels a polygon fills as seen through a window, whether in it or not; infinite where it comes near
+    /// the eye's plane.
+    pub(super) fn area_in_pixels(&self, window: &ViewWindow) -> impl Fn(&ConvexPolygon) -> f64 + use<> {
+        let raster = Raster::new(window, f64::from(self.width), f64::from(self.height));
+        let pixels = raster.pixels_of_unit_square();
+        move |polygon: &ConvexPolygon| {
+            let at = polygon.vertices()[0].as_dvec3() - raster.eye_in_world;
+            let (away_m, area) = (raster.forward.dot(at), polygon.area_vector().as_dvec3() * 0.5);
+            if away_m > 0.0 {
+                pixels * area.dot(at).abs() / (away_m * away_m * away_m)
+            } else {
+                f64::INFINITY
+            }
+        }
     }
 
     fn set_up(&self, raster: &Raster, occluder: &ShadowVolume) -> Filling {

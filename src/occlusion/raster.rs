@@ -33,6 +33,11 @@ impl Raster {
         (flat - self.corner) * self.pixels_a_unit
     }
 
+    /// Pixels of a square of one unit at distance 1 before the eye.
+    pub(super) fn pixels_of_unit_square(&self) -> f64 {
+        self.pixels_a_unit.x * self.pixels_a_unit.y
+    }
+
     /// A plane through the eye as a function of pixels: `f[0] x + f[1] y + f[2]` has the sign of, and for a cap the
     /// ratio to, `normal . x` for the direction x of that pixel (at distance 1 before the eye).
     pub(super) fn in_pixels(&self, normal: DVec3) -> [f64; 3] {

@@ -210,6 +210,11 @@ impl RunReport {
         self.mean(|m| 100 * u64::from(m.occlusion.used))
     }
 
+    /// Share of the session's frames in which it was by what was visible in the last one, per cent.
+    pub fn occlusion_by_last_percent(&self) -> f64 {
+        self.mean(|m| 100 * u64::from(m.occlusion.by_last))
+    }
+
     /// A whole frame and the drawing of what is left in it, by the cost of a polygon; at a quantile from 0 to 1,
     /// microseconds.
     pub fn drawn_frame_us(&self, quantile: f64, polygon_ns: f64) -> f64 {
@@ -354,6 +359,8 @@ struct JsonOcclusion {
     occlusion: &'static str,
     occluded_mean: f64,
     occlusion_used_percent: f64,
+    /// What was visible in the last frame: `depth-last`, and `auto` where that takes least.
+    occlusion_by_last_percent: f64,
     occlusion_us: f64,
     occlusion_select_us: f64,
     occlusion_build_us: f64,
@@ -373,6 +380,7 @@ impl JsonOcclusion {
             occlusion: occlusion.method,
             occluded_mean: run.occluded_mean(),
             occlusion_used_percent: run.occlusion_used_percent(),
+            occlusion_by_last_percent: run.occlusion_by_last_percent(),
             occlusion_us: run.occlusion_total_us(),
             occlusion_select_us: run.occlusion_us(|o| o.select.ns),
             occlusion_build_us: run.occlusion_us(|o| o.build.ns),

@@ -116,7 +116,7 @@ impl Pipeline {
             record.occlusion = pass.frame(scene, views, &self.in_view, &self.clock);
         }
         if let Some(pass) = &mut self.last {
-            record.occlusion = pass.frame(scene, views, &self.in_view, &self.clock);
+            (record.occlusion, _) = pass.frame(scene, views, &self.in_view, &self.clock);
         }
         self.occluded = record.occlusion.used;
         self.frame += 1;

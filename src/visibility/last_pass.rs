@@ -21,15 +21,24 @@ impl LastPass {
         Self { culling: LastVisible::new(DepthConfig::default(), capacity), drawn: vec![first] }
     }
 
-    /// A frame: `in_view[i]` is what the frustum of `views[i]` may see.
+    /// Before a frame: takes all that is in view for what was visible in the last one.
+    pub(super) fn begin(&mut self, in_view: &[DrawList]) {
+        for (i, seen) in in_view.iter().enumerate() {
+            self.culling.begin(i, seen.ids());
+        }
+    }
+
+    /// A frame: `in_view[i]` is what the frustum of `views[i]` may see. Also about what it cost by its
+    /// work counts, nanoseconds.
     pub(super) fn frame(
         &mut self,
         scene: &Scene,
         views: &[View],
         in_view: &[DrawList],
         clock: &StageClock,
-    ) -> OcclusionRecord {
-        let mut record = OcclusionRecord { used: true, ..OcclusionRecord::default() };
+    ) -> (OcclusionRecord, f64) {
+        let mut work_ns = 0.0;
+        let mut record = OcclusionRecord { used: true, by_last: true, ..OcclusionRecord::default() };
         self.drawn.resize_with(views.len(), DrawList::new);
         for (i, ((view, seen), drawn)) in views.iter().zip(in_view).zip(&mut self.drawn).enumerate() {
             drawn.clear();
@@ -47,10 +56,11 @@ impl LastPass {
             record.occluders += counts.occluders;
             record.nodes += counts.tiles;
             record.tests += counts.tests;
+            work_ns += counts.work_ns();
             record.occluded += (seen.len() - drawn.len()) as u64;
         }
         record.fingerprint = fingerprint_of_views(&self.drawn);
-        record
+        (record, work_ns)
     }
 
     /// What is left of each view.

@@ -2,11 +2,11 @@ use crate::{
     index::{DrawList, SpatialIndex},
     metrics::{OcclusionRecord, StageClock, fingerprint_of_views},
     occlusion::{
-        AutoConfig, AutoSwitch, CullConfig, CullerKind, OcclusionConfig, OcclusionStage, Outcome,
+        AutoConfig, AutoMethod, AutoSwitch, CullConfig, CullerKind, OcclusionConfig, OcclusionStage, Outcome,
         SelectConfig, ShadowVolume, Soundness, ViewWindow, work_ns,
     },
     scene::{Change, Scene},
-    visibility::View,
+    visibility::{LastPass, View},
 };
 
 /// Which culling by occlusion a pipeline does.
@@ -14,7 +14,7 @@ use crate::{
 pub enum OcclusionChoice {
     /// This method, in every frame.
     Always(CullerKind),
-    /// [`CullerKind::Msvbsp`] in the frames in which it pays.
+    /// In each frame [`CullerKind::Msvbsp`], or what was visible in the last frame, or none: what takes least.
     Auto,
     /// None before drawing; whoever draws finds while drawing what is hidden, by a hierarchical depth buffer.
     Hzb,
@@ -125,12 +125,22 @@ impl PassConfig {
     }
 }
 
+/// Frames for which what was visible last is remembered while it is not used: for longer ones all that is in view is taken
+/// for it.
+const LONGEST_MEMORY: u32 = 8;
+
 /// Culling by occlusion as a stage of a [`super::Pipeline`]: with what it keeps from frame to frame.
 #[derive(Debug)]
 pub struct OcclusionPass {
     config: PassConfig,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
+    /// What else the switch chooses, where it can ever pay.
+    last: Option<LastPass>,
+    /// Frames since `last` was used.
+    since_last: u32,
+    /// Whether the last frame was culled by `last`.
+    by_last: bool,
     /// What is left of each view.
     drawn: Vec<DrawList>,
 }
@@ -145,11 +155,15 @@ impl OcclusionPass {
         drawn.reserve(capacity);
         let mut stage = OcclusionStage::new(config.choice.kind(), stage);
         stage.reserve(capacity);
+        let auto = AutoConfig { polygon_ns: config.polygon_ns, ..AutoConfig::default() };
+        let is_auto = config.choice == OcclusionChoice::Auto;
+        let has_last = is_auto && AutoSwitch::can_ever_pay(&auto, AutoMethod::DepthLast);
         Self {
             stage,
-            switch: (config.choice == OcclusionChoice::Auto).then(|| {
-                AutoSwitch::new(AutoConfig { polygon_ns: config.polygon_ns, ..AutoConfig::default() })
-            }),
+            switch: is_auto.then(|| AutoSwitch::new(auto)),
+            last: has_last.then(|| LastPass::new(capacity)),
+            since_last: u32::MAX,
+            by_last: false,
             config,
             drawn: vec![drawn],
         }
@@ -177,9 +191,14 @@ impl OcclusionPass {
         self.stage.selector().chosen()
     }
 
+    /// Whether the last frame was culled by what was visible in the one before.
+    pub fn is_by_last(&self) -> bool {
+        self.by_last
+    }
+
     /// What is left of each view in the last frame in which it was used.
     pub(super) fn drawn(&self) -> &[DrawList] {
-        &self.drawn
+        self.last.as_ref().filter(|_| self.by_last).map_or(&self.drawn, LastPass::drawn)
     }
 
     /// All of the changes at once.
@@ -214,19 +233,32 @@ impl OcclusionPass {
         let mut record = OcclusionRecord::default();
         let seen = in_view.iter().map(|list| list.len() as u64).sum();
         let start = clock.start();
-        let wanted = self.switch.as_mut().is_none_or(|switch| switch.decide(seen));
-        if !(wanted && views.iter().any(|view| view.window().is_some())) {
-            self.follow_roughly(scene, changes);
-            record.select = clock.since(start);
+        let decided = self.switch.as_mut().map_or(Some(AutoMethod::Msvbsp), |switch| switch.decide(seen));
+        let decided = decided.filter(|_| views.iter().any(|view| view.window().is_some()));
+        self.since_last = self.since_last.saturating_add(1);
+        self.by_last = false;
+        // A try makes do with the candidates that there are.
+        match self.switch.as_ref().is_none_or(|switch| switch.kept() == Some(AutoMethod::Msvbsp)) {
+            true if decided == Some(AutoMethod::Msvbsp) => self.stage.follow(scene, changes),
+            _ => self.follow_roughly(scene, changes),
+        }
+        record.select = clock.since(start);
+        if decided.is_none() {
             record.fingerprint = fingerprint_of_views(in_view);
             return record;
         }
-        // A try makes do with the candidates that there are.
-        match self.switch.as_ref().is_none_or(AutoSwitch::is_on) {
-            true => self.stage.follow(scene, changes),
-            false => self.follow_roughly(scene, changes),
+        if let Some(last) = self.last.as_mut().filter(|_| decided == Some(AutoMethod::DepthLast)) {
+            let start = clock.start();
+            if self.since_last > LONGEST_MEMORY {
+                last.begin(in_view);
+            }
+            record.select += clock.since(start);
+            (self.since_last, self.by_last) = (0, true);
+            let (by_last, work_ns) = last.frame(scene, views, in_view, clock);
+            record = OcclusionRecord { select: record.select, ..by_last };
+            self.note(&record, work_ns);
+            return record;
         }
-        record.select = clock.since(start);
         self.drawn.resize_with(views.len(), DrawList::new);
         let mut work_cost_ns = 0.0;
         // The first view last: what is left in the stage is then the first view's.
@@ -241,14 +273,19 @@ impl OcclusionPass {
         let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
         record.occluded = seen - drawn.min(seen);
         record.fingerprint = fingerprint_of_views(&self.drawn);
+        self.note(&record, work_cost_ns);
+        record
+    }
+
+    /// Tells the switch what a frame was like.
+    fn note(&mut self, record: &OcclusionRecord, work_ns: f64) {
         if let Some(switch) = &mut self.switch {
             let cost_ns = match self.config.basis {
                 AutoBasis::Time => record.total_ns() as f64,
-                AutoBasis::Work => work_cost_ns,
+                AutoBasis::Work => work_ns,
             };
             switch.note(Outcome { cost_ns, culled: record.occluded });
         }
-        record
     }
 
     /// Chooses, builds and culls for one view; returns what that costs by its work counts, nanoseconds.

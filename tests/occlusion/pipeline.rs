@@ -9,7 +9,8 @@ use osp::{
     recording::Event,
     scene::Scene,
     visibility::{
-        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, verify,
+        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline,
+        verify,
     },
 };
 
@@ -68,20 +69,22 @@ fn play(scene: TestScene, pipelines: &mut [Pipeline], mut frame: impl FnMut(usiz
 fn auto_never_changes_what_can_be_seen() {
     for scene in [TestScene::Rooms, TestScene::Panels] {
         let mut pipelines = vec![pipeline(None)];
-        for polygon_ns in [1.0, 10.0, 100.0, 10_000.0] {
+        for polygon_ns in [1.0, 10.0, 100.0, 10_000.0, 1.0e6] {
             for basis in [AutoBasis::Time, AutoBasis::Work] {
                 pipelines.push(pipeline(Some(auto(polygon_ns, basis))));
             }
         }
-        let (mut in_use, mut idle) = (0, 0);
+        let (mut in_use, mut idle, mut by_last) = (0, 0, 0);
         play(scene, &mut pipelines, |_, _, pipelines| {
             for pipeline in pipelines {
+                by_last += u32::from(pipeline.occlusion().is_some_and(OcclusionPass::is_by_last));
                 // Not used: the frustum's own list, to the last polygon.
                 let same = std::ptr::eq(pipeline.draw_list(), pipeline.in_view());
                 (in_use, idle) = (in_use + u32::from(!same), idle + u32::from(same));
             }
         });
         assert!(in_use > 50 && idle > 50, "{in_use} frames with, {idle} without");
+        assert!(by_last > 0, "what was visible last is never tried");
     }
 }
 
@@ -94,6 +97,29 @@ fn what_was_visible_last_never_hides_what_can_be_seen_now() {
         hidden += pipelines[0].in_view().len() - pipelines[0].draw_list().len();
     });
     assert!(hidden > 1000, "{hidden}");
+}
+
+/// More specks than there is room for outlines, a wall that came after them, and what it hides.
+#[test]
+fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
+    use crate::session::Told;
+    use osp::{occlusion::LastVisible, stroke::ConvexPolygon};
+    let square = |x: f32, y: f32, z: f32, size: f32| {
+        let at = |i: f32, k: f32| Vec3::new(x + i * size, y + k * size, z);
+        ConvexPolygon::quad([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)])
+    };
+    let spread = |i: usize, side: usize| (i % side) as f32 / side as f32 * 2.0 - 1.0;
+    let specks = (0..LastVisible::MOST_OUTLINES + 1000)
+        .map(|i| square(2.0 * spread(i, 271), 2.0 * spread(i / 271, 271), -4.0, 1.0e-4));
+    let behind = (0..500).map(|i| square(spread(i, 25), spread(i / 25, 25), -8.0, 0.02));
+    let all = specks.chain([square(0.0, 0.0, -5.0, 2.0)]).chain(behind);
+    let mut told = Told::default();
+    told.tell(&all.map(|p| crate::session::polygon(p.vertices(), 1.0)).collect::<Vec<_>>());
+    let mut lane = pipeline(Some(PassConfig::new(OcclusionChoice::DepthLast)));
+    let (changes, view) = (told.changes.clone(), view(Vec3::ZERO, Vec3::NEG_Z));
+    assert_eq!(lane.frame(&told.scene, &changes, &view).occlusion.occluded, 0, "nothing to go by");
+    let record = lane.frame(&told.scene, &[], &view).occlusion;
+    assert_eq!((record.occluded, record.occluders), (500, 1));
 }
 
 #[test]
@@ -148,16 +174,20 @@ fn auto_goes_by_what_drawing_costs() {
 
 #[test]
 fn auto_by_work_decides_the_same_each_time() {
-    let mut fingerprints = Vec::new();
-    for _ in 0..2 {
-        let mut pipelines = vec![pipeline(Some(auto(30.0, AutoBasis::Work)))];
-        let mut drawn = Vec::new();
-        play(TestScene::Rooms, &mut pipelines, |_, _, pipelines| {
-            drawn.push(osp::metrics::fingerprint_of_frame(pipelines[0].draw_list().ids()));
-        });
-        fingerprints.push(drawn);
+    for polygon_ns in [30.0, 1.0e6] {
+        let (mut fingerprints, mut by_last) = (Vec::new(), 0);
+        for _ in 0..2 {
+            let mut pipelines = vec![pipeline(Some(auto(polygon_ns, AutoBasis::Work)))];
+            let mut drawn = Vec::new();
+            play(TestScene::Rooms, &mut pipelines, |_, _, pipelines| {
+                drawn.push(osp::metrics::fingerprint_of_frame(pipelines[0].draw_list().ids()));
+                by_last += u32::from(pipelines[0].occlusion().is_some_and(OcclusionPass::is_by_last));
+            });
+            fingerprints.push(drawn);
+        }
+        assert_eq!(fingerprints[0], fingerprints[1]);
+        assert_eq!(by_last > 0, polygon_ns > 1000.0);
     }
-    assert_eq!(fingerprints[0], fingerprints[1]);
 }
 
 /// A pool that has followed only roughly for a while still knows what has gone.
