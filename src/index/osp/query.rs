@@ -1,10 +1,15 @@
-#![expect(unsafe_code, reason = "numbers found in the tree are looked up without a check")]
+#![expect(
+    unsafe_code,
+    reason = "numbers found in the tree are looked up without a check, and queues begin without contents"
+)]
 //! The frustum query: from the top down, eight children, sixteen pages, sixteen runs and at last sixteen polygons at
 //! a time. What lies inside every plane is taken without another test.
 //!
 //! Buckets and pages wait in a short queue each, after their cache lines have been asked for: most of the time of a
 //! query is memory, and so it is spent on many lines at once. Runs that one plane cuts wait in that plane's list, and
 //! a full list is worked off with the plane in registers.
+
+use std::mem::MaybeUninit;
 
 use super::{
     answer::{Answer, FoundPages, Handles, Ids},
@@ -23,19 +28,19 @@ use crate::{
 impl Osp {
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
         let answer = Ids::new(draw_list);
-        self.backend.run(Cull { osp: self, planes: PlaneSet::new(frustum), answer })
+        self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer })
     }
 
     /// The query of [`crate::index::SpatialIndex::frustum_cull`] with its answer as handles, appended to `found`. Of
     /// the work, `reported` and `taken_whole` count handles, not polygons.
     pub fn find_pages(&self, frustum: &Frustum, found: &mut FoundPages) -> WorkCounts {
-        self.backend.run(Cull { osp: self, planes: PlaneSet::new(frustum), answer: Handles(found) })
+        self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer: Handles(found) })
     }
 }
 
 struct Cull<'a, A> {
     osp: &'a Osp,
-    planes: PlaneSet,
+    planes: &'a PlaneSet,
     answer: A,
 }
 
@@ -54,7 +59,7 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
             buckets: Waiting::new(),
             whole: Waiting::new(),
             pages: Waiting::new(),
-            cut: [const { CutRuns { runs: [CutRun::NONE; 32], len: 0 } }; 7],
+            cut: std::array::from_fn(|_| List::new()),
             full: 0,
         };
         let before = walk.answer.count();
@@ -67,16 +72,18 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
     }
 }
 
-/// A queue of fixed length.
+/// A queue of fixed length. What is not in it has never been written: filling the queues would cost a small query more than
+/// all its tests.
 struct Waiting<T, const N: usize> {
-    entries: [T; N],
+    entries: [MaybeUninit<T>; N],
     pushed: usize,
     popped: usize,
 }
 
-impl<T: Copy + Default, const N: usize> Waiting<T, N> {
+impl<T: Copy, const N: usize> Waiting<T, N> {
+    #[inline(always)]
     fn new() -> Self {
-        Self { entries: [T::default(); N], pushed: 0, popped: 0 }
+        Self { entries: [const { MaybeUninit::uninit() }; N], pushed: 0, popped: 0 }
     }
 
     #[inline(always)]
@@ -87,16 +94,52 @@ impl<T: Copy + Default, const N: usize> Waiting<T, N> {
     /// Appends an entry to a queue that is not full.
     #[inline(always)]
     fn push(&mut self, entry: T) {
-        self.entries[self.pushed % N] = entry;
+        debug_assert!(self.len() < N, "the queue is full");
+        self.entries[self.pushed % N] = MaybeUninit::new(entry);
         self.pushed += 1;
     }
 
     /// The first entry of a queue that is not empty.
     #[inline(always)]
     fn pop(&mut self) -> T {
-        let entry = self.entries[self.popped % N];
+        assert!(self.popped < self.pushed, "the queue is empty");
+        // SAFETY: places from `popped` to `pushed` have been written; a place is overwritten by entries only.
+        let entry = unsafe { self.entries[self.popped % N].assume_init() };
         self.popped += 1;
         entry
+    }
+}
+
+/// A list of fixed length; as [`Waiting`].
+struct List<T, const N: usize> {
+    entries: [MaybeUninit<T>; N],
+    len: usize,
+}
+
+impl<T: Copy, const N: usize> List<T, N> {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { entries: [const { MaybeUninit::uninit() }; N], len: 0 }
+    }
+
+    /// Appends an entry to a list that is not full.
+    #[inline(always)]
+    fn push(&mut self, entry: T) {
+        self.entries[self.len] = MaybeUninit::new(entry);
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<T> {
+        self.len = self.len.checked_sub(1)?;
+        // SAFETY: the places below the length have been written.
+        Some(unsafe { self.entries[self.len].assume_init() })
+    }
+
+    #[inline(always)]
+    fn as_slice(&self) -> &[T] {
+        // SAFETY: as above.
+        unsafe { std::slice::from_raw_parts(self.entries.as_ptr().cast(), self.len) }
     }
 }
 
@@ -124,16 +167,6 @@ struct CutRun<'a> {
     planes: u8,
 }
 
-impl CutRun<'_> {
-    const NONE: Self = Self { boxes: &Boxes::EMPTY, first: 0, mask: 0, planes: 0 };
-}
-
-/// The runs that one plane cuts, or (the last list) several.
-struct CutRuns<'a> {
-    runs: [CutRun<'a>; 32],
-    len: usize,
-}
-
 /// The list of runs that several planes cut.
 const SEVERAL: usize = 6;
 
@@ -153,7 +186,7 @@ const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
 
 struct Walk<'a, K, A> {
     osp: &'a Osp,
-    planes: PlaneSet,
+    planes: &'a PlaneSet,
     kernel: K,
     answer: A,
     work: WorkCounts,
@@ -162,7 +195,8 @@ struct Walk<'a, K, A> {
     buckets: Waiting<Below, 32>,
     whole: Waiting<Whole, 32>,
     pages: Waiting<Below, 32>,
-    cut: [CutRuns<'a>; 7],
+    /// The runs that one plane cuts, by plane, and those that several cut.
+    cut: [List<CutRun<'a>, 32>; 7],
     /// The lists that are long enough.
     full: u32,
 }
@@ -203,9 +237,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn all(&mut self) {
         self.open_block();
-        let mut nodes = [Below::default(); STACK];
-        nodes[0] = Below { number: self.osp.top, planes: PlaneSet::ALL };
-        let mut depth = 1;
+        let mut nodes = List::new();
+        nodes.push(Below { number: self.osp.top, planes: PlaneSet::ALL });
         let (mut buckets_wait, mut pages_wait) = (BUCKETS_WAIT, PAGES_WAIT);
         loop {
             while self.full != 0 {
@@ -217,10 +250,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
                 self.next_page();
             } else if self.buckets.len() > buckets_wait {
                 self.next_bucket();
-            } else if depth > 0 {
-                depth -= 1;
-                let below = nodes[depth];
-                self.node(below, &mut nodes, &mut depth);
+            } else if let Some(below) = nodes.pop() {
+                self.node(below, &mut nodes);
             } else if buckets_wait > 0 {
                 buckets_wait = 0;
             } else if pages_wait > 0 {
@@ -240,7 +271,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 
     #[inline(always)]
-    fn node(&mut self, Below { number, planes: mask }: Below, nodes: &mut [Below; STACK], depth: &mut usize) {
+    fn node(&mut self, Below { number, planes: mask }: Below, nodes: &mut List<Below, STACK>) {
         let node = self.node_of(number);
         self.work.nodes += 1;
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
@@ -255,8 +286,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes }),
                 Target::Node(number) => {
                     prefetch_lines::<4, _>(self.node_of(number));
-                    nodes[*depth % STACK] = Below { number, planes };
-                    *depth += 1;
+                    nodes.push(Below { number, planes });
                 }
             }
         }
@@ -412,19 +442,17 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn wait_for_one(&mut self, plane: usize, page: &Page, of: &PageBoxes, runs: u32) {
         let prepared = self.planes.plane(plane);
-        let mut len = self.cut[plane].len;
+        let list = &mut self.cut[plane];
         let mut left = runs;
         while left != 0 {
             let i = left.trailing_zeros() as usize & 15;
             left &= left - 1;
-            let boxes = self.store(of.store[i]);
+            // SAFETY: only runs of several are cut, and their store is in use; `validate` checks it.
+            let boxes = unsafe { self.osp.ids.known_boxes(of.store[i]) };
             prepared.prefetch(boxes);
-            let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes: 0 };
-            self.cut[plane].runs[len % 32] = run;
-            len += 1;
+            list.push(CutRun { boxes, first: page.first[i], mask: page.masks[i], planes: 0 });
         }
-        self.cut[plane].len = len;
-        self.full |= u32::from(len >= LIST) << plane;
+        self.full |= u32::from(list.len >= LIST) << plane;
     }
 
     #[inline(always)]
@@ -433,8 +461,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         prefetch_lines::<6, _>(boxes);
         let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes };
         let list = &mut self.cut[SEVERAL];
-        list.runs[list.len % 32] = run;
-        list.len += 1;
+        list.push(run);
         self.full |= u32::from(list.len >= LIST) << SEVERAL;
     }
 
@@ -442,31 +469,31 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn cut_by_one(&mut self, list: usize) {
         let plane = self.planes.plane(list);
-        let len = std::mem::take(&mut self.cut[list].len).min(32);
         let before = self.answer.count();
-        for i in 0..len {
-            let run = self.cut[list].runs[i];
+        for run in self.cut[list].as_slice() {
             let lanes = u32::from(run.mask) << (run.first % 16);
             let seen = lanes & !self.kernel.behind(&plane, run.boxes);
             self.answer.run(self.kernel, run.first & !15, seen);
             self.work.boxes += u64::from(lanes.count_ones());
             self.work.planes += u64::from(lanes.count_ones());
         }
+        self.cut[list].len = 0;
         self.tested += (self.answer.count() - before) as u64;
     }
 
     /// Tests the polygons of the runs that several planes cut.
     #[inline(always)]
     fn cut_by_several(&mut self) {
-        let len = std::mem::take(&mut self.cut[SEVERAL].len).min(32);
         let before = self.answer.count();
-        for i in 0..len {
-            let run = self.cut[SEVERAL].runs[i];
+        for run in self.cut[SEVERAL].as_slice() {
             let lanes = u32::from(run.mask) << (run.first % 16);
-            self.count(lanes.count_ones(), run.planes);
+            let tested = lanes.count_ones();
+            self.work.boxes += u64::from(tested);
+            self.work.planes += u64::from(tested * run.planes.count_ones());
             let seen = lanes & !self.planes.behind(self.kernel, run.planes, run.boxes);
             self.answer.run(self.kernel, run.first & !15, seen);
         }
+        self.cut[SEVERAL].len = 0;
         self.tested += (self.answer.count() - before) as u64;
     }
 }

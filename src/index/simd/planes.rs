@@ -34,7 +34,8 @@ impl PlaneSet {
     pub(in crate::index) const ALL: u8 = 0b11_1111;
 
     pub(in crate::index) fn new(frustum: &Frustum) -> Self {
-        let planes = frustum.planes().map(|plane| {
+        let prepare = |i: usize| {
+            let plane = frustum.planes()[i];
             let normal = plane.normal.to_array();
             let pick =
                 |axis: usize, along: bool| 8 * (axis + if (normal[axis] >= 0.0) == along { 3 } else { 0 });
@@ -44,8 +45,9 @@ impl PlaneSet {
                 far: [pick(0, true), pick(1, true), pick(2, true)],
                 near: [pick(0, false), pick(1, false), pick(2, false)],
             }
-        });
-        Self { planes }
+        };
+        // Spelt out, because mapping an array is not compiled in line.
+        Self { planes: [prepare(0), prepare(1), prepare(2), prepare(3), prepare(4), prepare(5)] }
     }
 
     /// How sixteen boxes lie to the planes of `mask`.
