@@ -252,7 +252,7 @@ impl IdMap {
         }
         if shelf.store[at] == NONE {
             shelf.store[at] = self.stores.take();
-            open.rows(&mut self.stores[shelf.store[at]].boxes);
+            self.stores[shelf.store[at]].boxes = *open.rows();
             return shelf.store[at];
         }
         let to = &mut self.stores[shelf.store[at]].boxes;

@@ -73,6 +73,8 @@ impl Osp {
             removals: 0,
             len: 0,
         };
+        // Zeros that nobody has written are not in memory yet; see `Pool::with_room_for`.
+        std::hint::black_box(&mut osp.flat).fill(0);
         osp.plant();
         osp
     }

@@ -14,7 +14,8 @@ pub(super) struct OpenBlock {
     filed: u16,
     /// Polygons kept here.
     lanes: u16,
-    boxes: [Wide; 16],
+    /// In rows, as queries read them; lanes of nothing hold anything.
+    boxes: Boxes<16>,
 }
 
 /// What an open block becomes.
@@ -54,7 +55,7 @@ const TURNS_SHOW: usize = 6;
 
 impl OpenBlock {
     pub(super) fn new() -> Self {
-        Self { block: NONE, filed: 0, lanes: 0, boxes: [Wide::EMPTY; 16] }
+        Self { block: NONE, filed: 0, lanes: 0, boxes: Boxes::EMPTY }
     }
 
     #[inline]
@@ -82,14 +83,13 @@ impl OpenBlock {
     /// The box of a polygon kept here.
     #[inline]
     pub(super) fn bounds(&self, lane: usize) -> Aabb {
-        self.boxes[lane % 16].to_box()
+        self.boxes.get(lane % 16)
     }
 
-    /// Writes the boxes in rows; lanes of nothing hold anything.
-    pub(super) fn rows(&self, to: &mut Boxes<16>) {
-        for (lane, bounds) in self.boxes.iter().enumerate() {
-            to.set_wide(lane, *bounds);
-        }
+    /// The boxes in rows; lanes of nothing hold anything.
+    #[inline]
+    pub(super) fn rows(&self) -> &Boxes<16> {
+        &self.boxes
     }
 
     /// Begins a block of which some polygons are filed.
@@ -106,7 +106,7 @@ impl OpenBlock {
     #[inline]
     pub(super) fn add(&mut self, lane: usize, bounds: Wide) {
         self.lanes |= 1 << lane;
-        self.boxes[lane % 16] = bounds;
+        self.boxes.set_wide(lane % 16, bounds);
     }
 
     /// Takes a polygon out that is kept here.
@@ -129,7 +129,7 @@ impl OpenBlock {
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
-            let bounds = self.boxes[lane];
+            let bounds = Wide::from_box(&self.boxes.get(lane % 16));
             if !run.join(lane, bounds) {
                 if run.mask != 0 {
                     to.add(self.block, run.mask, run.bounds);
@@ -155,7 +155,7 @@ impl OpenBlock {
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
-            let bounds = self.boxes[lane];
+            let bounds = Wide::from_box(&self.boxes.get(lane % 16));
             // Strokes that take turns show soon; else the polygons come from everywhere.
             let taken = (taken_in > 0 || count < TURNS_SHOW) && {
                 let offers = open[..count].iter_mut().rev().take(OFFERS);

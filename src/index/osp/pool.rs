@@ -21,6 +21,9 @@ pub(super) const NONE: u32 = u32::MAX;
 /// Chunks that a pool grows by at most beyond what it needs. More: rarer growth, longer pauses.
 const MOST_CHUNKS: usize = 32;
 
+/// Chunks whose memory is had from the start, if there is room for as many: those of a model of a million polygons.
+const TOUCHED_CHUNKS: usize = 256;
+
 /// A pool of entries by number. It grows by whole chunks, so nothing is ever copied, and entries given back are used
 /// first.
 #[derive(Clone, Debug)]
@@ -40,9 +43,15 @@ impl<T: Pooled> Pool<T> {
     /// Entries of a chunk.
     pub(super) const CHUNK: usize = 1 << Self::SHIFT;
 
+    /// A pool with room for so many entries. Memory is only had once it is written to, and a frame should not have to wait
+    /// for it, so that of the first [`TOUCHED_CHUNKS`] is written to here.
     pub(super) fn with_room_for(entries: usize) -> Self {
         let mut pool = Self { chunks: Vec::new(), free: NONE, len: 0, live: 0 };
         pool.reserve_chunks(entries.div_ceil(Self::CHUNK));
+        for chunk in pool.chunks.iter_mut().take(TOUCHED_CHUNKS) {
+            chunk.resize(Self::CHUNK, T::BLANK);
+            std::hint::black_box(&mut *chunk).clear();
+        }
         pool
     }
 

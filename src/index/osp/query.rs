@@ -306,9 +306,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let lanes = u32::from(self.osp.open.lanes());
         if lanes != 0 {
             self.count(lanes.count_ones(), PlaneSet::ALL);
-            let mut rows = Boxes::EMPTY;
-            self.osp.open.rows(&mut rows);
-            let seen = lanes & !self.planes.behind_any(self.kernel, &rows);
+            let seen = lanes & !self.planes.behind_any(self.kernel, self.osp.open.rows());
             self.answer.run(self.kernel, self.osp.open.block() * 16, seen);
             self.tested += u64::from(seen.count_ones());
         }

@@ -2,7 +2,7 @@
 
 use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
-    index::{Node, Visit, Visitor, WorkCounts, simd::Boxes},
+    index::{Node, Visit, Visitor, WorkCounts},
     math::{Aabb, Containment, Frustum, PlaneMask},
     scene::PolygonId,
 };
@@ -65,9 +65,7 @@ impl Walk<'_> {
         if lanes == 0 {
             return;
         }
-        let mut rows = Boxes::EMPTY;
-        open.rows(&mut rows);
-        let bounds = rows.around(lanes);
+        let bounds = open.rows().around(lanes);
         let polygons = lanes.count_ones() as usize;
         let place = Place { bounds, depth: 0, polygons, is_leaf: true };
         if let Some((mask, answer)) = self.ask(&place, PlaneMask::ALL, Visit::Descend) {
