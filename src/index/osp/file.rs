@@ -51,6 +51,9 @@ impl Osp {
     #[inline]
     fn way(&self, bounds: Wide) -> Way {
         let key = self.grid.key(bounds);
+        if self.young {
+            return Way { key, level: u32::MAX, node: self.top, bucket: self.nodes[self.top].own };
+        }
         let level = self.grid.level_for(bounds);
         let (node, leaf) = self.descend(&key, level);
         let straddles = leaf == NONE && level >= self.nodes[node].shift;
@@ -58,17 +61,46 @@ impl Osp {
         Way { key, level, node, bucket }
     }
 
-    /// Files a run at its place.
-    fn file(&mut self, run: Run, bounds: Wide, way: Way) {
-        let way = if self.grow_to(&way.key) { self.way(bounds) } else { way };
+    /// Files a run at its place; returns that.
+    fn file(&mut self, run: Run, bounds: Wide, way: Way) -> u32 {
+        let way = if !self.young && self.grow_to(&way.key) { self.way(bounds) } else { way };
         let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
         let wider = !self.buckets[head].bounds.contains(bounds);
-        self.append(head, run, bounds, way.level);
+        let place = self.append(head, run, bounds, way.level);
         if wider {
             self.widen_above(head, &bounds.to_box());
         }
         if self.buckets[head].runs > self.buckets[head].split_at {
-            self.try_split(head);
+            if self.young {
+                self.grow_up();
+            } else {
+                self.try_split(head);
+            }
+        }
+        place
+    }
+
+    /// Files all runs anew, now that they are too many to be kept at the top.
+    fn grow_up(&mut self) {
+        self.young = false;
+        self.shape += 1;
+        let mut at = std::mem::replace(&mut self.nodes[self.top].own, NONE);
+        while at != NONE {
+            let Bucket { pages, page_count, next, .. } = self.buckets[at];
+            for &page in &pages[..page_count as usize] {
+                for lane in 0..usize::from(self.pages[page].runs) {
+                    let (run, bounds) = self.pages.run(page, lane);
+                    let loose = self.pages[page].loose >> lane & 1 == 1;
+                    let bounds = Wide::from_box(&bounds);
+                    let place = self.file(run, bounds, self.way(bounds));
+                    if loose {
+                        self.mark_loose(place);
+                    }
+                }
+                self.release_page(page);
+            }
+            self.buckets.give(at);
+            at = next;
         }
     }
 

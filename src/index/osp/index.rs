@@ -31,6 +31,9 @@ pub struct Osp {
     pub(super) open: OpenBlock,
     /// The highest node; its cell holds all keys.
     pub(super) top: u32,
+    /// There are so few runs that all are kept at the top, as straddlers are: one list is looked through faster than a
+    /// tree.
+    pub(super) young: bool,
     /// Changes when nodes and buckets come and go.
     pub(super) shape: u32,
     /// What an open block is divided into; kept for its memory.
@@ -66,6 +69,7 @@ impl Osp {
             ids: IdMap::with_room_for(polygons),
             open: OpenBlock::new(),
             top: NONE,
+            young: true,
             shape: 0,
             gathered: Some(Box::default()),
             queue: NONE,
@@ -80,7 +84,8 @@ impl Osp {
     }
 
     /// Sets the root cube's node up.
-    fn plant(&mut self) {
+    pub(super) fn plant(&mut self) {
+        self.young = true;
         self.top = self.nodes.take();
         let node = &mut self.nodes[self.top];
         (node.shift, node.key, node.parent) = (ROOT_SHIFT, Grid::root_key(), NONE);

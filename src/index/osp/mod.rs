@@ -13,7 +13,7 @@
 //! * The unit in the tree is a *run*: polygons of one block of sixteen ids that lie side by side, as the pieces of a
 //!   stroke do, with a tight box around them. The block being drawn is kept apart and filed when the next begins.
 //! * Nodes exist only where there is something: a leaf is divided when it holds too many runs, and becomes a leaf again
-//!   when it holds few. Preallocated are the *links* of the upper levels, four bytes a cell, so a run finds its leaf
+//!   when it holds few; as long as there are no more than a leaf's altogether, they are kept in one list at the top. Preallocated are the *links* of the upper levels, four bytes a cell, so a run finds its leaf
 //!   without walking down.
 //! * The root cube is no border: levels are added on top when something lies outside, and taken off again.
 //! * Boxes are tested eight or sixteen at a time (children of a node, pages of a leaf, runs of a page, polygons of a

@@ -238,7 +238,14 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     fn all(&mut self) {
         self.open_block();
         let mut nodes = List::new();
-        nodes.push(Below { number: self.osp.top, planes: PlaneSet::ALL });
+        let top = Below { number: self.osp.top, planes: PlaneSet::ALL };
+        if !self.osp.young {
+            nodes.push(top);
+        } else if let own = self.node_of(top.number).own
+            && own != NONE
+        {
+            self.wait_for_bucket(Below { number: own, ..top });
+        }
         let (mut buckets_wait, mut pages_wait) = (BUCKETS_WAIT, PAGES_WAIT);
         loop {
             while self.full != 0 {

@@ -16,6 +16,9 @@ use crate::{
     math::Aabb,
 };
 
+/// A run with its box, and whether that may be too wide.
+type TakenRun = (Run, Aabb, bool);
+
 impl Osp {
     /// Takes a filed polygon out of its run.
     pub(super) fn unfile(&mut self, id: u32) {
@@ -269,6 +272,44 @@ impl Osp {
             self.collapse(at);
             at = parent;
         }
+        if at == self.top && !self.young && self.is_sparse(at) {
+            self.rejuvenate();
+        }
+    }
+
+    /// Begins again with the root cube, and the few runs that there are kept at the top.
+    fn rejuvenate(&mut self) {
+        if let Some(entry) = Grid::flat_entry(&self.nodes[self.top].key, self.nodes[self.top].shift) {
+            self.flat[entry] = Link::NONE.to_bits();
+        }
+        let (kept, count) = self.take_runs(self.top);
+        self.plant();
+        self.shape += 1;
+        if count > 0 {
+            let bucket = self.new_bucket(self.top, OWN, &Grid::root_key());
+            self.append_all(bucket, &kept[..count]);
+        }
+    }
+
+    /// Gives a node that is sparse back with everything below, and returns its runs: the first so many.
+    fn take_runs(&mut self, node: u32) -> ([TakenRun; MERGE_RUNS as usize], usize) {
+        let mut kept = [(Run::NONE, Aabb::EMPTY, false); MERGE_RUNS as usize];
+        let mut count = 0;
+        self.dissolve(node, &mut |run| {
+            kept[count] = run;
+            count += 1;
+        });
+        (kept, count)
+    }
+
+    fn append_all(&mut self, bucket: u32, runs: &[TakenRun]) {
+        for (run, bounds, loose) in runs {
+            let wide = Wide::from_box(bounds);
+            let place = self.append(bucket, *run, wide, self.grid.level_for(wide));
+            if *loose {
+                self.mark_loose(place);
+            }
+        }
     }
 
     /// Whether nothing but a few runs is left at a node and in its leaves.
@@ -288,28 +329,17 @@ impl Osp {
     fn collapse(&mut self, node: u32) {
         self.shape += 1;
         let (parent, slot, cell) = (self.nodes[node].parent, self.nodes[node].slot, self.nodes[node].key);
-        let mut kept = [(Run::NONE, Aabb::EMPTY, false); MERGE_RUNS as usize];
-        let mut count = 0;
-        self.dissolve(node, &mut |run| {
-            kept[count] = run;
-            count += 1;
-        });
+        let (kept, count) = self.take_runs(node);
         self.set_child(parent, slot, Link::NONE, &cell);
         if count > 0 {
             let bucket = self.new_bucket(parent, slot, &cell);
-            for (run, bounds, loose) in &kept[..count] {
-                let wide = Wide::from_box(bounds);
-                let place = self.append(bucket, *run, wide, self.grid.level_for(wide));
-                if *loose {
-                    self.mark_loose(place);
-                }
-            }
+            self.append_all(bucket, &kept[..count]);
         }
         self.tighten_above(parent, slot);
     }
 
     /// Gives a node and everything below back, handing its runs out.
-    fn dissolve(&mut self, node: u32, out: &mut dyn FnMut((Run, Aabb, bool))) {
+    fn dissolve(&mut self, node: u32, out: &mut dyn FnMut(TakenRun)) {
         for slot in 0..8 {
             let cell = self.cell_of_slot(node, slot);
             match self.nodes[node].children[slot as usize].target() {
@@ -323,7 +353,7 @@ impl Osp {
         self.nodes.give(node);
     }
 
-    fn dissolve_chain(&mut self, head: u32, out: &mut dyn FnMut((Run, Aabb, bool))) {
+    fn dissolve_chain(&mut self, head: u32, out: &mut dyn FnMut(TakenRun)) {
         let mut at = head;
         while at != NONE {
             let bucket = self.buckets[at];

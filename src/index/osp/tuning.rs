@@ -4,7 +4,7 @@
 /// polygons far smaller than the root, eight times the (untouched) memory.
 pub(super) const FLAT_LEVELS: u32 = 6;
 
-/// Runs that a leaf holds before it is split. More: fewer nodes and longer lists of runs to test in a leaf that a
+/// Runs that a leaf holds before it is split, and the whole tree before it has leaves. More: fewer nodes and longer lists of runs to test in a leaf that a
 /// plane cuts.
 pub(super) const LEAF_RUNS: u32 = 256;
 
