@@ -6,6 +6,8 @@
 mod boxes;
 #[path = "osp_tree/life.rs"]
 mod life;
+#[path = "osp_tree/whole.rs"]
+mod whole;
 
 use boxes::{Place, Rng, drawn, root, shuffled, views};
 use glam::Vec3;

@@ -1,6 +1,6 @@
 //! Where the answer of a query goes: ids, or pages and runs.
 
-use super::{index::Osp, layout::Page};
+use super::{ids::IdMap, index::Osp, layout::Page};
 use crate::{
     index::{
         DrawList,
@@ -25,6 +25,9 @@ pub(super) trait Answer {
 
     /// Some runs of a page.
     fn lanes<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, lanes: u32);
+
+    /// All polygons that are filed. Only where pages are read.
+    fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
 
     /// Entries so far.
     fn count(&self) -> usize;
@@ -63,6 +66,29 @@ impl Answer for Ids<'_> {
     #[inline(always)]
     fn lanes<K: Kernel>(&mut self, kernel: K, _number: u32, page: &Page, lanes: u32) {
         self.0.push_lanes(kernel, runs_of(page), lanes);
+    }
+
+    #[inline(always)]
+    fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap) {
+        // Plain loops: a closure would not be compiled for the kernel's instruction set.
+        for (first, masks) in ids.shelves() {
+            let id_of = |block: usize| first.wrapping_add(block as u32 * 16);
+            let mut block = 0;
+            while block < masks.len() {
+                let start = block;
+                while block < masks.len() && masks[block] == u16::MAX {
+                    block += 1;
+                }
+                if block > start {
+                    self.0.push_span(kernel, id_of(start), (block - start) * 16);
+                } else {
+                    if masks[block] != 0 {
+                        self.0.push(kernel, id_of(block), u32::from(masks[block]));
+                    }
+                    block += 1;
+                }
+            }
+        }
     }
 
     #[inline(always)]
@@ -161,6 +187,9 @@ impl Answer for Handles<'_> {
             self.0.pages.push(FoundPage { page: number, runs: lanes as u16 });
         }
     }
+
+    #[inline(always)]
+    fn all<K: Kernel>(&mut self, _kernel: K, _ids: &IdMap) {}
 
     #[inline(always)]
     fn count(&self) -> usize {

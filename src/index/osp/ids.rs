@@ -39,10 +39,13 @@ struct Shelf {
     store: [u32; BLOCKS],
     /// Blocks with a polygon; next free shelf.
     live: u32,
+    /// No block from here on has ever had a polygon.
+    end: u32,
 }
 
 impl Pooled for Shelf {
-    const BLANK: Self = Self { filed: [0; BLOCKS], place: [NONE; BLOCKS], store: [NONE; BLOCKS], live: 0 };
+    const BLANK: Self =
+        Self { filed: [0; BLOCKS], place: [NONE; BLOCKS], store: [NONE; BLOCKS], live: 0, end: 0 };
 
     fn next_free(&self) -> u32 {
         self.live
@@ -247,6 +250,7 @@ impl IdMap {
         let shelf = &mut self.shelves[self.directory[number]];
         shelf.live += u32::from(shelf.filed[at] == 0);
         shelf.filed[at] = open.present();
+        shelf.end = shelf.end.max(at as u32 + 1);
         if shared == 0 {
             return NONE;
         }
@@ -274,12 +278,18 @@ impl IdMap {
         }
     }
 
-    /// All filed ids, ascending, a block at a time.
-    pub(super) fn blocks(&self) -> impl Iterator<Item = (u32, u16)> + '_ {
-        let with_shelf = self.directory.iter().enumerate().filter(|&(_, &number)| number != NONE);
-        with_shelf.flat_map(move |(i, &number)| {
-            let filed = self.shelves[number].filed.iter().enumerate();
-            filed.filter(|&(_, &mask)| mask != 0).map(move |(at, &mask)| ((i * BLOCKS + at) as u32, mask))
+    /// Entries that [`IdMap::shelves`] hands out, with those of the directory.
+    pub(super) fn entries(&self) -> usize {
+        self.directory.len() + self.shelves.live() as usize * BLOCKS
+    }
+
+    /// The filed ids: the first id of a shelf, and of each of its blocks the ids as a mask; ascending.
+    #[inline(always)]
+    pub(super) fn shelves(&self) -> impl Iterator<Item = (u32, &[u16])> + '_ {
+        let used = self.directory.iter().enumerate().filter(|&(_, &number)| number != NONE);
+        used.map(|(i, &number)| {
+            let shelf = &self.shelves[number];
+            ((i * IDS_A_SHELF) as u32, &shelf.filed[..(shelf.end as usize).min(BLOCKS)])
         })
     }
 

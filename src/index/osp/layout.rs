@@ -220,6 +220,14 @@ impl Pooled for Node {
     }
 }
 
+impl Node {
+    /// Mask of the slots where something hangs.
+    #[inline]
+    pub(super) fn used(&self) -> u32 {
+        self.children.iter().rev().fold(0, |used, &link| used << 1 | u32::from(link != Link::NONE))
+    }
+}
+
 /// What hangs at a place of the tree: nothing, a node or a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]

@@ -18,6 +18,7 @@
 //! * The root cube is no border: levels are added on top when something lies outside, and taken off again.
 //! * Boxes are tested eight or sixteen at a time (children of a node, pages of a leaf, runs of a page, polygons of a
 //!   run), each kind in rows that a wide register reads. Planes that a box has passed are not tested below it.
+//! * What is in view altogether is listed from the map of ids, without a look at the tree.
 //! * Erasing is not in the paper. Here it clears a bit; boxes are made to fit again, and pages, leaves and nodes joined,
 //!   in the commits that follow, as much as was erased.
 //!

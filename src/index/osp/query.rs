@@ -239,12 +239,14 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         self.open_block();
         let mut nodes = List::new();
         let top = Below { number: self.osp.top, planes: PlaneSet::ALL };
-        if !self.osp.young {
+        let node = self.node_of(top.number);
+        if A::READS_PAGES && self.osp.ids.entries() <= self.osp.len && self.holds_all(node) {
+            // The order of ids is the order of memory, and nothing of the tree has to be read.
+            self.answer.all(self.kernel, &self.osp.ids);
+        } else if !self.osp.young {
             nodes.push(top);
-        } else if let own = self.node_of(top.number).own
-            && own != NONE
-        {
-            self.wait_for_bucket(Below { number: own, ..top });
+        } else if node.own != NONE {
+            self.wait_for_bucket(Below { number: node.own, ..top });
         }
         let (mut buckets_wait, mut pages_wait) = (BUCKETS_WAIT, PAGES_WAIT);
         loop {
@@ -300,6 +302,33 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         if node.own != NONE {
             self.wait_for_bucket(Below { number: node.own, planes: mask });
         }
+    }
+
+    /// Whether all that is filed lies inside every plane; looks no further than to the first plane that says no.
+    #[inline(always)]
+    fn holds_all(&mut self, top: &Node) -> bool {
+        self.work.nodes += 1;
+        let used = top.used();
+        if used != 0 {
+            self.count(8, PlaneSet::ALL);
+            if !self.planes.hold(self.kernel, &top.boxes, used) {
+                return false;
+            }
+        }
+        let mut at = top.own;
+        while at != NONE {
+            let bucket = self.bucket(at);
+            self.count(bucket.page_count, PlaneSet::ALL);
+            let [low, high] = &bucket.boxes.0;
+            let used = bucket.used();
+            if !(self.planes.hold(self.kernel, low, used & 0xFF)
+                && self.planes.hold(self.kernel, high, used >> 8))
+            {
+                return false;
+            }
+            at = bucket.next;
+        }
+        true
     }
 
     #[inline(always)]

@@ -53,7 +53,8 @@ impl Osp {
         let open = self.open.lanes().count_ones() as usize;
         let total = found.polygons as usize + open;
         ensure!(total == self.len, "{total} polygons found, {} counted", self.len);
-        let filed: usize = self.ids.blocks().map(|(_, mask)| mask.count_ones() as usize).sum();
+        let masks = self.ids.shelves().flat_map(|(_, masks)| masks);
+        let filed: usize = masks.map(|mask| mask.count_ones() as usize).sum();
         ensure!(filed == found.polygons as usize, "{filed} ids filed, {} polygons in runs", found.polygons);
         let linked = self.flat.iter().filter(|&&bits| Link::from_bits(bits) != Link::NONE).count();
         let reached = self.count_flat(self.top);

@@ -80,6 +80,17 @@ impl PlaneSet {
         all
     }
 
+    /// Whether all of eight boxes that are in `used` lie inside every plane.
+    #[inline(always)]
+    pub(in crate::index) fn hold<K: Kernel>(&self, kernel: K, boxes: &Boxes<8>, used: u32) -> bool {
+        for plane in &self.planes {
+            if used & !kernel.sides(plane, boxes, 0).1 != 0 {
+                return false;
+            }
+        }
+        true
+    }
+
     /// How eight boxes lie to the planes of `mask`.
     #[inline(always)]
     pub(in crate::index) fn sides8<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<8>) -> Sides {
