@@ -114,6 +114,24 @@ fn session_lines(
     lines
 }
 
+/// What a frame takes with each of two indexes, microseconds: the medians over the frames that both were measured on and
+/// that are wanted.
+fn median_us(
+    of: &[FrameRecord],
+    against: &[FrameRecord],
+    wanted: impl Fn(&FrameRecord) -> bool,
+) -> Option<[f64; 2]> {
+    // Both are in the order of the frames.
+    let other = |record: &FrameRecord| against.binary_search_by_key(&record.frame, |other| other.frame).ok();
+    let pairs = of.iter().filter(|record| wanted(record)).filter_map(|r| Some((r, &against[other(r)?])));
+    let us = |record: &FrameRecord| record.total_ns().max(1) as f64 / 1000.0;
+    let (mut of, mut against): (Vec<f64>, Vec<f64>) = pairs.map(|(a, b)| (us(a), us(b))).unzip();
+    for values in [&mut of, &mut against] {
+        values.sort_unstable_by(f64::total_cmp);
+    }
+    (!of.is_empty()).then(|| [quantile(&of, 0.5), quantile(&against, 0.5)])
+}
+
 /// The paper's figure 19 and, for a part of the session, 21 to 23.
 fn frames_per_second(session: &SessionResult, part: Option<(&str, Range<u64>)>) -> Chart {
     let kinds = [IndexKind::Osp, IndexKind::OctreeRebuild, IndexKind::OspPaper];
@@ -140,41 +158,36 @@ fn frames_per_second(session: &SessionResult, part: Option<(&str, Range<u64>)>) 
         }
     };
     let mut remarks = vec![paper.to_owned()];
-    let median = |name: &str| {
-        lines.iter().find(|(line, _)| line.name == name).map(|(_, sorted)| quantile(sorted, 0.5))
+    let records_of = |kind: IndexKind| {
+        let at = session.rows.iter().position(|row| row.index == kind.name());
+        at.map_or(&[][..], |at| &session.records[at])
     };
-    if let (Some(osp), Some(octree)) = (median("osp"), median("octree-rebuild")) {
-        let words = if osp > octree { "the same" } else { "the OPPOSITE" };
+    let [osp, octree, paper] = kinds.map(records_of);
+    let drawing = |record: &FrameRecord| range.contains(&record.polygons);
+    if let Some([osp, octree]) = median_us(osp, octree, drawing) {
+        let words = if osp < octree { "the same" } else { "the OPPOSITE" };
         remarks.push(format!(
-            "Here: {words}; osp {} frames a second, octree-rebuild {} (medians of insertion and culling alone, nothing \
-             is drawn), {:.1} times.",
-            thousands(osp as u64),
-            thousands(octree as u64),
-            osp / octree
+            "Here: {words}; osp {} frames a second, octree-rebuild {} (medians over the same frames, of insertion and \
+             culling alone, nothing is drawn), {:.1} times.",
+            thousands((1.0e6 / osp) as u64),
+            thousands((1.0e6 / octree) as u64),
+            octree / osp
         ));
     }
-    let still = |kind: IndexKind| {
-        let at = session.rows.iter().position(|row| row.index == kind.name())?;
-        let nothing_came = |record: &&FrameRecord| record.inserted + record.removed + record.updated == 0;
-        let mut us: Vec<f64> = session.records[at]
-            .iter()
-            .filter(nothing_came)
-            .map(|record| record.total_ns() as f64 / 1000.0)
-            .collect();
-        us.sort_unstable_by(f64::total_cmp);
-        (!us.is_empty()).then(|| quantile(&us, 0.5))
-    };
-    if let (None, Some(osp), Some(octree)) = (&part, still(IndexKind::Osp), still(IndexKind::OctreeRebuild)) {
+    let still = |record: &FrameRecord| record.inserted + record.removed + record.updated == 0;
+    if part.is_none()
+        && let Some([osp, octree]) = median_us(osp, octree, still)
+    {
         let words = if octree < osp { "the octree is faster, as in the paper" } else { "osp is faster, too" };
         remarks.push(format!(
             "In frames that insert nothing {words}: osp {osp:.2} µs, octree-rebuild {octree:.2} µs."
         ));
     }
-    if let (Some(paper), Some(octree)) = (median("osp-paper"), median("octree-rebuild")) {
-        let words = if paper > octree { "is ahead of the octree, too" } else { "LOSES to the octree here" };
+    if let Some([paper, octree]) = median_us(paper, octree, drawing) {
+        let words = if paper < octree { "is ahead of the octree, too" } else { "LOSES to the octree here" };
         remarks.push(format!(
             "The tree as the paper has it {words}: {} frames a second.",
-            thousands(paper as u64)
+            thousands((1.0e6 / paper) as u64)
         ));
     }
     Chart {
@@ -487,4 +500,26 @@ fn tick(value: f64) -> String {
         if rounded.contains('.') { rounded.trim_end_matches('0').trim_end_matches('.') } else { &rounded };
     let _ = write!(text, "{short}{suffix}");
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians_are_over_the_same_frames() {
+        let record = |frame: u64, ns: u64| {
+            let mut record = FrameRecord { frame, polygons: frame, ..FrameRecord::default() };
+            record.cull.ns = ns;
+            record
+        };
+        // The other was measured in every tenth frame only, and those are slow for both.
+        let of: Vec<FrameRecord> =
+            (0..100).map(|frame| record(frame, if frame % 10 == 3 { 9_000 } else { 1_000 })).collect();
+        let other: Vec<FrameRecord> = (0..10).map(|i| record(i * 10 + 3, 20_000)).collect();
+        assert_eq!(median_us(&of, &other, |_| true), Some([9.0, 20.0]));
+        assert_eq!(median_us(&of, &of, |_| true), Some([1.0, 1.0]));
+        assert_eq!(median_us(&of, &of, |record| record.polygons == 13), Some([9.0, 9.0]));
+        assert_eq!(median_us(&of, &other, |record| record.polygons == 14), None);
+    }
 }
