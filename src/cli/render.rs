@@ -39,7 +39,8 @@ use crate::{
   osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
   osp render sketch.tilt sketch.png --occlusion hzb --check
 
-With --occlusion hzb each picture is drawn twice: the second frame of a camera at rest is what the figures are of.")]
+With --occlusion hzb each picture is drawn twice: the second frame of a camera at rest is what the figures are of. --check
+compares both: the first goes by what the picture before showed, from another place and of an earlier model.")]
 pub(super) struct RenderArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
     file: PathBuf,
@@ -162,22 +163,30 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             } else {
                 pipeline.draw_list().ids()
             };
+            let whole = match &mut uncut {
+                Some(uncut) => {
+                    let every: Vec<PolygonId> = scene.visible_ids().collect();
+                    Some(picture(uncut, &scene, &view, &every)?.0)
+                }
+                None => None,
+            };
+            let mut compare = |image: &Image, when: &str| {
+                let differing = whole.as_ref().map_or(0, |whole| whole.differing_pixels(image));
+                if differing > 0 {
+                    complain(&format!("frame {}{when}: culling changes {differing} pixels", moment.frame));
+                    outcome = Outcome::CheckFailed;
+                }
+            };
             if args.occlusion.is_while_drawing() {
-                // What was visible in the last frame hides in the next.
-                drawer.draw(&scene, &view, &[Layer::plain(ids)])?;
+                // What was visible in the last frame hides in the next; here that is what the last picture showed.
+                let (first, _) = picture(&mut drawer, &scene, &view, ids)?;
+                compare(&first, ", drawn first");
             }
             let (image, times) = picture(&mut drawer, &scene, &view, ids)?;
             let path = wanted.path(args, moment.frame);
             image.write_png(&path)?;
             say(&line(moment.frame, &scene, ids, &times, &path))?;
-            if let Some(uncut) = &mut uncut {
-                let every: Vec<PolygonId> = scene.visible_ids().collect();
-                let differing = picture(uncut, &scene, &view, &every)?.0.differing_pixels(&image);
-                if differing > 0 {
-                    complain(&format!("frame {}: culling changes {differing} pixels", moment.frame));
-                    outcome = Outcome::CheckFailed;
-                }
-            }
+            compare(&image, "");
         } else if has_occlusion {
             // As a replay does: which polygons may hide others, it learns from frame to frame.
             pipeline.frame(&scene, &changes, &camera.view(&moment).with_aspect(drawer.aspect()));

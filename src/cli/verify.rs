@@ -10,7 +10,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
 #[cfg(feature = "render")]
-use super::verify_drawn::{DrawnRun, DrawnTrials};
+use super::verify_drawn::{DrawnArgs, DrawnRun, DrawnTrials};
 use super::{
     Outcome, allocations,
     output::{complain, say},
@@ -56,13 +56,13 @@ The table, a line for each method and number of occluders (times of this machine
   select, build, query: choosing the occluders, building the culler, walking the index; microseconds a view
 depth-last (what was visible in the last frame hides what is behind it now) sees each view four times, as a camera at
 rest does: nothing visible may be culled in any of them, the other figures are of the last. Its occluders are outlines.
-With hzb (a build with the feature `render`), each view is drawn four times with each method and without; a pixel that
-differs gives exit code 1. hzb-16, hzb-4 and hzb-1 test groups of so many polygons by the rectangle around their
+With hzb (a build with the feature `render`), each view is drawn four times (--settle, --frames) with each method and
+without, in turns; a pixel that differs gives exit code 1. `auto` takes hzb where that is faster (--settle 24). hzb-16, hzb-4 and hzb-1 test groups of so many polygons by the rectangle around their
 corners, with -box by that around their box, with -fine and then each polygon by its triangles; hzb is hzb-1-fine.
   pixels   that differ from the picture without culling, all views together
   hidden   share of the really hidden polygons that was left out
   below a sample  visible polygons that were left out because no sample of a pixel shows them
-  depth pass, colour pass: polygons drawn; draw, GPU: milliseconds a view, from the second frame on, medians
+  depth pass, colour pass: polygons drawn; draw, GPU: milliseconds a view, from the second frame on, medians; mean of draw
 Instead of a file, `scene:NAME` takes a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.")]
 pub(super) struct VerifyArgs {
     /// The sessions, or `scene:NAME`.
@@ -74,10 +74,9 @@ pub(super) struct VerifyArgs {
     /// The methods, separated by commas [default: all that are sound].
     #[arg(long, value_delimiter = ',', value_parser = method_parser())]
     occlusion: Vec<Method>,
-    /// Width and height of what is drawn for hzb, pixels.
     #[cfg(feature = "render")]
-    #[arg(long, default_value = "1920x1080")]
-    size: super::render::Size,
+    #[command(flatten)]
+    draw: DrawnArgs,
     /// Most occluders of a view; several numbers, separated by commas, are tried one after the other.
     #[arg(long, value_delimiter = ',', default_value = "64")]
     occluders: Vec<usize>,
@@ -117,6 +116,9 @@ pub(super) struct VerifyArgs {
     /// Pixels of the picture that says what is visible.
     #[arg(long, default_value = "2560x1440", value_name = "WxH")]
     pixels: Pixels,
+    /// Do not find out what can be seen, which takes minutes in a model of a million polygons: times, counts and pixels only.
+    #[arg(long)]
+    no_truth: bool,
     /// Print one JSON object for each session instead of a table.
     #[arg(long)]
     json: bool,
@@ -290,12 +292,15 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let index = args.index.create(&IndexConfig { root: root_cube(&header, &summary.bounds), capacity });
     let mut verifier = Verifier::new(index, config(args), StageClock::counting(allocations::count));
+    if args.no_truth {
+        verifier = verifier.without_truth();
+    }
     if args.methods().contains(&Method::Last) {
         verifier.add_last(LastVisible::new(DepthConfig::default(), capacity));
     }
 
     #[cfg(feature = "render")]
-    let mut drawn = DrawnTrials::new(&args.occlusion, args.size)?;
+    let mut drawn = DrawnTrials::new(&args.occlusion, args.draw)?;
     #[cfg(not(feature = "render"))]
     let mut drawn = None;
     let mut scene = Scene::new();
@@ -351,13 +356,15 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
 fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTrials>) -> String {
     let views = verifier.views();
     let mean = |sum: u64| thousands((sum as f64 / views.views.max(1) as f64).round() as u64);
+    let truth = match verifier.has_truth() {
+        true => format!("visible {}, hidden {}", mean(views.visible), mean(views.hidden)),
+        false => "what can be seen was not found out".to_owned(),
+    };
     let mut lines = vec![format!(
-        "{name}: {} polygons, {} views; in view {} (visible {}, hidden {}), frustum {} µs",
+        "{name}: {} polygons, {} views; in view {} ({truth}), frustum {} µs",
         thousands(polygons),
         views.views,
         mean(views.in_view),
-        mean(views.visible),
-        mean(views.hidden),
         mean(views.frustum_ns / 1000),
     )];
     let mut table = Table::new();
@@ -436,6 +443,8 @@ struct JsonVerify<'a> {
     in_view_mean: f64,
     visible_mean: f64,
     hidden_mean: f64,
+    /// Whether all that was compared with what can be seen.
+    truth: bool,
     frustum_us: f64,
     runs: Vec<JsonRun>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -531,6 +540,7 @@ fn json(
         in_view_mean: mean(views.in_view),
         visible_mean: mean(views.visible),
         hidden_mean: mean(views.hidden),
+        truth: verifier.has_truth(),
         frustum_us: mean(views.frustum_ns) / 1000.0,
         runs: verifier.trials().iter().map(JsonRun::new).collect(),
         pvs: verifier.pvs().map(JsonPvs::new),

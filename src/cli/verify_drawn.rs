@@ -20,9 +20,6 @@ use crate::{
     },
 };
 
-/// Frames of a camera at rest that are drawn of each view; the first has nothing to go by and does not count.
-const FRAMES: usize = 4;
-
 /// Ways to find while drawing what is hidden, by name.
 pub(super) fn drawn_methods() -> impl Iterator<Item = (&'static str, DrawnOcclusion)> {
     let coarse = |group, bound| HzbConfig { group, bound, fine: HzbFine::Off };
@@ -39,7 +36,21 @@ pub(super) fn drawn_methods() -> impl Iterator<Item = (&'static str, DrawnOcclus
     ]
     .into_iter()
     .map(|(name, config)| (name, DrawnOcclusion::Hzb(config)))
-    .chain([("queries", DrawnOcclusion::Queries)])
+    .chain([("queries", DrawnOcclusion::Queries), ("auto", DrawnOcclusion::Auto)])
+}
+
+/// How each view is drawn by a camera at rest.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub(super) struct DrawnArgs {
+    /// Width and height of what is drawn for hzb, pixels.
+    #[arg(long, default_value = "1920x1080")]
+    size: Size,
+    /// Frames of each view that are drawn with each method and whose times count.
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    frames: u32,
+    /// Frames that are drawn of each view before; the first has nothing to go by, and `auto` tries the other way after 16.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    settle: u32,
 }
 
 /// One method over all views so far.
@@ -49,6 +60,7 @@ struct Trial {
     totals: Totals,
     counts: DrawnCounts,
     draw_ns: u64,
+    draw_mean_ns: u64,
     passes: PassTimes,
     differing_pixels: u64,
 }
@@ -56,13 +68,13 @@ struct Trial {
 /// Draws each view with every method, and without.
 pub(super) struct DrawnTrials {
     trials: Vec<Trial>,
-    size: Size,
+    args: DrawnArgs,
     adapter: String,
 }
 
 impl DrawnTrials {
     /// Trials of those of the methods that work while drawing; `None` if there is none.
-    pub(super) fn new(methods: &[Method], size: Size) -> anyhow::Result<Option<Self>> {
+    pub(super) fn new(methods: &[Method], args: DrawnArgs) -> anyhow::Result<Option<Self>> {
         let drawn = methods.iter().filter_map(|method| match *method {
             Method::Drawn(name, occlusion) => Some((name, occlusion)),
             Method::Culler(_) | Method::Last => None,
@@ -71,6 +83,7 @@ impl DrawnTrials {
         if drawn.is_empty() {
             return Ok(None);
         }
+        let DrawnArgs { size, .. } = args;
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
         // The picture without culling comes first: all others are compared with it.
@@ -84,11 +97,12 @@ impl DrawnTrials {
                 totals: Totals::default(),
                 counts: DrawnCounts::default(),
                 draw_ns: 0,
+                draw_mean_ns: 0,
                 passes: PassTimes::default(),
                 differing_pixels: 0,
             });
         }
-        Ok(Some(Self { trials, size, adapter: gpu.name() }))
+        Ok(Some(Self { trials, args, adapter: gpu.name() }))
     }
 
     /// Follows the scene by one frame's changes.
@@ -103,17 +117,18 @@ impl DrawnTrials {
         let ids = verifier.in_view().to_vec();
         let mut times = vec![Vec::<DrawTimes>::new(); self.trials.len()];
         // In turns, so that whatever else the machine does falls on all.
-        for _ in 0..FRAMES {
+        for _ in 0..self.args.settle + self.args.frames {
             for (trial, times) in self.trials.iter_mut().zip(&mut times) {
                 times.push(trial.drawer.draw(scene, view, &[Layer::plain(&ids)])?);
             }
         }
         let whole = self.trials[0].drawer.image()?;
         for (trial, times) in self.trials.iter_mut().zip(&mut times) {
-            let times = &mut times[1..];
+            let times = &mut times[self.args.settle as usize..];
             times.sort_unstable_by_key(|times| times.draw.ns);
             let median = times[times.len() / 2];
             trial.draw_ns += median.draw.ns;
+            trial.draw_mean_ns += times.iter().map(|times| times.draw.ns).sum::<u64>() / times.len() as u64;
             trial.passes = trial.passes + median.passes.unwrap_or_default();
             trial.counts = trial.counts + median.occlusion.unwrap_or_default();
             trial.differing_pixels += trial.drawer.image()?.differing_pixels(&whole) as u64;
@@ -154,6 +169,7 @@ impl DrawnTrials {
             "depth pass",
             "colour pass",
             "draw ms",
+            "mean",
             "GPU ms: depth",
             "test",
             "colours",
@@ -170,6 +186,7 @@ impl DrawnTrials {
                 count(run.first_pass),
                 count(run.second_pass),
                 format!("{:.2}", run.draw_ms),
+                format!("{:.2}", run.draw_mean_ms),
                 format!("{depth:.2}"),
                 format!("{test:.2}"),
                 format!("{colors:.2}"),
@@ -178,7 +195,7 @@ impl DrawnTrials {
         for column in table.column_iter_mut().skip(1) {
             column.set_cell_alignment(CellAlignment::Right);
         }
-        let Size { width, height } = self.size;
+        let Size { width, height } = self.args.size;
         format!("drawn by {}, {width} x {height} pixels\n{table}", self.adapter)
     }
 
@@ -200,6 +217,7 @@ pub(super) struct DrawnRun {
     first_pass: f64,
     second_pass: f64,
     draw_ms: f64,
+    draw_mean_ms: f64,
     gpu_ms: [f64; 3],
 }
 
@@ -220,6 +238,7 @@ impl DrawnRun {
             first_pass: totals.mean(trial.counts.first_pass),
             second_pass: drawn,
             draw_ms: ms(trial.draw_ns),
+            draw_mean_ms: ms(trial.draw_mean_ns),
             gpu_ms: [trial.passes.depth_ns, trial.passes.test_ns, trial.passes.color_ns].map(ms),
         }
     }

@@ -1,7 +1,9 @@
 /// Frames before the first try, so that what is measured is not the start.
 const FIRST_TRY: u32 = 16;
+/// Frames that each way is measured by: the fastest of so many counts, because whatever disturbs a frame makes it longer.
+const MEASURED: usize = 4;
 /// Frames of a try whose time has come back; the first of them has nothing to go by and does not count.
-const TRY_FRAMES: u32 = 4;
+const TRY_FRAMES: u32 = MEASURED as u32 + 1;
 /// Frames after which a try ends whatever has come back.
 const LONGEST_TRY: u32 = 24;
 /// Frames from one try to the next, at least and at most.
@@ -9,25 +11,37 @@ const PAUSE: [u32; 2] = [64, 8192];
 /// What tries may cost, as a part of what drawing costs.
 const TRY_SHARE: f64 = 0.01;
 /// The other way has to be faster by this factor to be taken.
-const FASTER: f64 = 0.9;
+const FASTER: f64 = 0.98;
 /// Fewer polygons in view are drawn in less time than any test takes.
 const LEAST_POLYGONS: usize = 2000;
-/// Part of the new value in a moving average.
-const WEIGHT: f64 = 0.1;
 
 /// Decides for every frame whether to look for hidden polygons while drawing, by what frames have taken: now and then some
 /// frames are drawn the other way, and the faster way is kept. It changes no picture.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct DrawSwitch {
     /// Whether frames are culled, but for tries.
     culls: bool,
-    /// What a frame takes the way that is kept, nanoseconds.
-    usual_ns: Option<f64>,
-    /// What the frames of the try took so far: their number, and the least time.
-    tried: Option<(u32, f64)>,
+    /// What the last frames took the way that is kept, nanoseconds; infinite where there was none yet.
+    usual_ns: [f64; MEASURED],
+    tried: Option<Tried>,
     /// Frames since the last try, or since this one began.
     since: u32,
     pause: u32,
+}
+
+/// What the frames of a try took so far.
+#[derive(Clone, Copy, Debug)]
+struct Tried {
+    frames: u32,
+    all_ns: f64,
+    /// The fastest, but for the first.
+    least_ns: f64,
+}
+
+impl Default for DrawSwitch {
+    fn default() -> Self {
+        Self { culls: false, usual_ns: [f64::INFINITY; MEASURED], tried: None, since: 0, pause: 0 }
+    }
 }
 
 impl DrawSwitch {
@@ -39,8 +53,9 @@ impl DrawSwitch {
         self.since = self.since.saturating_add(1);
         match self.tried {
             Some(_) if self.since > LONGEST_TRY => self.end_try(),
-            None if self.usual_ns.is_some() && self.since > self.pause.max(FIRST_TRY) => {
-                (self.tried, self.since) = (Some((0, f64::INFINITY)), 0);
+            None if self.usual().is_finite() && self.since > self.pause.max(FIRST_TRY) => {
+                self.tried = Some(Tried { frames: 0, all_ns: 0.0, least_ns: f64::INFINITY });
+                self.since = 0;
             }
             _ => {}
         }
@@ -51,30 +66,34 @@ impl DrawSwitch {
     pub(super) fn note(&mut self, culled: bool, ns: u64) {
         let ns = ns as f64;
         if culled == self.culls {
-            let usual = self.usual_ns.unwrap_or(ns);
-            self.usual_ns = Some(usual + WEIGHT * (ns - usual));
-        } else if let Some((frames, least)) = &mut self.tried {
-            *frames += 1;
-            if *frames > 1 {
-                *least = least.min(ns);
+            self.usual_ns.rotate_left(1);
+            self.usual_ns[MEASURED - 1] = ns;
+        } else if let Some(tried) = &mut self.tried {
+            tried.frames += 1;
+            tried.all_ns += ns;
+            if tried.frames > 1 {
+                tried.least_ns = tried.least_ns.min(ns);
             }
-            if *frames >= TRY_FRAMES {
+            if tried.frames >= TRY_FRAMES {
                 self.end_try();
             }
         }
     }
 
+    fn usual(&self) -> f64 {
+        self.usual_ns.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
     fn end_try(&mut self) {
-        let Some((_, tried_ns)) = self.tried.take() else { return };
-        let usual_ns = self.usual_ns.unwrap_or(tried_ns);
+        let Some(Tried { frames, all_ns, least_ns }) = self.tried.take() else { return };
+        let usual_ns = self.usual();
         self.since = 0;
-        if tried_ns < FASTER * usual_ns {
-            (self.culls, self.usual_ns, self.pause) = (!self.culls, Some(tried_ns), PAUSE[0]);
-            return;
-        }
         // So long that what the try has cost more than its frames otherwise would is a small part.
-        let lost = f64::from(TRY_FRAMES) * (tried_ns / usual_ns - 1.0).max(0.0) / TRY_SHARE;
+        let lost = (all_ns / usual_ns - f64::from(frames)).max(0.0) / TRY_SHARE;
         self.pause = if lost.is_finite() { (lost as u32).clamp(PAUSE[0], PAUSE[1]) } else { PAUSE[1] };
+        if least_ns < FASTER * usual_ns {
+            (self.culls, self.usual_ns) = (!self.culls, [least_ns; MEASURED]);
+        }
     }
 }
 
@@ -120,7 +139,9 @@ mod tests {
 
     #[test]
     fn tries_cost_little() {
-        for (other, frames) in [(1_050_000, 20_000), (2_000_000, 20_000), (20_000_000, 20_000)] {
+        for (other, frames) in
+            [(985_000, 20_000), (1_050_000, 20_000), (2_000_000, 20_000), (20_000_000, 20_000)]
+        {
             let mut switch = DrawSwitch::default();
             let (total, _) = play(&mut switch, frames, 2, |culls, _| if culls { other } else { 1_000_000 });
             let more = total as f64 / (frames as f64 * 1.0e6);
@@ -131,8 +152,23 @@ mod tests {
     #[test]
     fn a_little_faster_is_not_enough_to_change() {
         let mut switch = DrawSwitch::default();
-        let (_, culled) = play(&mut switch, 2000, 1, |culls, _| if culls { 950_000 } else { 1_000_000 });
-        assert!(culled < 80, "{culled}");
+        let (_, culled) = play(&mut switch, 2000, 1, |culls, _| if culls { 985_000 } else { 1_000_000 });
+        assert!(culled < 110, "tries only: {culled} of 1000");
+    }
+
+    #[test]
+    fn it_is_within_two_per_cent_of_the_better_way() {
+        // Frames take up to a tenth longer by whatever else goes on.
+        let noise = |frame: usize| (frame * 7919 % 101) as f64 / 1000.0;
+        for culled in [0.5, 0.9, 0.97, 1.0, 1.03, 1.1, 2.0] {
+            let (mut switch, frames) = (DrawSwitch::default(), 20_000);
+            let (total, _) = play(&mut switch, frames, 1, |culls, frame| {
+                let ms = if culls { culled } else { 1.0 };
+                (ms * (1.0 + noise(frame)) * 1.0e6) as u64
+            });
+            let best = (0..frames).map(|frame| culled.min(1.0) * (1.0 + noise(frame)) * 1.0e6).sum::<f64>();
+            assert!(total as f64 <= 1.02 * best, "{culled}: {}", total as f64 / best);
+        }
     }
 
     #[test]

@@ -85,6 +85,37 @@ fn a_picture_with_hzb_is_checked_against_one_without() {
 }
 
 #[test]
+fn verify_measures_auto_at_rest_without_the_truth() {
+    let Some(_) = gpu() else { return };
+    let args = [
+        "verify",
+        "recordings/portrait.ron",
+        "--whole",
+        "--camera",
+        "orbit",
+        "--views",
+        "1",
+        "--size",
+        "97x61",
+    ];
+    let more = ["--occlusion", "hzb,auto", "--settle", "24", "--frames", "2", "--no-truth", "--json"];
+    let output = osp(&[&args[..], &more].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!((&report["truth"], &report["visible_mean"]), (&false.into(), &0.0.into()));
+    let drawn = report["drawn"].as_array().expect("methods");
+    let names: Vec<_> = drawn.iter().map(|run| run["occlusion"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["none", "hzb", "auto"]);
+    for run in drawn {
+        assert_eq!(run["differing_pixels"], 0, "{run}");
+        for time in ["draw_ms", "draw_mean_ms"] {
+            assert!(run[time].as_f64().is_some_and(|ms| ms > 0.0), "{run}");
+        }
+    }
+    assert!(drawn[1]["second_pass"].as_f64() < drawn[0]["second_pass"].as_f64(), "{report}");
+}
+
+#[test]
 fn verify_tells_what_share_of_the_hidden_is_found_while_drawing() {
     let Some(_) = gpu() else { return };
     let args =
