@@ -480,7 +480,10 @@ impl Axis {
             Self::Linear(_) => low.min(0.0)..(high * 1.05).max(low + 1.0),
             Self::Log(_) => {
                 let low = low.max(1.0e-3);
-                low / 1.4..high.max(low) * 1.4
+                let (from, to) = (low / 1.4, high.max(low) * 1.4);
+                let (first, last) = (from.log10().ceil(), to.log10().floor());
+                // Powers of ten have labels; there should be two at least.
+                if last > first { from..to } else { 10f64.powf(first - 1.0)..10f64.powf(last + 1.0) }
             }
         }
     }
@@ -505,6 +508,19 @@ fn tick(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_axis_has_labels() {
+        for (low, high) in
+            [(18.0, 35.0), (9.0, 11.0), (5.0, 5.0), (0.2, 4_000.0), (1.0e-9, 1.0e-9), (10.0, 10.0)]
+        {
+            let Range { start, end } = Axis::Log("µs").range([low, high].into_iter());
+            let powers =
+                (-4..9).map(|i| 10f64.powi(i) * 1.000_001).filter(|p| (start..=end * 1.000_01).contains(p));
+            assert!(powers.count() >= 2, "{low} to {high}: {start} to {end}");
+            assert!(start <= low.max(1.0e-3) && high <= end);
+        }
+    }
 
     #[test]
     fn medians_are_over_the_same_frames() {
