@@ -13,7 +13,7 @@ use crate::{
     },
 };
 
-use super::document::meet_polygon;
+use super::{document::meet_polygon, draw_cost::DrawCost};
 
 /// Nothing is looked for that others hide.
 pub(super) const NO_OCCLUSION: OcclusionChoice = OcclusionChoice::Always(CullerKind::None);
@@ -70,6 +70,7 @@ pub struct Culling {
     stages: Stages,
     reindexed: Option<Reindexed>,
     picks: PickCounts,
+    draw_cost: DrawCost,
     /// All polygons, while the view does not cull.
     all: DrawList,
     /// One bit for each polygon, while the ones left out are looked for.
@@ -92,6 +93,7 @@ impl Culling {
             stages: Stages::default(),
             reindexed: None,
             picks: PickCounts::default(),
+            draw_cost: DrawCost::default(),
             all: DrawList::new(),
             marks: Vec::new(),
         }
@@ -205,6 +207,20 @@ impl Culling {
             Some(_) => self.all.ids(),
             None => &[],
         }
+    }
+
+    /// Takes what drawing the last frame took, which tells in time what leaving a polygon out saves.
+    pub fn note_drawing(&mut self, ns: u64) {
+        let polygons = (0..self.pipeline.draw_lists().len()).map(|view| self.drawn(view).len()).sum();
+        self.draw_cost.note(polygons, ns);
+        if let Some(polygon_ns) = self.draw_cost.polygon_ns() {
+            self.pipeline.set_polygon_ns(polygon_ns);
+        }
+    }
+
+    /// What drawing a polygon costs, nanoseconds, once it is known.
+    pub fn polygon_ns(&self) -> Option<f64> {
+        self.draw_cost.polygon_ns()
     }
 
     /// Appends the polygons that no view of the last frame draws: those outside of all views, and those in view that

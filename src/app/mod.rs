@@ -14,6 +14,7 @@ mod command;
 mod commands;
 mod culling;
 mod document;
+mod draw_cost;
 #[cfg(feature = "gamepad")]
 mod gamepad;
 mod gestures;

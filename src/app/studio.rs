@@ -263,6 +263,11 @@ impl Studio {
         &self.culling
     }
 
+    /// Takes what drawing the last frame took, nanoseconds.
+    pub fn note_drawing(&mut self, ns: u64) {
+        self.culling.note_drawing(ns);
+    }
+
     /// What to draw with.
     pub fn brush(&self) -> Brush {
         self.brush

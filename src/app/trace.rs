@@ -74,6 +74,7 @@ impl Trace {
             "views": studio.views().len(),
             "index": studio.culling().kind().name(),
             "occlusion": studio.culling().occlusion().name(),
+            "polygon_ns": studio.culling().polygon_ns(),
             "while_drawing": while_drawing,
             "frozen": studio.is_frozen(),
             "tool": tool,

@@ -292,6 +292,10 @@ impl App {
             }
         };
 
+        if painted.is_shown {
+            studio.note_drawing(painted.draw_ns);
+        }
+
         let mut times = FrameTimes::default();
         // What the pointer drew was made into polygons while the panels were laid out.
         let drawn_ns = report.strokes_ns.min(panel_ns);

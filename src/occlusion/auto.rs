@@ -158,6 +158,11 @@ impl AutoSwitch {
         self.kept
     }
 
+    /// Changes what drawing a polygon costs, nanoseconds.
+    pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
+        self.config.polygon_ns = polygon_ns;
+    }
+
     /// Whether there can be a frame in which a method pays.
     pub fn can_ever_pay(config: &AutoConfig, method: AutoMethod) -> bool {
         // The more is in view, the less what does not depend on it weighs.

@@ -73,6 +73,11 @@ impl OcclusionStage {
         self.culler = kind.create(occluders);
     }
 
+    /// Changes what is worth a test.
+    pub fn set_cull(&mut self, cull: CullConfig) {
+        self.config.cull = cull;
+    }
+
     /// Follows the scene's changes; once a frame that is culled.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
         self.pool.follow(scene, changes);

@@ -224,6 +224,13 @@ impl Pipeline {
         }
     }
 
+    /// Says what drawing a polygon costs, nanoseconds, if occlusion is looked for where it pays.
+    pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
+        if let Some(pass) = &mut self.occlusion {
+            pass.set_polygon_ns(polygon_ns);
+        }
+    }
+
     /// Whether the last frame was culled by occlusion.
     pub fn is_occluded(&self) -> bool {
         self.occluded

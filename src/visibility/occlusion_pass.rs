@@ -180,6 +180,19 @@ impl OcclusionPass {
         self.stage.set_occluders(self.config.choice.kind(), self.config.occluders());
     }
 
+    /// What drawing a polygon costs, nanoseconds, as whoever draws has measured it: what `auto` goes by from now on. Other
+    /// methods keep to what they were made with.
+    pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
+        let Some(switch) = &mut self.switch else { return };
+        switch.set_polygon_ns(polygon_ns);
+        self.config.polygon_ns = polygon_ns;
+        self.stage.set_cull(CullConfig::for_drawing(polygon_ns));
+        let auto = AutoConfig { polygon_ns, ..AutoConfig::default() };
+        if self.last.is_none() && AutoSwitch::can_ever_pay(&auto, AutoMethod::DepthLast) {
+            self.last = Some(LastPass::new(self.drawn[0].ids().len()));
+        }
+    }
+
     /// Most occluders of a view in a frame.
     pub fn most_occluders(&self) -> usize {
         self.config.occluders()

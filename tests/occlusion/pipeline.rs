@@ -234,3 +234,41 @@ fn every_choice_has_a_name_and_the_paper_is_none_by_default() {
     }
     assert_eq!(OcclusionChoice::from_name("depth"), Some(OcclusionChoice::Always(CullerKind::Depth)));
 }
+
+/// Whoever draws says what a polygon costs; `auto` culls where that pays and stops where it does not.
+#[test]
+fn auto_goes_by_what_drawing_is_said_to_cost() {
+    let mut events = TestScene::Rooms.events();
+    let first_view = events.iter().position(|e| matches!(e, Event::Head { .. })).expect("views");
+    let heads = events.split_off(first_view);
+    let (mut model, mut changes) = (Scene::new(), Vec::new());
+    events.iter().for_each(|event| model.apply(event, &mut changes));
+    let mut moment = Moment::default();
+    moment.note(&heads[0]);
+    let view = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY).view(&moment);
+
+    let mut lane = pipeline(Some(auto(1.0, AutoBasis::Work)));
+    lane.frame(&model, &changes, &view);
+    let mut frames_with = |polygon_ns: Option<f64>| {
+        if let Some(ns) = polygon_ns {
+            lane.set_polygon_ns(ns);
+        }
+        let mut culled = 0;
+        for _ in 0..200 {
+            culled += u32::from(lane.frame(&model, &[], &view).occlusion.occluded > 0);
+        }
+        (culled, lane.occlusion().expect("auto").config().polygon_ns)
+    };
+    let (cheap, ..) = frames_with(None);
+    let (dear, polygon_ns) = frames_with(Some(1.0e5));
+    assert_eq!(polygon_ns, 1.0e5);
+    assert!(cheap < 10, "{cheap} of 200 frames culled where drawing costs nothing");
+    assert!(dear > 150, "{dear} of 200 frames culled where drawing is dear");
+    let (cheap, ..) = frames_with(Some(1.0));
+    assert!(cheap < 30, "{cheap} of 200 frames culled where drawing costs nothing again");
+
+    // A method that was asked for does not care.
+    let mut fixed = pipeline(Some(PassConfig::new(OcclusionChoice::Always(CullerKind::Msvbsp))));
+    fixed.set_polygon_ns(1.0e5);
+    assert_ne!(fixed.occlusion().expect("msvbsp").config().polygon_ns, 1.0e5);
+}

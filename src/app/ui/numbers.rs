@@ -130,6 +130,10 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("occluders", count(report.record.occlusion.occluders)),
             ("nodes of their trees", count(report.record.occlusion.nodes)),
             ("drawn", count(drawn)),
+            (
+                "a polygon costs",
+                studio.culling().polygon_ns().map_or("-".to_owned(), |ns| format!("{ns:.0} ns")),
+            ),
             ("came, went, moved", {
                 let record = report.record;
                 format!("{} {} {}", count(record.inserted), count(record.removed), count(record.updated))
