@@ -218,6 +218,11 @@ impl Culling {
         }
     }
 
+    /// Frames of which it is known what drawing them took.
+    pub fn drawings_measured(&self) -> u32 {
+        self.draw_cost.frames()
+    }
+
     /// What drawing a polygon costs, nanoseconds, once it is known.
     pub fn polygon_ns(&self) -> Option<f64> {
         self.draw_cost.polygon_ns()

@@ -7,6 +7,9 @@ const FIRST_FRAMES: u32 = 60;
 /// The numbers of polygons must differ by this part of their mean (standard deviation) before anything is said.
 const LEAST_SPREAD: f64 = 0.05;
 
+/// Standard errors that are taken off the slope: what is saved must not be noise.
+const ERRORS_OFF: f64 = 3.0;
+
 /// The slope of the frames' times over their numbers of polygons: a frame costs something with nothing in it, too, which
 /// leaving polygons out does not save. Least squares, the weight of a frame falling with its age.
 #[derive(Clone, Copy, Debug, Default)]
@@ -15,6 +18,7 @@ pub(super) struct DrawCost {
     mean_polygons: f64,
     mean_ns: f64,
     variance: f64,
+    variance_ns: f64,
     covariance: f64,
 }
 
@@ -27,17 +31,29 @@ impl DrawCost {
         self.mean_polygons += weight * by_polygons;
         self.mean_ns += weight * by_ns;
         self.variance = (1.0 - weight) * (self.variance + weight * by_polygons * by_polygons);
+        self.variance_ns = (1.0 - weight) * (self.variance_ns + weight * by_ns * by_ns);
         self.covariance = (1.0 - weight) * (self.covariance + weight * by_polygons * by_ns);
     }
 
-    /// What a polygon costs, nanoseconds, as soon as it can be told from what a frame costs without any.
+    /// Frames taken.
+    pub(super) fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// What a polygon costs at least, nanoseconds, as soon as it can be told from what a frame costs without any.
     pub(super) fn polygon_ns(&self) -> Option<f64> {
         let is_clear =
             self.frames >= FIRST_FRAMES && self.variance.sqrt() > LEAST_SPREAD * self.mean_polygons;
+        if !is_clear || self.mean_polygons <= 0.0 {
+            return None;
+        }
+        let slope = self.covariance / self.variance;
+        let left = (self.variance_ns - slope * self.covariance).max(0.0);
+        let frames = f64::from(self.frames).min(2.0 / WEIGHT - 1.0);
+        let least_ns = slope - ERRORS_OFF * (left / (self.variance * frames)).sqrt();
         // Never more than if all of the time went into polygons.
-        let most_ns = self.mean_ns / self.mean_polygons;
-        (is_clear && self.mean_polygons > 0.0)
-            .then(|| (self.covariance / self.variance).min(most_ns).max(1.0))
+        let most_ns = (self.mean_ns / self.mean_polygons).max(1.0);
+        (least_ns > 0.0 || left == 0.0).then(|| least_ns.clamp(1.0, most_ns))
     }
 }
 
@@ -70,6 +86,25 @@ mod tests {
         assert_eq!(after(500, |_| 7_000).polygon_ns(), None, "always the same number");
         assert_eq!(after(500, |frame| 100_000 + frame as usize).polygon_ns(), None, "nearly the same number");
         assert_eq!(after(500, |_| 0).polygon_ns(), None, "nothing to draw");
+    }
+
+    #[test]
+    fn noise_is_not_taken_for_polygons() {
+        let mut state = 7u64;
+        let mut noise_ns = |most: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % most
+        };
+        let (mut few, mut many, mut told) = (DrawCost::default(), DrawCost::default(), 0);
+        for frame in 0..2000usize {
+            few.note(200 + frame % 100, 40_000_000 + noise_ns(30_000_000));
+            told += u32::from(few.polygon_ns().is_some());
+            let polygons = 5_000 + 100 * (frame % 100);
+            many.note(polygons, 3_000_000 + polygons as u64 * 400 + noise_ns(1_000_000));
+        }
+        assert!(told < 200, "said something of 300 polygons after {told} of 2000 frames");
+        let found = many.polygon_ns().expect("clear enough");
+        assert!((300.0..=400.0).contains(&found), "{found}");
     }
 
     #[test]

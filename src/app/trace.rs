@@ -75,6 +75,7 @@ impl Trace {
             "index": studio.culling().kind().name(),
             "occlusion": studio.culling().occlusion().name(),
             "polygon_ns": studio.culling().polygon_ns(),
+            "drawings_measured": studio.culling().drawings_measured(),
             "while_drawing": while_drawing,
             "frozen": studio.is_frozen(),
             "tool": tool,

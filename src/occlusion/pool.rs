@@ -154,9 +154,11 @@ impl OccluderPool {
                 }
             }
         }
-        // What was left over from patches that died; those that went or came back meanwhile are no orphans.
+        // What was left over from patches that died; those that went or came back meanwhile are no orphans. (After a jump
+        // back in a replay the scene may never have heard of them.)
         while let Some(id) = self.orphans.pop() {
-            if scene.is_visible(id) && self.slot(id) == NONE {
+            let is_there = id.index() < scene.polygon_count() && scene.is_visible(id);
+            if is_there && self.slot(id) == NONE {
                 self.offer(scene, id);
             }
         }

@@ -361,6 +361,52 @@ fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
 }
 
 #[test]
+fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/room.ron");
+    let folder = tempfile::tempdir().expect("a folder");
+    let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
+    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+    let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+    let methods = CullerKind::sound().into_iter().map(OcclusionChoice::Always);
+    for choice in methods.chain([OcclusionChoice::Auto, OcclusionChoice::DepthLast]) {
+        studio.command(Command::Occlusion(choice));
+        for seek in [300, 301, 20, 21, 400, 120, 5, 6, 0, 350, 349, 40] {
+            studio.command(Command::Seek(seek));
+            let report = studio.frame(SIZE_PX, 0.016);
+            assert_eq!(report.record.polygons, studio.scene().counts().visible, "{}", choice.name());
+            assert_eq!(report.drawn + report.record.occlusion.occluded, report.record.visible);
+        }
+    }
+}
+
+/// Where drawing is slow `auto` comes to cull; the times of the frames say so.
+#[test]
+fn what_drawing_costs_is_learnt_from_the_frames() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/room.ron");
+    for (polygon_ns, culls) in [(20_000, true), (0, false)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
+        let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+        let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+        studio.command(Command::Occlusion(OcclusionChoice::Auto));
+        for seek in 200..400 {
+            studio.command(Command::Seek(seek));
+            let report = studio.frame(SIZE_PX, 0.016);
+            studio.note_drawing(5_000_000 + report.drawn * polygon_ns);
+        }
+        assert_eq!(studio.culling().drawings_measured(), 200);
+        let found = studio.culling().polygon_ns().expect("numbers of polygons that differ");
+        assert!((found - (polygon_ns as f64).max(1.0)).abs() <= 0.01 * polygon_ns as f64, "{found}");
+        studio.command(Command::Seek(301));
+        let mut culled = 0;
+        for _ in 0..100 {
+            culled += u64::from(studio.frame(SIZE_PX, 0.016).record.occlusion.occluded > 0);
+        }
+        assert_eq!(culled > 50, culls, "{culled} of 100 frames, {polygon_ns} ns a polygon");
+    }
+}
+
+#[test]
 fn sessions_are_opened_saved_and_exported() {
     let mut table = Table::new();
     table.drag(Button::Primary, &across(0.0));
