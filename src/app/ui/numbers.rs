@@ -130,10 +130,6 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("occluders", count(report.record.occlusion.occluders)),
             ("nodes of their trees", count(report.record.occlusion.nodes)),
             ("drawn", count(drawn)),
-            (
-                "a polygon costs",
-                studio.culling().polygon_ns().map_or("-".to_owned(), |ns| format!("{ns:.0} ns")),
-            ),
             ("came, went, moved", {
                 let record = report.record;
                 format!("{} {} {}", count(record.inserted), count(record.removed), count(record.updated))
@@ -143,6 +139,10 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("index memory", format!("{:.1} MB", studio.culling().index().bytes() as f64 / 1.0e6)),
         ],
     );
+    let is_auto = studio.culling().occlusion() == OcclusionChoice::Auto;
+    if let Some(ns) = studio.culling().polygon_ns().filter(|_| is_auto) {
+        table(ui, "what auto goes by", &[("a polygon costs", format!("{ns:.0} ns"))]);
+    }
     if let Some((counts, times)) = while_drawing {
         culling_while_drawing(ui, &counts, times);
     }
