@@ -209,9 +209,8 @@ impl Culling {
         }
     }
 
-    /// Takes what drawing the last frame took, which tells in time what leaving a polygon out saves.
-    pub fn note_drawing(&mut self, ns: u64) {
-        let polygons = (0..self.pipeline.draw_lists().len()).map(|view| self.drawn(view).len()).sum();
+    /// Takes what drawing so many polygons took, which tells in time what leaving one out saves.
+    pub fn note_drawing(&mut self, polygons: u64, ns: u64) {
         self.draw_cost.note(polygons, ns);
         if let Some(polygon_ns) = self.draw_cost.polygon_ns() {
             self.pipeline.set_polygon_ns(polygon_ns);

@@ -24,7 +24,7 @@ pub(super) struct DrawCost {
 
 impl DrawCost {
     /// Takes what drawing so many polygons took. Times may come some frames late: numbers of polygons change slowly.
-    pub(super) fn note(&mut self, polygons: usize, ns: u64) {
+    pub(super) fn note(&mut self, polygons: u64, ns: u64) {
         self.frames = self.frames.saturating_add(1);
         let weight = WEIGHT.max(1.0 / f64::from(self.frames));
         let (by_polygons, by_ns) = (polygons as f64 - self.mean_polygons, ns as f64 - self.mean_ns);
@@ -62,11 +62,11 @@ mod tests {
     use super::*;
 
     /// A frame takes 3 ms and 400 ns a polygon.
-    fn after(frames: u32, polygons: impl Fn(u32) -> usize) -> DrawCost {
+    fn after(frames: u32, polygons: impl Fn(u32) -> u64) -> DrawCost {
         let mut cost = DrawCost::default();
         for frame in 0..frames {
             let polygons = polygons(frame);
-            cost.note(polygons, 3_000_000 + polygons as u64 * 400);
+            cost.note(polygons, 3_000_000 + polygons * 400);
         }
         cost
     }
@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn what_a_frame_costs_without_polygons_is_told_apart() {
         let found =
-            after(500, |frame| 5_000 + 20 * frame as usize).polygon_ns().expect("numbers that differ");
+            after(500, |frame| 5_000 + 20 * u64::from(frame)).polygon_ns().expect("numbers that differ");
         assert!((found - 400.0).abs() < 1.0, "{found}");
         let found = after(500, |frame| if frame % 2 == 0 { 2_000 } else { 4_000 }).polygon_ns().expect("too");
         assert!((found - 400.0).abs() < 1.0, "{found}");
@@ -82,9 +82,13 @@ mod tests {
 
     #[test]
     fn nothing_is_said_of_what_cannot_be_told() {
-        assert_eq!(after(20, |frame| 100 * frame as usize).polygon_ns(), None, "too few frames");
+        assert_eq!(after(20, |frame| 100 * u64::from(frame)).polygon_ns(), None, "too few frames");
         assert_eq!(after(500, |_| 7_000).polygon_ns(), None, "always the same number");
-        assert_eq!(after(500, |frame| 100_000 + frame as usize).polygon_ns(), None, "nearly the same number");
+        assert_eq!(
+            after(500, |frame| 100_000 + u64::from(frame)).polygon_ns(),
+            None,
+            "nearly the same number"
+        );
         assert_eq!(after(500, |_| 0).polygon_ns(), None, "nothing to draw");
     }
 
@@ -96,11 +100,11 @@ mod tests {
             (state >> 33) % most
         };
         let (mut few, mut many, mut told) = (DrawCost::default(), DrawCost::default(), 0);
-        for frame in 0..2000usize {
+        for frame in 0..2000u64 {
             few.note(200 + frame % 100, 40_000_000 + noise_ns(30_000_000));
             told += u32::from(few.polygon_ns().is_some());
             let polygons = 5_000 + 100 * (frame % 100);
-            many.note(polygons, 3_000_000 + polygons as u64 * 400 + noise_ns(1_000_000));
+            many.note(polygons, 3_000_000 + polygons * 400 + noise_ns(1_000_000));
         }
         assert!(told < 200, "said something of 300 polygons after {told} of 2000 frames");
         let found = many.polygon_ns().expect("clear enough");
@@ -110,7 +114,7 @@ mod tests {
     #[test]
     fn times_that_have_nothing_to_do_with_polygons_make_them_cheap() {
         let mut cost = DrawCost::default();
-        for frame in 0..500usize {
+        for frame in 0..500u64 {
             cost.note(1_000 + 10 * frame, 16_000_000);
         }
         assert_eq!(cost.polygon_ns(), Some(1.0));

@@ -265,7 +265,7 @@ impl Studio {
 
     /// Takes what drawing the last frame took, nanoseconds.
     pub fn note_drawing(&mut self, ns: u64) {
-        self.culling.note_drawing(ns);
+        self.culling.note_drawing(self.report.drawn, ns);
     }
 
     /// What to draw with.

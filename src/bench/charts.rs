@@ -8,7 +8,7 @@ use plotters::{
     prelude::*,
 };
 
-use super::{BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile};
+use super::{BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile, session::same_frames};
 use crate::{
     index::IndexKind,
     metrics::FrameRecord,
@@ -94,6 +94,12 @@ fn grouped(values: &[(f64, f64)]) -> (Points, Points) {
     values.chunks(values.len().div_ceil(GROUPS).max(1)).map(group).unzip()
 }
 
+/// The frames measured of an index; none if it is not in the session.
+fn records_of(session: &SessionResult, kind: IndexKind) -> &[FrameRecord] {
+    let at = session.rows.iter().position(|row| row.index == kind.name());
+    at.map_or(&[], |at| &session.records[at])
+}
+
 /// A line for each index that is shown and that has values.
 fn session_lines(
     session: &SessionResult,
@@ -102,8 +108,7 @@ fn session_lines(
 ) -> Vec<(Line, Vec<f64>)> {
     let mut lines = Vec::new();
     for (number, kind) in kinds.iter().enumerate() {
-        let Some(at) = session.rows.iter().position(|row| row.index == kind.name()) else { continue };
-        let values: Vec<(f64, f64)> = session.records[at].iter().filter_map(&value).collect();
+        let values: Vec<(f64, f64)> = records_of(session, *kind).iter().filter_map(&value).collect();
         if !values.is_empty() {
             let (points, thin) = grouped(&values);
             let mut sorted: Vec<f64> = values.iter().map(|&(_, y)| y).collect();
@@ -121,9 +126,7 @@ fn median_us(
     against: &[FrameRecord],
     wanted: impl Fn(&FrameRecord) -> bool,
 ) -> Option<[f64; 2]> {
-    // Both are in the order of the frames.
-    let other = |record: &FrameRecord| against.binary_search_by_key(&record.frame, |other| other.frame).ok();
-    let pairs = of.iter().filter(|record| wanted(record)).filter_map(|r| Some((r, &against[other(r)?])));
+    let pairs = same_frames(of, against).filter(|(record, _)| wanted(record));
     let us = |record: &FrameRecord| record.total_ns().max(1) as f64 / 1000.0;
     let (mut of, mut against): (Vec<f64>, Vec<f64>) = pairs.map(|(a, b)| (us(a), us(b))).unzip();
     for values in [&mut of, &mut against] {
@@ -158,11 +161,7 @@ fn frames_per_second(session: &SessionResult, part: Option<(&str, Range<u64>)>) 
         }
     };
     let mut remarks = vec![paper.to_owned()];
-    let records_of = |kind: IndexKind| {
-        let at = session.rows.iter().position(|row| row.index == kind.name());
-        at.map_or(&[][..], |at| &session.records[at])
-    };
-    let [osp, octree, paper] = kinds.map(records_of);
+    let [osp, octree, paper] = kinds.map(|kind| records_of(session, kind));
     let drawing = |record: &FrameRecord| range.contains(&record.polygons);
     if let Some([osp, octree]) = median_us(osp, octree, drawing) {
         let words = if osp < octree { "the same" } else { "the OPPOSITE" };

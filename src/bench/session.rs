@@ -168,6 +168,17 @@ fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     chunks().flat_map(|chunk| (0..fewest).map(|i| chunk[i * chunk.len() / fewest])).collect()
 }
 
+/// The frames of one list that are in the other, too; both are in the order of the frames.
+pub(super) fn same_frames<'a>(
+    of: &'a [FrameRecord],
+    against: &'a [FrameRecord],
+) -> impl Iterator<Item = (&'a FrameRecord, &'a FrameRecord)> {
+    of.iter().filter_map(|record| {
+        let at = against.binary_search_by_key(&record.frame, |other| other.frame).ok()?;
+        Some((record, &against[at]))
+    })
+}
+
 fn row(
     index: &str,
     records: &[FrameRecord],
@@ -186,10 +197,8 @@ fn row(
     let mean = |count: fn(&FrameRecord) -> u64| {
         fair.iter().map(|record| count(record) as f64).sum::<f64>() / fair.len().max(1) as f64
     };
-    // Both lists are in the order of the frames.
-    let same_frame = |record: &&FrameRecord| {
-        let at = reference.binary_search_by_key(&record.frame, |other| other.frame).ok()?;
-        Some(record.total_ns().max(1) as f64 / reference[at].total_ns().max(1) as f64)
+    let ratio = |(record, other): (&FrameRecord, &FrameRecord)| {
+        record.total_ns().max(1) as f64 / other.total_ns().max(1) as f64
     };
     SessionRow {
         index: index.to_owned(),
@@ -200,7 +209,7 @@ fn row(
         cull_us: estimate(fair.iter().map(|record| us(record.cull.ns)).collect()),
         frame_high_us: [0.99, 1.0].map(|q| quantile(&frame_us, q)),
         frame_us: estimate(frame_us),
-        ratio: estimate(fair.iter().filter_map(|record| same_frame(&record)).collect()),
+        ratio: estimate(same_frames(&fair, reference).map(ratio).collect()),
         nodes: mean(|record| record.work.nodes),
         boxes: mean(|record| record.work.boxes),
         planes: mean(|record| record.work.planes),

@@ -94,7 +94,8 @@ pub(super) struct ReplayArgs {
     pin: Option<PathBuf>,
     /// Cull by occlusion after the frustum, by each of these methods; the indexes are then `osp` alone, unless --index
     /// names others. `auto` is in each frame msvbsp, depth-last or none, by what they were measured to take (with --check and
-    /// --pin by work counts instead, the same on every machine), and, with --draw, hzb in those in which that pays; `hzb` and `queries` find what is hidden while drawing (--draw).
+    /// --pin by work counts instead, the same on every machine), and, with --draw, hzb in those in which that pays; `hzb`
+    /// and `queries` find what is hidden while drawing (--draw).
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
     occlusion: Vec<OcclusionChoice>,
     /// Walk through the finished model, and leave out what cannot be seen from where the eye is, by the sets that `osp

@@ -57,8 +57,8 @@ The table, a line for each method and number of occluders (times of this machine
 depth-last (what was visible in the last frame hides what is behind it now) sees each view four times, as a camera at
 rest does: nothing visible may be culled in any of them, the other figures are of the last. Its occluders are outlines.
 With hzb (a build with the feature `render`), each view is drawn four times (--settle, --frames) with each method and
-without, in turns; a pixel that differs gives exit code 1. `auto` takes hzb where that is faster (--settle 24). hzb-16, hzb-4 and hzb-1 test groups of so many polygons by the rectangle around their
-corners, with -box by that around their box, with -fine and then each polygon by its triangles; hzb is hzb-1-fine.
+without, in turns; a pixel that differs gives exit code 1. `auto` takes hzb where that is faster (--settle 24). hzb-16,
+hzb-4 and hzb-1 test groups of so many polygons by the rectangle around their corners, with -box by that around their box, with -fine and then each polygon by its triangles; hzb is hzb-1-fine.
   pixels   that differ from the picture without culling, all views together
   hidden   share of the really hidden polygons that was left out
   below a sample  visible polygons that were left out because no sample of a pixel shows them

@@ -4,9 +4,9 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 #[cfg(feature = "render")]
 use super::verify_drawn::drawn_methods;
-use crate::occlusion::CullerKind;
 #[cfg(feature = "render")]
 use crate::render::DrawnOcclusion;
+use crate::{occlusion::CullerKind, visibility::OcclusionChoice};
 
 /// A way to find what is hidden that can be compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,17 +31,15 @@ impl Method {
         if let Some((name, occlusion)) = drawn_methods().find(|(other, _)| *other == name) {
             return Some(Self::Drawn(name, occlusion));
         }
-        if name == DEPTH_LAST {
+        if name == OcclusionChoice::DepthLast.name() {
             return Some(Self::Last);
         }
         CullerKind::from_name(name).map(Self::Culler)
     }
 }
 
-const DEPTH_LAST: &str = "depth-last";
-
 pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
-    let names = CullerKind::ALL.iter().map(|kind| kind.name()).chain([DEPTH_LAST]);
+    let names = CullerKind::ALL.iter().map(|kind| kind.name()).chain([OcclusionChoice::DepthLast.name()]);
     #[cfg(feature = "render")]
     let names = names.chain(drawn_methods().map(|(name, _)| name));
     PossibleValuesParser::new(names)

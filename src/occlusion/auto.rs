@@ -164,10 +164,10 @@ impl AutoSwitch {
     }
 
     /// Whether there can be a frame in which a method pays.
-    pub fn can_ever_pay(config: &AutoConfig, method: AutoMethod) -> bool {
+    pub fn can_ever_pay(&self, method: AutoMethod) -> bool {
         // The more is in view, the less what does not depend on it weighs.
         let many = 1 << 32;
-        many as f64 * config.polygon_ns >= config.least_ratio * method.least_ns(many)
+        many as f64 * self.config.polygon_ns >= self.config.least_ratio * method.least_ns(many)
     }
 
     /// How to cull the next frame; asked once a frame, before it, with the number of polygons that the frustum may see.
@@ -349,14 +349,19 @@ mod tests {
 
     const MS: f64 = 1.0e6;
 
+    /// The same in every frame: what each method costs, milliseconds, and how many polygons it culls.
+    fn always(msvbsp: (f64, u64), last: (f64, u64)) -> impl Fn(AutoMethod, u32) -> Outcome + Copy {
+        move |method, _| {
+            let (cost_ms, culled) = if method == Msvbsp { msvbsp } else { last };
+            Outcome { cost_ns: cost_ms * MS, culled }
+        }
+    }
+
     #[test]
     fn what_was_visible_last_is_taken_where_it_alone_pays() {
         // Drawing takes 500 ms.
         let mut switch = dear(10_000.0);
-        let used = play_all(&mut switch, 2000, |method, _| match method {
-            Msvbsp => Outcome { cost_ns: 4.0 * MS, culled: 10 },
-            DepthLast => Outcome { cost_ns: 80.0 * MS, culled: 25_000 },
-        });
+        let used = play_all(&mut switch, 2000, always((4.0, 10), (80.0, 25_000)));
         assert_eq!(switch.kept(), Some(DepthLast));
         assert!(used.last > 1500 && used.msvbsp < 100 && used.changes == 2, "{used:?}");
     }
@@ -364,22 +369,14 @@ mod tests {
     #[test]
     fn large_occluders_are_taken_where_they_pay_more() {
         let mut switch = dear(10_000.0);
-        let used = play_all(&mut switch, 5000, |method, _| match method {
-            Msvbsp => Outcome { cost_ns: 4.0 * MS, culled: 25_000 },
-            DepthLast => Outcome { cost_ns: 80.0 * MS, culled: 26_000 },
-        });
+        let used = play_all(&mut switch, 5000, always((4.0, 25_000), (80.0, 26_000)));
         assert_eq!((switch.kept(), used.changes), (Some(Msvbsp), 0), "{used:?}");
         assert!(used.last > 0 && used.last < 100, "it is tried all the same: {used:?}");
     }
 
     #[test]
     fn what_pays_more_takes_the_place_of_what_pays() {
-        let last = |found| {
-            move |method, _| match method {
-                Msvbsp => Outcome { cost_ns: 4.0 * MS, culled: 5_000 },
-                DepthLast => Outcome { cost_ns: 80.0 * MS, culled: found },
-            }
-        };
+        let last = |found| always((4.0, 5_000), (80.0, found));
         // 454 ms of drawing and culling against 280, and then against 530.
         let mut switch = dear(10_000.0);
         assert!(play_all(&mut switch, 2000, last(30_000)).last > 1000);
@@ -409,10 +406,7 @@ mod tests {
     fn none_is_kept_where_nothing_pays() {
         // 50 ms of drawing, and tries of 120 and 10 ms: 0.4 % of it, once what was not known at first is.
         let mut switch = dear(1_000.0);
-        let outcome = |method, _| match method {
-            Msvbsp => Outcome { cost_ns: 10.0 * MS, culled: 2_000 },
-            DepthLast => Outcome { cost_ns: 120.0 * MS, culled: 3_000 },
-        };
+        let outcome = always((10.0, 2_000), (120.0, 3_000));
         play_all(&mut switch, 100, outcome);
         let used = play_all(&mut switch, 20_000, outcome);
         let share = used.cost_ns / (20_000.0 * 50.0 * MS);
@@ -455,9 +449,7 @@ mod tests {
             let used = play_all(&mut switch, 20_000, |_, _| Outcome { cost_ns: 50_000.0, culled: 100 });
             assert_eq!(used.last, 0, "{polygon_ns}");
         }
-        let can = |polygon_ns, method| {
-            AutoSwitch::can_ever_pay(&AutoConfig { polygon_ns, ..AutoConfig::default() }, method)
-        };
+        let can = |polygon_ns, method| dear(polygon_ns).can_ever_pay(method);
         assert!(!can(10.0, DepthLast) && can(1_000.0, DepthLast) && can(10.0, Msvbsp));
     }
 

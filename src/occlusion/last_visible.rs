@@ -70,12 +70,17 @@ impl LastVisible {
         self.depth.soundness()
     }
 
-    /// Takes all that is in view for what was visible in the last frame of view number `view`.
-    pub fn begin(&mut self, view: usize, in_view: &[PolygonId]) {
+    /// What was drawn in view number `view`, a bit for each polygon.
+    fn drawn_in(&mut self, view: usize) -> &mut Vec<u64> {
         if self.drawn.len() <= view {
             self.drawn.resize_with(view + 1, Vec::new);
         }
-        let known = &mut self.drawn[view];
+        &mut self.drawn[view]
+    }
+
+    /// Takes all that is in view for what was visible in the last frame of view number `view`.
+    pub fn begin(&mut self, view: usize, in_view: &[PolygonId]) {
+        let known = self.drawn_in(view);
         known.clear();
         for id in in_view {
             let word = id.index() / 64;
@@ -94,9 +99,7 @@ impl LastVisible {
         window: &ViewWindow,
         in_view: &[PolygonId],
     ) -> LastVisibleCounts {
-        if self.drawn.len() <= view {
-            self.drawn.resize_with(view + 1, Vec::new);
-        }
+        self.drawn_in(view);
         let known = &self.drawn[view];
         let occludes = |id: PolygonId| {
             let (.., opacity) = scene.stroke_of(id).color();

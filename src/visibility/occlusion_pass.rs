@@ -157,10 +157,11 @@ impl OcclusionPass {
         stage.reserve(capacity);
         let auto = AutoConfig { polygon_ns: config.polygon_ns, ..AutoConfig::default() };
         let is_auto = config.choice == OcclusionChoice::Auto;
-        let has_last = is_auto && AutoSwitch::can_ever_pay(&auto, AutoMethod::DepthLast);
+        let switch = is_auto.then(|| AutoSwitch::new(auto));
+        let has_last = switch.as_ref().is_some_and(|switch| switch.can_ever_pay(AutoMethod::DepthLast));
         Self {
             stage,
-            switch: is_auto.then(|| AutoSwitch::new(auto)),
+            switch,
             last: has_last.then(|| LastPass::new(capacity)),
             since_last: u32::MAX,
             by_last: false,
@@ -187,8 +188,7 @@ impl OcclusionPass {
         switch.set_polygon_ns(polygon_ns);
         self.config.polygon_ns = polygon_ns;
         self.stage.set_cull(CullConfig::for_drawing(polygon_ns));
-        let auto = AutoConfig { polygon_ns, ..AutoConfig::default() };
-        if self.last.is_none() && AutoSwitch::can_ever_pay(&auto, AutoMethod::DepthLast) {
+        if self.last.is_none() && switch.can_ever_pay(AutoMethod::DepthLast) {
             self.last = Some(LastPass::new(self.drawn[0].ids().len()));
         }
     }

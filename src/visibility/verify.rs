@@ -11,7 +11,7 @@ use crate::{
         oracle::{Oracle, OracleConfig, Sight, Subject},
     },
     scene::{Change, PolygonId, Scene},
-    visibility::{View, pvs::Pvs},
+    visibility::{OcclusionChoice, View, pvs::Pvs},
 };
 
 /// Settings of a [`Verifier`].
@@ -109,7 +109,7 @@ impl Trial {
     pub fn name(&self) -> &'static str {
         match &self.means {
             Means::Chosen(_, culler) => culler.name(),
-            Means::Last(_) => "depth-last",
+            Means::Last(_) => OcclusionChoice::DepthLast.name(),
         }
     }
 

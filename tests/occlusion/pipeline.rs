@@ -7,7 +7,7 @@ use osp::{
     metrics::StageClock,
     occlusion::{CullerKind, Soundness, oracle::OracleConfig, scenes::TestScene},
     recording::Event,
-    scene::Scene,
+    scene::{Change, Scene},
     visibility::{
         AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline,
         verify,
@@ -27,6 +27,16 @@ fn pipeline(pass: Option<PassConfig>) -> Pipeline {
 
 fn auto(polygon_ns: f64, basis: AutoBasis) -> PassConfig {
     PassConfig { polygon_ns, basis, ..PassConfig::new(OcclusionChoice::Auto) }
+}
+
+/// The rooms as they are in the end, what made them, and the views of them.
+fn finished_rooms() -> (Scene, Vec<Change>, Vec<Event>) {
+    let mut events = TestScene::Rooms.events();
+    let first_view = events.iter().position(|e| matches!(e, Event::Head { .. })).expect("views");
+    let heads = events.split_off(first_view);
+    let (mut model, mut changes) = (Scene::new(), Vec::new());
+    events.iter().for_each(|event| model.apply(event, &mut changes));
+    (model, changes, heads)
 }
 
 /// A built-in scene that grows over 60 frames, seen from inside, and then looked at from everywhere.
@@ -124,11 +134,7 @@ fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
 
 #[test]
 fn every_view_of_a_frame_is_culled_as_if_it_were_alone() {
-    let mut events = TestScene::Rooms.events();
-    let first_view = events.iter().position(|e| matches!(e, Event::Head { .. })).expect("views");
-    let heads = events.split_off(first_view);
-    let (mut model, mut changes) = (Scene::new(), Vec::new());
-    events.iter().for_each(|event| model.apply(event, &mut changes));
+    let (model, changes, heads) = finished_rooms();
     let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
     let mut moment = Moment::default();
     let views: Vec<_> = heads
@@ -238,11 +244,7 @@ fn every_choice_has_a_name_and_the_paper_is_none_by_default() {
 /// Whoever draws says what a polygon costs; `auto` culls where that pays and stops where it does not.
 #[test]
 fn auto_goes_by_what_drawing_is_said_to_cost() {
-    let mut events = TestScene::Rooms.events();
-    let first_view = events.iter().position(|e| matches!(e, Event::Head { .. })).expect("views");
-    let heads = events.split_off(first_view);
-    let (mut model, mut changes) = (Scene::new(), Vec::new());
-    events.iter().for_each(|event| model.apply(event, &mut changes));
+    let (model, changes, heads) = finished_rooms();
     let mut moment = Moment::default();
     moment.note(&heads[0]);
     let view = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY).view(&moment);

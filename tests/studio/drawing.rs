@@ -332,13 +332,19 @@ fn a_frozen_camera_goes_on_culling_from_where_it_stood() {
     assert_eq!(table.frame().drawn, table.visible());
 }
 
-#[test]
-fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
+/// A replay of the rooms at its beginning; the folder is for what it saves.
+fn rooms() -> (tempfile::TempDir, Studio) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/room.ron");
     let folder = tempfile::tempdir().expect("a folder");
     let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+    let studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+    (folder, studio)
+}
+
+#[test]
+fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
+    let (_folder, mut studio) = rooms();
     // Here the head looks at a wall with rooms behind it.
     studio.command(Command::Seek(301));
     let whole = studio.frame(SIZE_PX, 0.016);
@@ -362,11 +368,7 @@ fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
 
 #[test]
 fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/room.ron");
-    let folder = tempfile::tempdir().expect("a folder");
-    let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
-    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+    let (_folder, mut studio) = rooms();
     let methods = CullerKind::sound().into_iter().map(OcclusionChoice::Always);
     for choice in methods.chain([OcclusionChoice::Auto, OcclusionChoice::DepthLast]) {
         studio.command(Command::Occlusion(choice));
@@ -382,12 +384,8 @@ fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
 /// Where drawing is slow `auto` comes to cull; the times of the frames say so.
 #[test]
 fn what_drawing_costs_is_learnt_from_the_frames() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/room.ron");
     for (polygon_ns, culls) in [(20_000, true), (0, false)] {
-        let folder = tempfile::tempdir().expect("a folder");
-        let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
-        let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-        let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+        let (_folder, mut studio) = rooms();
         studio.command(Command::Occlusion(OcclusionChoice::Auto));
         for seek in 200..400 {
             studio.command(Command::Seek(seek));

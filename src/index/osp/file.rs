@@ -12,6 +12,9 @@ use crate::{
     math::Aabb,
 };
 
+/// A run with its box, and whether that may be too wide.
+pub(super) type TakenRun = (Run, Aabb, bool);
+
 /// Where a run belongs.
 #[derive(Clone, Copy, Default)]
 struct Way {
@@ -84,24 +87,14 @@ impl Osp {
     fn grow_up(&mut self) {
         self.young = false;
         self.shape += 1;
-        let mut at = std::mem::replace(&mut self.nodes[self.top].own, NONE);
-        while at != NONE {
-            let Bucket { pages, page_count, next, .. } = self.buckets[at];
-            for &page in &pages[..page_count as usize] {
-                for lane in 0..usize::from(self.pages[page].runs) {
-                    let (run, bounds) = self.pages.run(page, lane);
-                    let loose = self.pages[page].loose >> lane & 1 == 1;
-                    let bounds = Wide::from_box(&bounds);
-                    let place = self.file(run, bounds, self.way(bounds));
-                    if loose {
-                        self.mark_loose(place);
-                    }
-                }
-                self.release_page(page);
+        let head = std::mem::replace(&mut self.nodes[self.top].own, NONE);
+        self.take_apart(head, |osp, (run, bounds, loose)| {
+            let bounds = Wide::from_box(&bounds);
+            let place = osp.file(run, bounds, osp.way(bounds));
+            if loose {
+                osp.mark_loose(place);
             }
-            self.buckets.give(at);
-            at = next;
-        }
+        });
     }
 
     /// The bucket that is missing on a run's way: a leaf, or the list of the straddlers.
@@ -321,31 +314,39 @@ impl Osp {
 
     fn split(&mut self, head: u32) {
         let number = self.node_for(head);
+        self.take_apart(head, |osp, run| osp.move_down(number, run));
+    }
+
+    /// Gives a chain of buckets back, handing its runs out.
+    pub(super) fn take_apart(&mut self, head: u32, mut out: impl FnMut(&mut Self, TakenRun)) {
         let mut at = head;
         while at != NONE {
             let Bucket { pages, page_count, next, .. } = self.buckets[at];
-            for &page in &pages[..page_count as usize] {
+            for &number in &pages[..page_count as usize] {
+                let page = &self.pages[number];
+                let runs = usize::from(page.runs);
                 // Where the moved polygons' places are noted is known now, and needed a little later.
-                for &first in &self.pages[page].first[..usize::from(self.pages[page].runs)] {
+                for &first in &page.first[..runs] {
                     self.ids.prefetch(first / 16);
                 }
-                for &first in &self.pages[page].first[..usize::from(self.pages[page].runs)] {
+                for &first in &page.first[..runs] {
                     self.ids.prefetch_detail(first / 16);
                 }
-                for i in 0..usize::from(self.pages[page].runs) {
-                    self.move_down(number, page, i);
+                for lane in 0..runs {
+                    let (run, bounds) = self.pages.run(number, lane);
+                    let loose = self.pages[number].loose >> lane & 1 == 1;
+                    out(self, (run, bounds, loose));
                 }
-                self.release_page(page);
+                self.release_page(number);
             }
             self.buckets.give(at);
             at = next;
         }
     }
 
-    /// Copies a run of a page to where it belongs at a new node.
-    fn move_down(&mut self, number: u32, page: u32, lane: usize) {
+    /// Puts a run where it belongs at a new node.
+    fn move_down(&mut self, number: u32, (run, bounds, loose): TakenRun) {
         let Node { shift, key: cell, children, own, .. } = self.nodes[number];
-        let (run, bounds) = self.pages.run(page, lane);
         let wide = Wide::from_box(&bounds);
         let key = self.grid.key(wide);
         // A run whose box has shrunk may have its centre in another cell by now; it stays with this one.
@@ -359,7 +360,7 @@ impl Osp {
             _ => self.new_bucket(number, slot, &key),
         };
         let place = self.append(bucket, run, wide, level);
-        if self.pages[page].loose >> lane & 1 == 1 {
+        if loose {
             self.mark_loose(place);
         }
         if slot != OWN {

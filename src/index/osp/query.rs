@@ -144,14 +144,14 @@ impl<T: Copy, const N: usize> List<T, N> {
 }
 
 /// A node, bucket or page by its number, and the planes that cut it.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Below {
     number: u32,
     planes: u8,
 }
 
 /// A page inside every plane.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Whole {
     number: u32,
     runs: u8,
@@ -226,12 +226,6 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         unsafe { self.osp.nodes.known(number) }
     }
 
-    #[inline(always)]
-    fn store(&self, number: u32) -> &'a Boxes<16> {
-        // SAFETY: only runs of several are cut, and theirs is in use; `validate` checks it.
-        unsafe { self.osp.ids.known_boxes(number) }
-    }
-
     /// Works off what lies lowest first, as long as more waits there than is worth waiting for; each kind of work has
     /// one place in this loop, so that all of it is compiled in line.
     #[inline(always)]
@@ -284,7 +278,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let node = self.node_of(number);
         self.work.nodes += 1;
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
-        self.count(8, mask);
+        count(&mut self.work, 8, mask);
         let mut seen = !sides.behind & 0xFF;
         while seen != 0 {
             let child = seen.trailing_zeros() as usize;
@@ -310,7 +304,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         self.work.nodes += 1;
         let used = top.used();
         if used != 0 {
-            self.count(8, PlaneSet::ALL);
+            count(&mut self.work, 8, PlaneSet::ALL);
             if !self.planes.hold(self.kernel, &top.boxes, used) {
                 return false;
             }
@@ -318,7 +312,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let mut at = top.own;
         while at != NONE {
             let bucket = self.bucket(at);
-            self.count(bucket.page_count, PlaneSet::ALL);
+            count(&mut self.work, bucket.page_count, PlaneSet::ALL);
             let [low, high] = &bucket.boxes.0;
             let used = bucket.used();
             if !(self.planes.hold(self.kernel, low, used & 0xFF)
@@ -332,16 +326,10 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 
     #[inline(always)]
-    fn count(&mut self, boxes: u32, planes: u8) {
-        self.work.boxes += u64::from(boxes);
-        self.work.planes += u64::from(boxes * planes.count_ones());
-    }
-
-    #[inline(always)]
     fn open_block(&mut self) {
         let lanes = u32::from(self.osp.open.lanes());
         if lanes != 0 {
-            self.count(lanes.count_ones(), PlaneSet::ALL);
+            count(&mut self.work, lanes.count_ones(), PlaneSet::ALL);
             let seen = lanes & !self.planes.behind_any(self.kernel, self.osp.open.rows());
             self.answer.run(self.kernel, self.osp.open.block() * 16, seen);
             self.tested += u64::from(seen.count_ones());
@@ -371,7 +359,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             return;
         }
         let sides = self.planes.sides16(self.kernel, planes, &bucket.boxes);
-        self.count(bucket.page_count, planes);
+        count(&mut self.work, bucket.page_count, planes);
         let mut seen = bucket.used() & !sides.behind;
         while seen != 0 {
             let i = seen.trailing_zeros() as usize & 15;
@@ -450,7 +438,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
         let boxes = self.page_boxes(number);
         let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
-        self.count(u32::from(page.runs), planes);
+        count(&mut self.work, u32::from(page.runs), planes);
         let seen = page.used() & !sides.behind;
         // A run of one has its polygon's own box: it has had its test.
         let exact = u32::from(page.exact);
@@ -481,8 +469,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         while left != 0 {
             let i = left.trailing_zeros() as usize & 15;
             left &= left - 1;
-            // SAFETY: only runs of several are cut, and their store is in use; `validate` checks it.
-            let boxes = unsafe { self.osp.ids.known_boxes(of.store[i]) };
+            let boxes = store_of(self.osp, of.store[i]);
             prepared.prefetch(boxes);
             list.push(CutRun { boxes, first: page.first[i], mask: page.masks[i], planes: 0 });
         }
@@ -491,7 +478,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_several(&mut self, page: &Page, of: &PageBoxes, i: usize, planes: u8) {
-        let boxes = self.store(of.store[i]);
+        let boxes = store_of(self.osp, of.store[i]);
         prefetch_lines::<6, _>(boxes);
         let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes };
         let list = &mut self.cut[SEVERAL];
@@ -508,8 +495,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             let lanes = u32::from(run.mask) << (run.first % 16);
             let seen = lanes & !self.kernel.behind(&plane, run.boxes);
             self.answer.run(self.kernel, run.first & !15, seen);
-            self.work.boxes += u64::from(lanes.count_ones());
-            self.work.planes += u64::from(lanes.count_ones());
+            count(&mut self.work, lanes.count_ones(), 1 << list);
         }
         self.cut[list].len = 0;
         self.tested += (self.answer.count() - before) as u64;
@@ -521,13 +507,25 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let before = self.answer.count();
         for run in self.cut[SEVERAL].as_slice() {
             let lanes = u32::from(run.mask) << (run.first % 16);
-            let tested = lanes.count_ones();
-            self.work.boxes += u64::from(tested);
-            self.work.planes += u64::from(tested * run.planes.count_ones());
+            count(&mut self.work, lanes.count_ones(), run.planes);
             let seen = lanes & !self.planes.behind(self.kernel, run.planes, run.boxes);
             self.answer.run(self.kernel, run.first & !15, seen);
         }
         self.cut[SEVERAL].len = 0;
         self.tested += (self.answer.count() - before) as u64;
     }
+}
+
+/// Notes that so many boxes are tested against each of these planes.
+#[inline(always)]
+fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
+    work.boxes += u64::from(boxes);
+    work.planes += u64::from(boxes * planes.count_ones());
+}
+
+/// The exact boxes of a run of several.
+#[inline(always)]
+fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
+    // SAFETY: only runs of several are cut, and theirs is in use; `validate` checks it.
+    unsafe { osp.ids.known_boxes(number) }
 }

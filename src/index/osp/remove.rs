@@ -5,6 +5,7 @@
 //! out, and a few more, so upkeep costs a fixed share of what caused it and never piles up.
 
 use super::{
+    file::TakenRun,
     grid::Grid,
     index::Osp,
     layout::{Bucket, Link, Node, OWN, Run, Target},
@@ -15,9 +16,6 @@ use crate::{
     index::simd::{Boxes, Wide},
     math::Aabb,
 };
-
-/// A run with its box, and whether that may be too wide.
-type TakenRun = (Run, Aabb, bool);
 
 impl Osp {
     /// Takes a filed polygon out of its run.
@@ -344,30 +342,13 @@ impl Osp {
             let cell = self.cell_of_slot(node, slot);
             match self.nodes[node].children[slot as usize].target() {
                 Target::Nothing => continue,
-                Target::Leaf(head) => self.dissolve_chain(head, out),
+                Target::Leaf(head) => self.take_apart(head, |_, run| out(run)),
                 Target::Node(below) => self.dissolve(below, out),
             }
             self.set_child(node, slot, Link::NONE, &cell);
         }
-        self.dissolve_chain(self.nodes[node].own, out);
+        self.take_apart(self.nodes[node].own, |_, run| out(run));
         self.nodes.give(node);
-    }
-
-    fn dissolve_chain(&mut self, head: u32, out: &mut dyn FnMut(TakenRun)) {
-        let mut at = head;
-        while at != NONE {
-            let bucket = self.buckets[at];
-            for &page_number in &bucket.pages[..bucket.page_count as usize] {
-                let page = &self.pages[page_number];
-                for lane in 0..usize::from(page.runs) {
-                    let (run, bounds) = self.pages.run(page_number, lane);
-                    out((run, bounds, page.loose >> lane & 1 == 1));
-                }
-                self.release_page(page_number);
-            }
-            self.buckets.give(at);
-            at = bucket.next;
-        }
     }
 
     /// Takes levels off the top while it has nothing but one node below it.

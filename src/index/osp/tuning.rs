@@ -1,11 +1,11 @@
 //! The constants of the tree, each with its unit and the effect of changing it.
 
 /// Octree levels of the root cube that are preallocated: `8^0 + ... + 8^6` nodes of 4 bytes. More: faster placing of
-/// polygons far smaller than the root, eight times the (untouched) memory.
+/// polygons far smaller than the root, eight times the memory.
 pub(super) const FLAT_LEVELS: u32 = 6;
 
-/// Runs that a leaf holds before it is split, and the whole tree before it has leaves. More: fewer nodes and longer lists of runs to test in a leaf that a
-/// plane cuts.
+/// Runs that a leaf holds before it is split, and the whole tree before it has leaves. More: fewer nodes and longer lists
+/// of runs to test in a leaf that a plane cuts.
 pub(super) const LEAF_RUNS: u32 = 256;
 
 /// A node with no more runs than this below it becomes a leaf again. Less than half of [`LEAF_RUNS`], so that erasing

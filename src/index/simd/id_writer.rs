@@ -46,11 +46,11 @@ impl<'a> IdWriter<'a> {
         unsafe { self.list.set_len(self.len) };
     }
 
-    /// Makes room for sixteen runs of sixteen, and some that are clobbered.
+    /// Makes room for sixteen runs of sixteen, some that are clobbered, and so many more.
     #[inline(always)]
-    fn make_room(&mut self) {
-        if self.capacity - self.len < PAGE_ROOM {
-            (self.start, self.capacity) = grow(self.list, self.len, 0);
+    fn make_room(&mut self, more: usize) {
+        if self.capacity - self.len < more + PAGE_ROOM {
+            (self.start, self.capacity) = grow(self.list, self.len, more);
         }
     }
 
@@ -67,7 +67,7 @@ impl<'a> IdWriter<'a> {
     /// Appends `first + bit` for the bits of `mask`.
     #[inline(always)]
     pub(in crate::index) fn push<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
-        self.make_room();
+        self.make_room(0);
         // SAFETY: there is room now.
         self.len += kernel.write_ids(first, mask, unsafe { self.places(0) });
     }
@@ -75,9 +75,7 @@ impl<'a> IdWriter<'a> {
     /// Appends `count` ids from `first` on, at least sixteen.
     #[inline(always)]
     pub(in crate::index) fn push_span<K: Kernel>(&mut self, kernel: K, first: u32, count: usize) {
-        if self.capacity - self.len < count + PAGE_ROOM {
-            (self.start, self.capacity) = grow(self.list, self.len, count);
-        }
+        self.make_room(count);
         // SAFETY: there is room for `count` and sixteen more.
         kernel.write_sixteen(first, unsafe { self.places(0) });
         // Then whole cache lines, which is twice as fast: the ids there are known wherever they begin.
@@ -94,7 +92,7 @@ impl<'a> IdWriter<'a> {
     /// Appends the first `count` ids, at most sixteen.
     #[inline(always)]
     pub(in crate::index) fn push_copy<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32) {
-        self.make_room();
+        self.make_room(0);
         // SAFETY: there is room now.
         kernel.copy(ids, unsafe { self.places(0) });
         self.len += (count as usize).min(16);
@@ -103,7 +101,7 @@ impl<'a> IdWriter<'a> {
     /// Appends the first `runs` runs of a page.
     #[inline(always)]
     pub(in crate::index) fn push_page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32) {
-        self.make_room();
+        self.make_room(0);
         let all = (1u32 << (runs & 31)) - 1;
         let mut at = 0;
         if page.single == all {
@@ -128,7 +126,7 @@ impl<'a> IdWriter<'a> {
     /// Appends those of a page's runs that are in `lanes`.
     #[inline(always)]
     pub(in crate::index) fn push_lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32) {
-        self.make_room();
+        self.make_room(0);
         let mut at = 0;
         let mut whole = lanes & !page.single & !page.gaps & 0xFFFF;
         while whole != 0 {
@@ -154,12 +152,12 @@ impl<'a> IdWriter<'a> {
     }
 }
 
-/// Publishes `len` entries and makes room for as many again, and for `count`.
+/// Publishes `len` entries and makes room for as many again, and for `more`.
 #[cold]
 #[inline(never)]
-fn grow(list: &mut Vec<PolygonId>, len: usize, count: usize) -> (*mut MaybeUninit<u32>, usize) {
+fn grow(list: &mut Vec<PolygonId>, len: usize, more: usize) -> (*mut MaybeUninit<u32>, usize) {
     // SAFETY: the first `len` places were filled, each within the capacity.
     unsafe { list.set_len(len) };
-    list.reserve(len.max(count + PAGE_ROOM));
+    list.reserve(len.max(more + PAGE_ROOM));
     (list.as_mut_ptr().cast(), list.capacity())
 }
