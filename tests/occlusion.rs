@@ -31,6 +31,8 @@ mod pipeline;
 mod pool;
 #[path = "occlusion/pvs.rs"]
 mod pvs;
+#[path = "occlusion/pvs_file.rs"]
+mod pvs_file;
 #[path = "occlusion/random.rs"]
 mod random;
 #[path = "occlusion/session.rs"]

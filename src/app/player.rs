@@ -233,6 +233,18 @@ impl Player {
         true
     }
 
+    /// The model as it is after the last frame.
+    pub fn finished_model(&self) -> Scene {
+        let (mut scene, mut moment) =
+            self.snapshots.last().map_or_else(Default::default, |last| (last.scene.clone(), last.moment));
+        let mut changes = Vec::new();
+        while moment.frame < self.frame_count() {
+            changes.clear();
+            play(&self.events[self.events_of(moment.frame)], &mut scene, &mut moment, &mut changes);
+        }
+        scene
+    }
+
     /// Goes to the model as it is after `frames` frames.
     pub fn seek(&mut self, frames: u64) -> Jump {
         let frames = frames.min(self.frame_count());

@@ -83,7 +83,7 @@ pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
     let cells = ViewCells::filling(&space, args.cells);
     let config = BakeConfig { samples: args.samples, pixels: args.pixels };
     let baker = Baker::new(&scene, &bounds, cells, config);
-    let mut pvs = Pvs::new(&scene, cells, args.samples);
+    let mut pvs = Pvs::new(&scene, cells, args.samples)?;
     for (cell, groups) in bake(&baker, &scene, &ids, &cells, args) {
         pvs.set_cell(cell, &groups);
     }

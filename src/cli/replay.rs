@@ -299,9 +299,10 @@ fn in_window(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         complain(&format!("warning: {remark}"));
     }
     let index = args.index.first().copied().unwrap_or(IndexKind::Osp);
+    let pvs = args.pvs.as_ref().map(|path| Pvs::read(path, &player.finished_model())).transpose()?;
     let mut studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
-    if let Some(path) = &args.pvs {
-        studio.set_pvs(Arc::new(Pvs::read(path)?));
+    if let Some(pvs) = pvs {
+        studio.set_pvs(Arc::new(pvs));
     }
     let occlusion = args.pvs.as_ref().map_or(OcclusionChoice::Auto, |_| OcclusionChoice::Pvs);
     studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(occlusion)));
@@ -417,15 +418,12 @@ fn replay_file(
 
 /// A session's model at its end, and the sets that have been made of it.
 fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result<(Scene, Arc<Pvs>)> {
-    let pvs = Pvs::read(sets)?;
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     for event in OpenSession::open(file, args.lenient)? {
         scene.apply(&event?, &mut changes);
         changes.clear();
     }
-    if !pvs.is_of(&scene) {
-        bail!("{}: made of another model than {}; osp bake makes it anew", sets.display(), file.display());
-    }
+    let pvs = Pvs::read(sets, &scene)?;
     Ok((scene, Arc::new(pvs)))
 }
 
