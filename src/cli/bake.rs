@@ -17,6 +17,7 @@ use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 use super::{
     Outcome,
     output::{complain, say},
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
@@ -59,9 +60,8 @@ pub(super) struct BakeArgs {
     /// Replace the file if it exists.
     #[arg(long)]
     force: bool,
-    /// Skip damaged pieces, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
@@ -108,7 +108,7 @@ fn around(center: Vec3, half: Vec3) -> Aabb {
 
 /// The model at the end of the session, and a box around where the head was.
 fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
-    let mut session = OpenSession::open(&args.file, args.lenient)?;
+    let mut session = OpenSession::open(&args.file, &args.reading)?;
     let (mut scene, mut changes, mut heads) = (Scene::new(), Vec::new(), Aabb::EMPTY);
     for event in &mut session {
         let event = event?;

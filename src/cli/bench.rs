@@ -17,6 +17,7 @@ use indicatif::ProgressBar;
 use super::{
     Outcome,
     output::{complain, say},
+    reading::ReadArgs,
     replay::{camera_parser, index_parser, root_cube},
     session::OpenSession,
 };
@@ -83,6 +84,8 @@ pub(super) struct BenchArgs {
     /// Write one HTML page with tables and charts.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 impl BenchArgs {
@@ -165,13 +168,14 @@ fn measure_session(
 ) -> anyhow::Result<(SessionResult, Vec<Flight>)> {
     let recording = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
     progress.set_message(format!("{recording}: reading"));
-    let mut session = OpenSession::open(file, false)?;
+    let mut session = OpenSession::open(file, &args.reading)?;
     let (summary, scene, read) = summarize(&mut session, args.pace);
     read?;
+    args.reading.check_frames(file, &summary, args.pace)?;
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
-    let session = OpenSession::open(file, false)?;
+    let session = OpenSession::open(file, &args.reading)?;
     let root = root_cube(&session.header, &summary.bounds);
     let path = |choice: CameraChoice| {
         (CameraPath::new(choice, session.header.camera, &summary.bounds), choice.name())

@@ -13,6 +13,7 @@ use super::{
     frame_choice::FrameChoice,
     output::{complain, say},
     played::Played,
+    reading::ReadArgs,
     replay::index_parser,
 };
 use crate::{
@@ -51,9 +52,8 @@ pub(super) struct DrawIndexArgs {
     /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -88,7 +88,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         args.out.display()
     );
     let Played { scene, pipeline, moment, .. } =
-        Played::up_to(args.frame, &args.file, args.pace, args.index, args.lenient)?;
+        Played::up_to(args.frame, &args.file, args.pace, args.index, &args.reading)?;
     let structure = Structure::of(pipeline.index());
     let name = args.file.file_name().unwrap_or(args.file.as_os_str()).to_string_lossy();
     let title = format!("{name}, frame {}, {}", moment.frame, args.index.name());

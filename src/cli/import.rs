@@ -14,6 +14,7 @@ use super::{
     Outcome,
     new_recording::{NewRecording, check_output},
     output::{complain, say},
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
@@ -42,9 +43,8 @@ pub(super) struct ImportArgs {
     /// Replace the output if it exists.
     #[arg(long)]
     force: bool,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 /// What was written.
@@ -92,8 +92,8 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
     check_output(&args.output, args.force)?;
     ensure!(!is_same(&args.input, &args.output), "{}: is the input, too", args.output.display());
 
-    let mut session = OpenSession::open(&args.input, args.lenient)?;
-    let (counts, bytes) = convert(&mut session, &args.output, args.lenient)?;
+    let mut session = OpenSession::open(&args.input, &args.reading)?;
+    let (counts, bytes) = convert(&mut session, &args.output, args.reading.lenient)?;
 
     let notes = session.notes();
     for warning in &notes.warnings {

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::{
     Outcome,
     output::{complain, say},
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
@@ -28,9 +29,8 @@ pub(super) struct InfoArgs {
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 #[derive(Serialize)]
@@ -66,7 +66,7 @@ struct JsonDropped {
 }
 
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
-    let mut session = OpenSession::open(&args.file, args.lenient)?;
+    let mut session = OpenSession::open(&args.file, &args.reading)?;
     let (summary, _, outcome) = summarize(&mut session, Pace::Samples(1));
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));

@@ -7,6 +7,7 @@ mod new_recording;
 mod output;
 mod pick;
 mod played;
+mod reading;
 mod session;
 
 mod bake;

@@ -55,6 +55,7 @@ fn named(mut error: RecordingError, output: &Path) -> RecordingError {
     let (RecordingError::Io { path, .. }
     | RecordingError::Line { path, .. }
     | RecordingError::Byte { path, .. }
+    | RecordingError::Limit { path, .. }
     | RecordingError::Unknown { path, .. }) = &mut error;
     output.clone_into(path);
     error

@@ -14,6 +14,7 @@ use super::{
     Outcome,
     frame_choice::FrameChoice,
     output::{complain, say},
+    reading::ReadArgs,
     replay::{camera_parser, index_parser, occlusion_parser, root_cube},
     session::OpenSession,
 };
@@ -77,9 +78,8 @@ pub(super) struct RenderArgs {
     /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -110,7 +110,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         true => Some(Offscreen::on(gpu, width, height, &RendererConfig::default())?),
         false => None,
     };
-    let mut session = OpenSession::open(&args.file, args.lenient)?;
+    let mut session = OpenSession::open(&args.file, &args.reading)?;
     let (summary, _, read) = summarize(&mut session, args.pace);
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
@@ -125,7 +125,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
-    let session = OpenSession::open(&args.file, args.lenient)?;
+    let session = OpenSession::open(&args.file, &args.reading)?;
     let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };

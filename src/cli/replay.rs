@@ -14,6 +14,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{
     Outcome, allocations,
     output::{complain, say},
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
@@ -112,9 +113,8 @@ pub(super) struct ReplayArgs {
     /// Compare what occlusion leaves out with what really cannot be seen, in this many frames.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion")]
     verify_frames: u64,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
     /// Draw what is left of each frame, too, on the graphics adapter, and take its time [default size: 1280x720].
     #[cfg(feature = "render")]
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
@@ -294,13 +294,15 @@ const INCOMPLETE: &str = "no index looked at every frame, so the session has no 
 fn in_window(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     use crate::app::{Autosaves, Command, Player, Studio, Subject, WindowOptions, run};
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
-    let player = Player::open(file, args.pace, args.camera)?;
+    let options = args.reading.options();
+    let player = Player::open_with(file, args.pace, args.camera, &options)?;
     for remark in player.remarks() {
         complain(&format!("warning: {remark}"));
     }
     let index = args.index.first().copied().unwrap_or(IndexKind::Osp);
     let pvs = args.pvs.as_ref().map(|path| Pvs::read(path, &player.finished_model())).transpose()?;
     let mut studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
+    studio.set_open_options(options);
     if let Some(pvs) = pvs {
         studio.set_pvs(Arc::new(pvs));
     }
@@ -335,7 +337,7 @@ fn replay_file(
     file: &Path,
     mut csv: Option<&mut CsvWriter<BufWriter<File>>>,
 ) -> anyhow::Result<ReplayReport> {
-    let mut session = OpenSession::open(file, args.lenient)?;
+    let mut session = OpenSession::open(file, &args.reading)?;
     // Read once to know how long and how large it is, once to play it.
     let (summary, _, read) = summarize(&mut session, args.pace);
     for warning in &session.notes().warnings {
@@ -345,6 +347,7 @@ fn replay_file(
         complain(&format!("warning: {}: {} damaged pieces skipped", file.display(), session.notes().skipped));
     }
     read?;
+    args.reading.check_frames(file, &summary, args.pace)?;
     if summary.frames <= 1 && summary.counts.points > 1 && args.pace == Pace::Recorded {
         complain(&format!(
             "warning: {}: its time stamps do not pace it, all is in one frame; try --pace samples:16",
@@ -353,7 +356,7 @@ fn replay_file(
     }
 
     let kinds = args.runs();
-    let session = OpenSession::open(file, args.lenient)?;
+    let session = OpenSession::open(file, &args.reading)?;
     let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
     let finished = args.pvs.as_ref().map(|path| finished_model(args, file, path)).transpose()?;
     let pvs = finished.as_ref().map(|(_, pvs)| pvs);
@@ -419,7 +422,7 @@ fn replay_file(
 /// A session's model at its end, and the sets that have been made of it.
 fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result<(Scene, Arc<Pvs>)> {
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
-    for event in OpenSession::open(file, args.lenient)? {
+    for event in OpenSession::open(file, &args.reading)? {
         scene.apply(&event?, &mut changes);
         changes.clear();
     }

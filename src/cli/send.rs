@@ -13,6 +13,7 @@ use clap::Args;
 use super::{
     Outcome,
     output::{complain, say},
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
@@ -45,9 +46,8 @@ pub(super) struct SendArgs {
     /// Send OSC messages instead of lines.
     #[arg(long)]
     osc: bool,
-    /// Skip damaged pieces, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 fn factor(text: &str) -> Result<f64, String> {
@@ -64,7 +64,7 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
     let socket = UdpSocket::bind(from).context("a socket")?;
     socket.connect(to).with_context(|| args.to.clone())?;
 
-    let session = OpenSession::open(&args.file, args.lenient)?;
+    let session = OpenSession::open(&args.file, &args.reading)?;
     let mut pacer = Pacer::new(session, args.pace);
     let mut sender = Sender { socket, osc: args.osc, packet: String::new(), packets: 0, refused: 0 };
     let mut teller = Teller::new();

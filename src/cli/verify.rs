@@ -14,6 +14,7 @@ use super::verify_drawn::{DrawnArgs, DrawnRun, DrawnTrials};
 use super::{
     Outcome, allocations,
     output::{complain, say},
+    reading::ReadArgs,
     replay::{camera_parser, index_parser, root_cube},
     session::OpenSession,
     verify_method::{Method, method_parser},
@@ -122,9 +123,8 @@ pub(super) struct VerifyArgs {
     /// Print one JSON object for each session instead of a table.
     #[arg(long)]
     json: bool,
-    /// Skip damaged pieces, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 /// A resolution, `WxH`.
@@ -169,7 +169,7 @@ enum Source {
 }
 
 impl Source {
-    fn open(path: &Path, lenient: bool) -> anyhow::Result<Self> {
+    fn open(path: &Path, reading: &ReadArgs) -> anyhow::Result<Self> {
         match path.to_str().and_then(|name| name.strip_prefix("scene:")) {
             Some(name) => {
                 let scene = TestScene::from_name(name).ok_or_else(|| {
@@ -178,7 +178,7 @@ impl Source {
                 })?;
                 Ok(Self::Scene(scene.events().into_iter()))
             }
-            None => Ok(Self::File(Box::new(OpenSession::open(path, lenient)?))),
+            None => Ok(Self::File(Box::new(OpenSession::open(path, reading)?))),
         }
     }
 
@@ -280,9 +280,15 @@ fn look(
 
 /// Plays a session and looks at it; the verifier and what was drawn afterwards, and the number of polygons.
 fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<DrawnTrials>, u64)> {
-    let (summary, _, read) = summarize(Source::open(file, args.lenient)?, args.pace);
+    let mut source = Source::open(file, &args.reading)?;
+    let (summary, _, read) = summarize(&mut source, args.pace);
+    if let Source::File(session) = &source {
+        for warning in &session.notes().warnings {
+            complain(&format!("warning: {warning}"));
+        }
+    }
     read?;
-    let source = Source::open(file, args.lenient)?;
+    let source = Source::open(file, &args.reading)?;
     let is_built_in = matches!(source, Source::Scene(_));
     // Built-in scenes end with their views.
     let has_own_views = is_built_in && args.camera == CameraChoice::Auto;

@@ -291,6 +291,15 @@ impl Event {
         matches!(self, Self::Point { .. } | Self::Polygon { .. } | Self::Move { .. } | Self::Place { .. })
     }
 
+    /// Strokes that an edit names, or corners of a polygon: what an event holds beside its own size.
+    pub fn list_len(&self) -> usize {
+        match self {
+            Self::Move { strokes, .. } | Self::Group { strokes, .. } => strokes.len(),
+            Self::Polygon { vertices, .. } => vertices.len(),
+            _ => 0,
+        }
+    }
+
     /// Checks every number against what the event means; the error says what was expected.
     ///
     /// # Errors

@@ -8,6 +8,7 @@ mod error;
 mod event;
 #[cfg(feature = "formats")]
 pub mod import;
+mod limits;
 mod open;
 mod pacing;
 mod ron_file;
@@ -17,11 +18,14 @@ mod ron_scan;
 mod ron_writer;
 mod source;
 mod synth;
+#[cfg(feature = "formats")]
+mod unpacked;
 
 pub use error::RecordingError;
 pub use event::{
     Camera, Event, FORMAT_VERSION, GroupId, Header, NormalRule, Root, StrokeId, Tool, Transform,
 };
+pub use limits::{Limits, Place};
 pub use open::{OpenOptions, open, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
 pub use ron_file::RecordingFile;

@@ -162,18 +162,24 @@ mod compressed {
         BufReader, File, FileOptions, Header, Kind, LastLine, OpenOptions, Path, Read, RecordingError,
         RecordingFile, RonReader, Write, io,
     };
+    use crate::recording::{Limits, unpacked::Unpacked};
 
     /// Largest window that a frame may ask for, as a power of two: 128 MiB, the limit of the `zstd` program. It
     /// bounds what a forged frame makes a reader allocate.
     const WINDOW_LOG_MAX: u32 = 27;
 
-    type Decoder = BufReader<read::Decoder<'static, BufReader<File>>>;
+    /// What is appended to was checked when it was opened, and only its end is kept.
+    const ANY: Limits = Limits { polygons: u64::MAX, unpacking: u64::MAX };
 
-    pub(in super::super) fn decoder(path: &Path) -> Result<Decoder, RecordingError> {
+    type Decoder = BufReader<Unpacked<read::Decoder<'static, BufReader<File>>>>;
+
+    pub(in super::super) fn decoder(path: &Path, limits: &Limits) -> Result<Decoder, RecordingError> {
         let open = || {
-            let mut decoder = read::Decoder::new(File::open(path)?)?;
+            let file = File::open(path)?;
+            let packed = file.metadata()?.len();
+            let mut decoder = read::Decoder::new(file)?;
             decoder.window_log_max(WINDOW_LOG_MAX)?;
-            Ok(BufReader::with_capacity(1 << 16, decoder))
+            Ok(BufReader::with_capacity(1 << 16, Unpacked::new(decoder, packed, limits)))
         };
         open().map_err(|e| RecordingError::io(path, e))
     }
@@ -193,15 +199,18 @@ mod compressed {
     /// the old one, which it then replaces.
     pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
         let io = |e| RecordingError::io(path, e);
-        let header = RonReader::new(decoder(path)?, path, OpenOptions::default())?.header().clone();
-        let end = LastLine::find(&mut decoder(path)?, path)?;
+        let header = RonReader::new(decoder(path, &ANY)?, path, OpenOptions::default())?.header().clone();
+        let end = LastLine::find(&mut decoder(path, &ANY)?, path)?;
         if end.cut || end.torn_bytes > 0 {
             let mut name = path.as_os_str().to_owned();
             name.push(".tmp");
             let beside = PathBuf::from(name);
             let rewrite = || {
                 let mut copy = encode(File::create(&beside)?)?;
-                io::copy(&mut decoder(path).map_err(io::Error::other)?.take(end.whole_bytes), &mut copy)?;
+                io::copy(
+                    &mut decoder(path, &ANY).map_err(io::Error::other)?.take(end.whole_bytes),
+                    &mut copy,
+                )?;
                 copy.finish()?;
                 std::fs::rename(&beside, path)
             };

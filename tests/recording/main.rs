@@ -5,5 +5,6 @@
 mod damage;
 mod events;
 mod format;
+mod limits;
 mod synth;
 mod writer;
