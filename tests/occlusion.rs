@@ -15,20 +15,26 @@
 
 #[path = "occlusion/allocations.rs"]
 mod allocations;
+#[cfg(feature = "cli")]
 #[path = "occlusion/command.rs"]
 mod command;
 #[path = "occlusion/counterexamples.rs"]
 mod counterexamples;
 #[path = "occlusion/culling.rs"]
 mod culling;
+#[path = "occlusion/guards.rs"]
+mod guards;
 #[path = "occlusion/judge.rs"]
 mod judge;
+#[path = "occlusion/near_limits.rs"]
+mod near_limits;
 #[path = "occlusion/occluders.rs"]
 mod occluders;
 #[path = "occlusion/pipeline.rs"]
 mod pipeline;
 #[path = "occlusion/pool.rs"]
 mod pool;
+#[cfg(feature = "cli")]
 #[path = "occlusion/pvs.rs"]
 mod pvs;
 #[path = "occlusion/random.rs"]
