@@ -12,6 +12,8 @@
 //! | no input of occluders hides what is visible or panics | `occluders::no_occluder_input_…` |
 //! | no allocation, bounded trees | `allocations::…`, `culling::steady_frames_…` |
 //! | `auto` never changes what can be seen | `pipeline::…` |
+//! | every guard and margin matters | `guards::…`, `near_limits::…`, `window_margin::…` |
+//! | what is edited hides only where it is now | `edits::…` |
 
 #[path = "occlusion/allocations.rs"]
 mod allocations;
@@ -22,6 +24,8 @@ mod command;
 mod counterexamples;
 #[path = "occlusion/culling.rs"]
 mod culling;
+#[path = "occlusion/edits.rs"]
+mod edits;
 #[path = "occlusion/guards.rs"]
 mod guards;
 #[path = "occlusion/judge.rs"]
@@ -45,3 +49,5 @@ mod session;
 mod stress;
 #[path = "occlusion/truth.rs"]
 mod truth;
+#[path = "occlusion/window_margin.rs"]
+mod window_margin;

@@ -199,6 +199,24 @@ fn what_crosses_the_eyes_plane_is_drawn() {
     }
 }
 
+/// What comes too near to the eye's plane for its pixels to be known is drawn, also where it is behind a wall.
+#[test]
+fn what_all_but_touches_the_eyes_plane_is_drawn() {
+    let window = straight(0.01);
+    let mut told = Told::default();
+    let at = Vec3::new;
+    let wall = [at(-1.5, -1.5, 1.0), at(1.5, -1.5, 1.0), at(1.5, 1.5, 1.0), at(-1.5, 1.5, 1.0)];
+    let far = |x: f32| [at(0.0, -0.9, 2.0), at(0.0, 0.9, 2.0), at(-x, 0.0, 2.0)];
+    told.tell(&[polygon(&wall, 1.0), polygon(&far(1.0e4), 1.0), polygon(&far(1.0e6), 1.0)]);
+    let in_view: Vec<_> = told.scene.visible_ids().collect();
+    let mut last = LastVisible::new(DepthConfig::default(), 8);
+    last.begin(0, &in_view);
+    last.build(0, &told.scene, &window, &in_view);
+    let mut drawn = DrawList::new();
+    last.cull(0, &told.scene, &in_view, &mut drawn, &mut Default::default());
+    assert_eq!(drawn.ids(), [in_view[0], in_view[2]]);
+}
+
 /// Behind the eye, mirrored by the projection, nothing is hidden by what is before it.
 #[test]
 fn what_is_behind_the_eye_is_in_no_shadow() {
