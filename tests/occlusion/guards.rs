@@ -448,3 +448,73 @@ fn the_layers_of_the_buffer_hide_only_their_own_pixels() {
     }
     assert!(hidden > 1500, "{hidden}");
 }
+
+/// Rows of quads that bend around the eye, fold back over each other, or are seen along their surface: the outline of a
+/// patch is taken from a picture, in which not all of it has a place.
+#[test]
+fn a_patch_around_the_eye_hides_only_what_is_behind_it() {
+    let (mut hidden, mut asked, mut outlines) = (0, 0, 0);
+    for n in 0..1500 {
+        let mut random = Random::new(0xBE4D + n);
+        let mut told = Told::default();
+        // A band around the y axis, through a part of the circle, with its middle anywhere from before to behind the eye.
+        let (from, turn) = (random.range(0.0, 6.3), random.range(0.3, 4.0));
+        let radius = random.range(0.3, 2.0);
+        let count = 2 + random.below(10);
+        let tilt = random.range(-1.0, 1.0);
+        let rungs: Vec<[Vec3; 2]> = (0..=count)
+            .map(|i| {
+                let angle = from + turn * i as f64 / count as f64;
+                let across = DVec3::new(tilt * angle.sin(), 1.0, tilt * angle.cos()) * 0.7;
+                let middle = DVec3::new(angle.sin(), 0.0, angle.cos()) * radius;
+                [(middle - across).as_vec3(), (middle + across).as_vec3()]
+            })
+            .collect();
+        let quads: Vec<[Vec3; 4]> = rungs.windows(2).map(|w| [w[0][0], w[1][0], w[1][1], w[0][1]]).collect();
+        told.tell(&quads.iter().map(|quad| polygon(quad, 1.0)).collect::<Vec<_>>());
+        let pool = pool_of(&told);
+        let eye = random.direction() * random.range(0.0, 2.5) * radius;
+        let near_m = random.log_range(1.0e-3, 0.3);
+        let tangent = random.range(0.3, 3.0);
+        let roll = random.direction();
+        let window = window(eye, random.direction(), roll, [tangent, tangent], [0.0, 0.0], near_m);
+        let shadows = chosen(&pool, &told.scene, &window);
+        outlines += shadows.len();
+        let polygons: Vec<Polygon> =
+            told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
+        let mut culler = CullerKind::Frusta.create(64);
+        culler.build(&window, &shadows);
+        for _ in 0..40 {
+            let at = |i: usize| window.corners()[i] / window.corners()[i].dot(window.forward());
+            let (s, t) = (random.unit(), random.unit());
+            let direction = at(0).lerp(at(1), s).lerp(at(3).lerp(at(2), s), t);
+            let x = (direction * random.log_range(near_m * 1.1, 6.0) + eye).as_vec3();
+            asked += 1;
+            if culler.test_box(&point(x)).verdict == Verdict::Hidden {
+                hidden += 1;
+                assert!(is_blocked(&window, &polygons, window.from_eye(x)), "{n}: {x}");
+            }
+        }
+    }
+    assert!(hidden * 20 > asked && outlines > 500, "{hidden} of {asked}, {outlines}");
+}
+
+/// After a jump back the scene may have forgotten polygons that are still waiting to be offered.
+#[test]
+fn orphans_that_the_scene_has_forgotten_are_let_go() {
+    let wall = |n: u32| {
+        let x = n as f32;
+        polygon(&rectangle(-4.0, [x, x + 1.0], [-0.5, 0.5]), 1.0)
+    };
+    let mut told = Told::default();
+    told.tell(&(0..6).map(wall).collect::<Vec<_>>());
+    let mut pool = pool_of(&told);
+    assert_eq!(pool.len(), 1);
+    // Another, shorter scene: all that is told of it is that one polygon has gone.
+    let mut shorter = Told::default();
+    shorter.tell(&[wall(0)]);
+    let first = shorter.scene.visible_ids().next().expect("a polygon");
+    shorter.tell(&[Event::Undo { t: 0.0 }]);
+    pool.follow(&shorter.scene, &[osp::scene::Change::Remove(first)]);
+    assert!(pool.is_empty());
+}

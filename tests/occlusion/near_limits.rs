@@ -202,12 +202,13 @@ fn what_crosses_the_eyes_plane_is_drawn() {
 /// What comes too near to the eye's plane for its pixels to be known is drawn, also where it is behind a wall.
 #[test]
 fn what_all_but_touches_the_eyes_plane_is_drawn() {
-    let window = straight(0.01);
+    // A narrow window: many pixels to a unit.
+    let window = window(DVec3::ZERO, DVec3::Z, DVec3::Y, [0.01, 0.01], [0.0, 0.0], 0.01);
     let mut told = Told::default();
     let at = Vec3::new;
     let wall = [at(-1.5, -1.5, 1.0), at(1.5, -1.5, 1.0), at(1.5, 1.5, 1.0), at(-1.5, 1.5, 1.0)];
     let far = |x: f32| [at(0.0, -0.9, 2.0), at(0.0, 0.9, 2.0), at(-x, 0.0, 2.0)];
-    told.tell(&[polygon(&wall, 1.0), polygon(&far(1.0e4), 1.0), polygon(&far(1.0e6), 1.0)]);
+    told.tell(&[polygon(&wall, 1.0), polygon(&far(1.0e3), 1.0), polygon(&far(3.0e4), 1.0)]);
     let in_view: Vec<_> = told.scene.visible_ids().collect();
     let mut last = LastVisible::new(DepthConfig::default(), 8);
     last.begin(0, &in_view);
