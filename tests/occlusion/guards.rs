@@ -499,6 +499,57 @@ fn a_patch_around_the_eye_hides_only_what_is_behind_it() {
     assert!(hidden * 20 > asked && outlines > 500, "{hidden} of {asked}, {outlines}");
 }
 
+/// Long walls that the eye all but touches, so that they reach round it to nearly half of all directions; flat, bent at
+/// one end towards the eye or away from it, with long and short parts: a picture taken around their middle has no place
+/// for their ends.
+#[test]
+fn a_long_wall_beside_the_eye_hides_only_what_is_behind_it() {
+    let (mut hidden, mut asked, mut outlines) = (0, 0, 0);
+    for n in 0..1500 {
+        let mut random = Random::new(0x10A6 + n);
+        let mut told = Told::default();
+        let away_m = random.log_range(0.01, 0.5);
+        let bend = if random.chance(0.5) { 0.0 } else { random.range(-0.4, 0.4) };
+        let mut x = -random.log_range(0.2, 12.0);
+        let mut z = away_m;
+        let height = random.log_range(0.1, 2.0);
+        let mut rungs = vec![[at(x as f32, -height as f32, z as f32), at(x as f32, height as f32, z as f32)]];
+        for _ in 0..2 + random.below(5) {
+            let step = random.log_range(0.1, 8.0);
+            x += step;
+            z = (z + bend * step * random.unit()).max(0.005);
+            rungs.push([at(x as f32, -height as f32, z as f32), at(x as f32, height as f32, z as f32)]);
+        }
+        if random.chance(0.5) {
+            rungs.reverse();
+        }
+        let quads: Vec<[Vec3; 4]> = rungs.windows(2).map(|w| [w[0][0], w[1][0], w[1][1], w[0][1]]).collect();
+        told.tell(&quads.iter().map(|quad| polygon(quad, 1.0)).collect::<Vec<_>>());
+        let pool = pool_of(&told);
+        let near_m = 1.0e-3;
+        let eye = DVec3::new(random.range(-0.5, 0.5), random.range(-0.2, 0.2), 0.0);
+        let wide = random.log_range(1.0, 200.0);
+        let window = window(eye, DVec3::Z, DVec3::Y, [wide, 3.0], [0.0, 0.0], near_m);
+        let shadows = chosen(&pool, &told.scene, &window);
+        outlines += shadows.len();
+        let polygons: Vec<Polygon> =
+            told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
+        let mut culler = CullerKind::Frusta.create(64);
+        culler.build(&window, &shadows);
+        for _ in 0..60 {
+            let side = if random.chance(0.5) { 1.0 } else { -1.0 };
+            let direction = DVec3::new(side * random.log_range(0.01, wide), random.range(-3.0, 3.0), 1.0);
+            let x = (direction * random.log_range(0.005, 6.0) + eye).as_vec3();
+            asked += 1;
+            if culler.test_box(&point(x)).verdict == Verdict::Hidden {
+                hidden += 1;
+                assert!(is_blocked(&window, &polygons, window.from_eye(x)), "{n}: {x}");
+            }
+        }
+    }
+    assert!(hidden * 20 > asked && outlines > 500, "{hidden} of {asked}, {outlines}");
+}
+
 /// After a jump back the scene may have forgotten polygons that are still waiting to be offered.
 #[test]
 fn orphans_that_the_scene_has_forgotten_are_let_go() {
