@@ -16,7 +16,7 @@
 //!   shows by less than half a pixel may be hidden.
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, ViewWindow,
+    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, ViewWindow, cone,
     raster::Raster,
     tree::{EyeBox, EyeSphere, Volume},
 };
@@ -257,8 +257,10 @@ impl DepthBuffer {
     fn test<V: Volume>(&self, volume: &V, corners: &[DVec3; 8]) -> Tested {
         let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Lit, steps: 0 } };
         let (near, far) = volume.reach(raster.forward);
+        // The corners may be nearer than the volume: those of the box around a ball.
+        let (nearest_corner, _) = cone::reach(raster.forward, corners);
         // A volume that reaches back to the eye's plane has no outline. NaN ends here, too.
-        if !(near > self.nearest_sine * volume.size() && far.is_finite()) {
+        if !(nearest_corner.min(near) > self.nearest_sine * volume.size() && far.is_finite()) {
             return Tested { verdict: Verdict::Mixed, steps: 0 };
         }
         self.test_outline_of(corners.iter().map(|corner| raster.project(*corner)), near, far)
@@ -476,5 +478,23 @@ impl OcclusionCuller for DepthBuffer {
         let volume = EyeSphere::new(sphere, eye);
         // Its box bounds its outline; its depth is its own.
         self.test(&volume, &volume.bounds().corners())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn volumes_stay_away_from_the_eyes_plane_by_what_the_proof_says() {
+        for (tangent, pixels) in [(1.0, 512.0), (3.0, 4096.0), (0.01, 1024.0)] {
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            let corners = corners.map(|(x, y)| DVec3::new(x * tangent, y * tangent, 1.0));
+            let window = ViewWindow::new(DVec3::ZERO, DVec3::Z, corners, 0.1).expect("a window");
+            let raster = Raster::new(&window, pixels, pixels * 0.5);
+            let wanted = 32.0 * (1.0 + tangent) * 1.11e-16 * (pixels / (2.0 * tangent)) / PIXEL_SLACK;
+            let found = nearest_sine(&raster);
+            assert!((found / wanted.max(1.0e-6) - 1.0).abs() < 0.01, "{found:e} {wanted:e}");
+        }
     }
 }

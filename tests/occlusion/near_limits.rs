@@ -11,7 +11,7 @@ use osp::{
 };
 
 use crate::{
-    judge::is_blocked,
+    judge::{is_blocked, is_in_window},
     random::{Random, window},
     session::{Told, polygon},
 };
@@ -232,6 +232,69 @@ fn what_is_behind_the_eye_is_in_no_shadow() {
             assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{} {z}", kind.name());
             let ball = Sphere { center: bounds.center(), radius_m: 0.05 };
             assert_ne!(culler.test_sphere(&ball).verdict, Verdict::Hidden, "{} {z}", kind.name());
+        }
+    }
+}
+
+/// A ball just before the eye's plane, whose box reaches back beyond it: the box's corners behind the eye are projected to
+/// the wrong side. Most of the window is closed by a wall; the ball shows in what is left.
+#[test]
+fn a_ball_whose_box_reaches_behind_the_eye_is_not_hidden_by_its_corners() {
+    let (mut visible, mut hidden) = (0, 0);
+    for n in 0..6000 {
+        let mut random = Random::new(0xBA11 + n);
+        let (forward, roll) = (random.direction(), random.direction());
+        let window = window(DVec3::ZERO, forward, roll, [4.0, 4.0], [0.0, 0.0], 0.01);
+        let [a, b, c, d] = window.corners().map(|corner| corner / corner.dot(window.forward()));
+        // The wall leaves out a strip at one side of the window.
+        let (open, turn) = (random.range(0.0, 0.6), random.below(4));
+        let mut wall = [a.lerp(d, open), b.lerp(c, open), c, d];
+        if turn % 2 == 1 {
+            wall = [a.lerp(b, open), b, c, d.lerp(c, open)];
+        }
+        if turn > 1 {
+            wall = wall.map(|p| window.forward() * 2.0 - p);
+        }
+        let wall =
+            wall.map(|p| ((p - window.forward()) * 1.01 + window.forward()) * 0.02).map(|p| p.as_vec3());
+        let Ok(shadow) = ShadowVolume::of_polygon(&wall, &window) else { continue };
+        let mut depth = DepthBuffer::new(DepthConfig { width: 128, height: 128, ..DepthConfig::default() });
+        depth.build(&window, &[shadow]);
+        let radius = random.range(0.5, 2.0);
+        let away = radius * random.range(1.02, 2.2) + 0.03;
+        let beside = random.direction() * radius * random.range(0.0, 3.0);
+        let center = window.forward() * away + beside - window.forward() * window.forward().dot(beside);
+        let ball = Sphere { center: center.as_vec3(), radius_m: radius as f32 };
+        if depth.test_sphere(&ball).verdict != Verdict::Hidden {
+            visible += 1;
+            continue;
+        }
+        hidden += 1;
+        for _ in 0..300 {
+            let x = ball.center.as_dvec3() + random.direction() * radius * (1.0 - 1.0e-6);
+            let shows = is_in_window(&window, x) && !is_blocked(&window, &[wall.to_vec()], x);
+            assert!(!shows, "{n}: {x} of {ball:?}");
+        }
+    }
+    assert!(visible > 500 && hidden > 500, "{visible} {hidden}");
+}
+
+/// A ball's radius counts by its size.
+#[test]
+fn a_ball_of_negative_radius_is_no_smaller() {
+    let window = straight(0.01);
+    let wall = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| Vec3::new(x, y, 1.0));
+    for kind in CullerKind::sound() {
+        let mut culler = kind.create(4);
+        culler.build(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]);
+        for (radius_m, verdict) in [(-0.1, true), (0.1, true), (-2.0, false), (2.0, false)] {
+            let ball = Sphere { center: Vec3::new(0.0, 0.0, 4.0), radius_m };
+            assert_eq!(
+                culler.test_sphere(&ball).verdict == Verdict::Hidden,
+                verdict,
+                "{} {radius_m}",
+                kind.name()
+            );
         }
     }
 }
