@@ -84,5 +84,4 @@ fn the_margin_is_a_ten_thousandth_of_the_screen() {
     ] {
         assert!((found - wanted).abs() < 1.0e-6, "{found} {wanted}");
     }
-    assert!(WINDOW_MARGIN >= 2.0e-5, "a renderer's rounding: sixteen bits and the coordinates' own");
 }
