@@ -209,8 +209,12 @@ impl Document {
 
     /// A stroke number that was not used yet.
     pub fn new_stroke(&mut self) -> StrokeId {
+        // A session may have used the last number that there is: then those that it left out are next.
+        while self.scene.is_used(StrokeId(self.next_stroke)) {
+            self.next_stroke = self.next_stroke.wrapping_add(1);
+        }
         let id = StrokeId(self.next_stroke);
-        self.next_stroke = self.next_stroke.saturating_add(1);
+        self.next_stroke = self.next_stroke.wrapping_add(1);
         id
     }
 

@@ -92,7 +92,7 @@ impl Stroke {
     }
 
     /// Whether it was moved while it could not be seen: no change has told of it yet, one will when it comes back.
-    pub(crate) fn was_displaced_unseen(&self) -> bool {
+    pub fn was_displaced_unseen(&self) -> bool {
         self.was_displaced_unseen
     }
 
