@@ -7,6 +7,9 @@ use crate::{
     scene::{Change, PolygonId, Scene},
 };
 
+/// Events of a file that the model takes at once.
+const PIECE: usize = 1024;
+
 /// A session being drawn: the model, and the file in which every event is before the next one comes.
 #[derive(Debug)]
 pub struct Document {
@@ -100,9 +103,10 @@ impl Document {
         let mut session = recording::open(path, &OpenOptions::default())?;
         let mut document = Self::empty(session.header.clone(), journal(session.header.clone()));
         let mut opened = Opened::default();
+        let mut events = Vec::with_capacity(PIECE);
         loop {
             match session.events.next_event() {
-                Ok(Some(event)) => document.note(&event),
+                Ok(Some(event)) => document.note_read(event, &mut events),
                 Ok(None) => break,
                 Err(error) => {
                     // Nothing may be appended behind the damage: it would not be read again.
@@ -110,6 +114,7 @@ impl Document {
                 }
             }
         }
+        document.note_all(&events);
         opened.remarks.extend(session.events.notes().warnings);
         document.end_open_strokes();
         Ok((document, opened))
@@ -127,11 +132,12 @@ impl Document {
         let mut opened = Opened::default();
         let mut writer = RonWriter::create(journal.path(), &header, Flush::AtEnd)?;
         let mut document = Self::empty(header, journal);
+        let mut events = Vec::with_capacity(PIECE);
         loop {
             match session.events.next_event() {
                 Ok(Some(event)) => {
-                    document.note(&event);
                     writer.write(&event)?;
+                    document.note_read(event, &mut events);
                 }
                 Ok(None) => break,
                 Err(error) => {
@@ -140,6 +146,7 @@ impl Document {
                 }
             }
         }
+        document.note_all(&events);
         writer.finish()?;
         opened.remarks.extend(session.events.notes().warnings);
         let place = document.journal.path().display().to_string();
@@ -159,15 +166,28 @@ impl Document {
         }
     }
 
-    /// Takes an event that comes from the file.
-    fn note(&mut self, event: &Event) {
-        self.last_secs = self.last_secs.max(event.time_secs());
-        if let Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } = event {
-            self.next_stroke = self.next_stroke.max(stroke.0.saturating_add(1));
+    /// Takes an event that comes from the file: with those that wait, once they are a piece. Whoever opens a session
+    /// meets its whole model, so nobody needs the changes that led there.
+    fn note_read(&mut self, event: Event, waiting: &mut Vec<Event>) {
+        waiting.push(event);
+        if waiting.len() == PIECE {
+            self.note_all(waiting);
+            waiting.clear();
+            self.changes.clear();
+            self.scene.let_go();
         }
-        self.events += 1;
+    }
+
+    fn note_all(&mut self, events: &[Event]) {
+        for event in events {
+            self.last_secs = self.last_secs.max(event.time_secs());
+            if let Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } = event {
+                self.next_stroke = self.next_stroke.max(stroke.0.saturating_add(1));
+            }
+        }
+        self.events += events.len() as u64;
         let first = self.changes.len();
-        self.scene.apply(event, &mut self.changes);
+        self.scene.apply_all(events, &mut self.changes);
         for change in &self.changes[first..] {
             if let Change::Insert(id) | Change::Update(id) = *change {
                 self.bounds = self.bounds.union(self.scene.bounds(id));
@@ -183,14 +203,18 @@ impl Document {
             return false;
         }
         self.journal.write(&event);
-        self.note(&event);
+        self.note_all(std::slice::from_ref(&event));
         true
     }
 
     /// A stroke number that was not used yet.
     pub fn new_stroke(&mut self) -> StrokeId {
+        // A session may have used the last number that there is: then those that it left out are next.
+        while self.scene.is_used(StrokeId(self.next_stroke)) {
+            self.next_stroke = self.next_stroke.wrapping_add(1);
+        }
         let id = StrokeId(self.next_stroke);
-        self.next_stroke = self.next_stroke.saturating_add(1);
+        self.next_stroke = self.next_stroke.wrapping_add(1);
         id
     }
 
@@ -206,6 +230,7 @@ impl Document {
 
     /// What has changed since this was last called goes to `out`.
     pub fn take_changes(&mut self, out: &mut Vec<Change>) {
+        self.scene.let_go();
         out.append(&mut self.changes);
     }
 

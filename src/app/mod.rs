@@ -19,6 +19,8 @@ mod draw_cost;
 mod gamepad;
 mod gestures;
 mod journal;
+#[cfg(test)]
+mod jump_tests;
 mod layers;
 mod listen;
 mod navigator;
@@ -35,7 +37,7 @@ pub mod ui;
 mod window;
 
 pub use command::Command;
-pub use culling::{Culling, PickCounts, Reindexed, Stages};
+pub use culling::{Culling, PickCounts, ReachCounts, Reindexed, Stages};
 pub use document::{Document, Opened};
 pub use gestures::{Button, Held, Input};
 pub use journal::{Autosaves, Journal};

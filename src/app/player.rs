@@ -17,7 +17,7 @@ const MAX_SNAPSHOT_POLYGONS: usize = 4_000_000;
 pub struct Jump {
     /// For the index: from the model before to the model now.
     pub changes: Vec<Change>,
-    /// Polygons that are elsewhere now, visible or not.
+    /// Polygons that are elsewhere now, or were elsewhere before without anybody being told; visible or not.
     pub moved: Vec<PolygonId>,
     /// Polygons that exist now; numbers from here on will be given out again.
     pub polygon_count: usize,
@@ -131,6 +131,7 @@ impl Player {
                 kept_polygons = self.snapshots.iter().map(|s| s.scene.polygon_count()).sum();
             }
             changes.clear();
+            scene.let_go();
             play(&self.events[self.events_of(frame)], &mut scene, &mut moment, &mut changes);
             for change in &changes {
                 if let Change::Insert(id) | Change::Update(id) = *change {
@@ -212,6 +213,7 @@ impl Player {
         if !self.is_playing {
             return;
         }
+        self.scene.let_go();
         self.due += self.speed;
         while self.due >= 1.0 {
             self.due -= 1.0;
@@ -248,6 +250,7 @@ impl Player {
         self.changes.clear();
         while moment.frame < frames {
             let range = self.events_of(moment.frame);
+            scene.let_go();
             play(&self.events[range], &mut scene, &mut moment, &mut self.changes);
         }
         let jump = difference(&self.scene, &scene);
@@ -257,10 +260,8 @@ impl Player {
 }
 
 fn play(events: &[Event], scene: &mut Scene, moment: &mut Moment, changes: &mut Vec<Change>) {
-    for event in events {
-        moment.note(event);
-        scene.apply(event, changes);
-    }
+    events.iter().for_each(|event| moment.note(event));
+    scene.apply_all(events, changes);
     moment.frame += 1;
 }
 
@@ -272,7 +273,9 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
         let (in_old, in_new) = (id.index() < old, id.index() < new);
         let was_visible = in_old && from.is_visible(id);
         let is_visible = in_new && to.is_visible(id);
-        let has_moved = in_old && in_new && from.polygon(id) != to.polygon(id);
+        let has_moved = in_old
+            && in_new
+            && (from.polygon(id) != to.polygon(id) || from.stroke_of(id).was_displaced_unseen());
         if has_moved {
             jump.moved.push(id);
         }

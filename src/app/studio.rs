@@ -111,6 +111,8 @@ pub struct Studio {
     pub(super) layers: LayerChoice,
     pub(super) follows_replay_camera: bool,
     pub(super) tracker: Option<Tracker>,
+    /// The tracker has said more than the last frame took.
+    pub(super) tracker_waits: bool,
     pub(super) hands: Hands,
     pub(super) messages: Vec<String>,
     pub(super) pending: Pending,
@@ -154,6 +156,7 @@ impl Studio {
             layers: LayerChoice::default(),
             follows_replay_camera: true,
             tracker: None,
+            tracker_waits: false,
             hands: Hands::default(),
             messages: Vec::new(),
             pending: Pending::default(),
@@ -377,7 +380,7 @@ impl Studio {
     /// Whether the picture changes by itself, so that frames have to follow each other.
     pub fn is_moving(&self) -> bool {
         let is_playing = matches!(&self.subject, Subject::Replay(player) if player.is_playing());
-        is_playing || self.gestures.flight != Vec3::ZERO
+        is_playing || self.tracker_waits || self.gestures.flight != Vec3::ZERO
     }
 
     /// When a frame is due even if nothing comes: a tracker's stroke may have to be ended, a file be tried again.

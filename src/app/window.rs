@@ -15,7 +15,7 @@ use super::{
     stats::{FrameStage, FrameTimes},
     studio::{Studio, Subject},
     trace::Trace,
-    tracker::{Tracker, TrackerAddress, TrackerError},
+    tracker::{Tracker, TrackerAddress, TrackerError, TrackerOptions},
     ui::Interface,
 };
 use crate::{
@@ -34,6 +34,8 @@ pub struct WindowOptions {
     pub size: Option<(u32, u32)>,
     /// A tracker to listen to.
     pub tracker: Option<TrackerAddress>,
+    /// Whose messages are taken.
+    pub tracker_options: TrackerOptions,
     /// A file that gets one line of JSON for each frame.
     pub trace: Option<PathBuf>,
 }
@@ -73,11 +75,14 @@ pub fn run(mut studio: Studio, options: WindowOptions) -> Result<(), WindowError
     if let Some(address) = &options.tracker {
         let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
         // A window that is closing does not hear it any more.
-        let tracker = Tracker::open(address, move || {
+        let tracker = Tracker::open(address, &options.tracker_options, move || {
             let _ = proxy.send_event(Wake);
         })?;
         if let Some(address) = tracker.local_address() {
             studio.say(format!("listening to a tracker at udp://{address}"));
+        }
+        if let Some(warning) = address.warning(&options.tracker_options) {
+            studio.say(warning);
         }
         studio.set_tracker(tracker);
     }

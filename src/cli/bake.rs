@@ -117,6 +117,7 @@ fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
         }
         scene.apply(&event, &mut changes);
         changes.clear();
+        scene.let_go();
     }
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));

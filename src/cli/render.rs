@@ -145,10 +145,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             break;
         }
         changes.clear();
-        for event in &events {
-            moment.note(event);
-            scene.apply(event, &mut changes);
-        }
+        events.iter().for_each(|event| moment.note(event));
+        scene.let_go();
+        scene.apply_all(&events, &mut changes);
         drawer.follow(&changes);
         if let Some(uncut) = &mut uncut {
             uncut.follow(&changes);

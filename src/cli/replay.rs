@@ -422,6 +422,7 @@ fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result
     for event in OpenSession::open(file, args.lenient)? {
         scene.apply(&event?, &mut changes);
         changes.clear();
+        scene.let_go();
     }
     if !pvs.is_of(&scene) {
         bail!("{}: made of another model than {}; osp bake makes it anew", sets.display(), file.display());

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     app::{
         Autosaves, Command, Document, Room, Studio, Subject, WindowOptions, run as run_window,
-        tracker::TrackerAddress,
+        tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
     index::IndexKind,
     visibility::{OcclusionChoice, Rig},
@@ -35,6 +35,9 @@ A tracker sends lines of text (or the same as OSC), metres and unit quaternions,
   hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]     draws while the pressure is above 0
   brush TOOL WIDTH  R G B A  [HAND] [NORMAL]     ribbon, wall or tube
   erase X Y Z | undo | redo
+  key WORD                                       first in each packet, where --tracker-key asks for it
+The first sender on a socket is listened to until it is silent for 5 s; others are counted and not read.
+As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
 `osp send SESSION --to 127.0.0.1:9327` plays a session as such a tracker.")]
 pub(super) struct SketchArgs {
     /// The session to go on with, or to make (.ron); of another format (.tilt, .apa, .json, .poses, .obj) a copy is
@@ -46,6 +49,12 @@ pub(super) struct SketchArgs {
     /// input.
     #[arg(long, value_name = "FROM")]
     tracker: Option<TrackerAddress>,
+    /// Take the messages of every sender, not only of the first.
+    #[arg(long, requires = "tracker")]
+    tracker_any: bool,
+    /// Take only packets that begin with this key; it is sent as it is, so it keeps out only who cannot listen.
+    #[arg(long, value_name = "KEY", requires = "tracker")]
+    tracker_key: Option<TrackerKey>,
     /// The folder for sessions without a name [default: the user's own data folder].
     #[arg(long, value_name = "DIR")]
     autosave: Option<PathBuf>,
@@ -103,7 +112,8 @@ impl WindowArgs {
     }
 
     pub(super) fn options(&self, tracker: Option<TrackerAddress>) -> WindowOptions {
-        WindowOptions { size: self.window, tracker, trace: self.trace.clone() }
+        let tracker_options = TrackerOptions::default();
+        WindowOptions { size: self.window, tracker, tracker_options, trace: self.trace.clone() }
     }
 }
 
@@ -121,6 +131,11 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         complain(&remark);
         studio.say(remark);
     }
-    run_window(studio, args.window.options(args.tracker.clone()))?;
+    let mut options = args.window.options(args.tracker.clone());
+    options.tracker_options = TrackerOptions { any_sender: args.tracker_any, key: args.tracker_key.clone() };
+    if let Some(warning) = args.tracker.as_ref().and_then(|from| from.warning(&options.tracker_options)) {
+        complain(&format!("warning: {warning}"));
+    }
+    run_window(studio, options)?;
     Ok(Outcome::Done)
 }

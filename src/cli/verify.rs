@@ -312,7 +312,6 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         changes.clear();
         for event in &events {
             moment.note(event);
-            scene.apply(event, &mut changes);
             // Built-in scenes end with their views.
             if args.camera == CameraChoice::Auto
                 && header.source.is_empty()
@@ -321,6 +320,8 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
                 moments.push(moment);
             }
         }
+        scene.let_go();
+        scene.apply_all(&events, &mut changes);
         verifier.follow(&scene, &changes);
         #[cfg(feature = "render")]
         if let Some(drawn) = &mut drawn {

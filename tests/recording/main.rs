@@ -5,5 +5,6 @@
 mod damage;
 mod events;
 mod format;
+mod last_line;
 mod synth;
 mod writer;
