@@ -20,7 +20,8 @@ pub fn recordings() -> Vec<Vec<u8>> {
     let (history, raw) = small_cassie();
     let mut ron = vec![events()];
     for name in ["grow", "portrait", "room", "scribble"] {
-        let text = fs::read(Path::new("recordings").join(name).with_extension("ron")).expect("a shipped recording");
+        let text =
+            fs::read(Path::new("recordings").join(name).with_extension("ron")).expect("a shipped recording");
         ron.push(text.split_inclusive(|&b| b == b'\n').take(60).flatten().copied().collect());
     }
     let zst = |text: &[u8]| zstd::encode_all(text, 3).expect("zstd packs");
@@ -95,7 +96,8 @@ pub fn small_files() -> Vec<Vec<u8>> {
     let pins = fs::read("recordings/fingerprints.pins").expect("the shipped pins");
     seeds.push([&[0], &pins[..]].concat());
     for name in ["desktop", "dual-wall", "cave4"] {
-        let rig = fs::read(Path::new("src/visibility/rigs").join(name).with_extension("ron")).expect("a shipped rig");
+        let rig = fs::read(Path::new("src/visibility/rigs").join(name).with_extension("ron"))
+            .expect("a shipped rig");
         seeds.push([&[1], &rig[..]].concat());
     }
     seeds
@@ -104,7 +106,12 @@ pub fn small_files() -> Vec<Vec<u8>> {
 #[cfg(feature = "cli")]
 pub fn arguments() -> Vec<Vec<u8>> {
     let noise: Vec<u8> = (0..700u32).map(|i| (i.wrapping_mul(2_246_822_519) >> 11) as u8).collect();
-    let words = ["recorded,samples:1,osp", "samples:4294967295,grow", "udp://127.0.0.1:9327,-", "dual-wall,hzb,auto,pvs"];
+    let words = [
+        "recorded,samples:1,osp",
+        "samples:4294967295,grow",
+        "udp://127.0.0.1:9327,-",
+        "dual-wall,hzb,auto,pvs",
+    ];
     words.iter().map(|words| [format!("{words:24}").as_bytes(), &noise].concat()).collect()
 }
 

@@ -39,7 +39,10 @@ fn play(data: &[u8], pace: Pace) {
     while pacer.next_frame(&mut frame).expect("nothing is damaged") {
         played.append(&mut frame);
         frames += 1;
-        assert!(frames <= MOST_FRAMES_AN_EVENT * events.len(), "{frames} frames at the pace {pace}: {events:?}");
+        assert!(
+            frames <= MOST_FRAMES_AN_EVENT * events.len(),
+            "{frames} frames at the pace {pace}: {events:?}"
+        );
     }
     assert_eq!(played, events, "at the pace {pace}");
 }

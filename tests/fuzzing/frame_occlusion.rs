@@ -22,10 +22,17 @@ const MOST_POLYGONS: usize = 120;
 const PIXELS: OracleConfig = OracleConfig { width: 96, height: 64 };
 
 pub fn run(data: &[u8]) {
-    let mut u = Input::new(data);
     let mut choices: Vec<OcclusionChoice> =
         CullerKind::sound().into_iter().map(OcclusionChoice::Always).collect();
     choices.extend([OcclusionChoice::DepthLast, OcclusionChoice::Auto]);
+    judge(data, choices);
+}
+
+/// Plays what the bytes say through these methods, and panics where one leaves out what can be seen. How many polygons
+/// all of them together found hidden.
+pub fn judge(data: &[u8], choices: Vec<OcclusionChoice>) -> usize {
+    let mut hidden = 0;
+    let mut u = Input::new(data);
     let index = [IndexKind::Osp, IndexKind::BvhSah, IndexKind::LooseOctree][below(&mut u, 3)];
     let mut lanes: Vec<(OcclusionChoice, Pipeline)> = choices
         .into_iter()
@@ -48,7 +55,7 @@ pub fn run(data: &[u8]) {
             assert_eq!(event.check(), Ok(()), "{event:?}");
             scene.apply(&event, &mut changes);
         }
-        let Some(window) = inner_window(&view) else { return };
+        let Some(window) = inner_window(&view) else { return hidden };
         let ids: Vec<PolygonId> = scene.visible_ids().collect();
         let visible = visible_polygons(&scene, &window, &ids, PIXELS);
         for (choice, lane) in &mut lanes {
@@ -56,6 +63,7 @@ pub fn run(data: &[u8]) {
             let place = format!("{} on {}, frame {frame}", choice.name(), index.name());
             let mut drawn: Vec<PolygonId> = lane.draw_list().ids().to_vec();
             drawn.sort_unstable();
+            hidden += lane.in_view().len() - drawn.len();
             assert!(drawn.windows(2).all(|w| w[0] < w[1]), "{place}: a polygon twice");
             assert!(drawn.iter().all(|id| scene.is_visible(*id)), "{place}: one that is not there");
             for id in &visible {
@@ -65,6 +73,7 @@ pub fn run(data: &[u8]) {
         }
         view = next_view(&mut u, &view);
     }
+    hidden
 }
 
 /// What the screen shows for certain: not widened as [`View::window`] is, but a little narrower.
@@ -96,7 +105,7 @@ fn events(u: &mut Input<'_>, view: &View, scene: &Scene) -> Vec<Event> {
         let size_m = [0.02, 0.2, 1.0, 4.0][below(u, 4)] * (0.1 + unit(u));
         let (a, b) = axes(u, view);
         let (a, b) = (a * size_m, b * size_m * if chance(u, 8) { 1.0e-3 } else { 0.2 + unit(u) });
-        match below(u, 6) {
+        match below(u, 9) {
             0 => polygons.push(vec![at, at + a, at + b]),
             1 => polygons.push(vec![at, at + a, at + a + b, at + b]),
             // Trapezoids, and quads that are bent less than a ribbon's may be.
@@ -121,12 +130,13 @@ fn events(u: &mut Input<'_>, view: &View, scene: &Scene) -> Vec<Event> {
                 }
             }
             // What lies behind, on or before the plane of another.
-            _ => {
+            5 => {
                 let away = (at - view.eye_in_world) * [1.0, 1.0e-6, 0.2, -0.1][below(u, 4)];
                 polygons.push(vec![at, at + a, at + a + b, at + b]);
                 let (at, a, b) = (at + away + a * 0.25 + b * 0.25, a * 0.5, b * 0.5);
                 polygons.push(vec![at, at + a, at + a + b, at + b]);
             }
+            _ => polygons.extend(wall_and_crumbs(u, view)),
         }
     }
     polygons.truncate(room);
@@ -148,6 +158,36 @@ fn events(u: &mut Input<'_>, view: &View, scene: &Scene) -> Vec<Event> {
         });
     }
     told
+}
+
+/// A polygon across the view, and small ones behind it, most of them about its border.
+fn wall_and_crumbs(u: &mut Input<'_>, view: &View) -> Vec<Vec<Vec3>> {
+    let [lower_left, lower_right, _, upper_left] = view.corner_directions();
+    let (right, up) = ((lower_right - lower_left).normalize(), (upper_left - lower_left).normalize());
+    let ray = view.ray_through(Vec2::new(signed(u), signed(u)) * 0.8);
+    let t = 0.3 + 3.0 * unit(u);
+    let tilt = view.forward_in_world() * signed(u);
+    let (a, b) =
+        ((right + tilt) * t * (0.1 + 0.5 * unit(u)), (up + tilt * signed(u)) * t * (0.1 + 0.5 * unit(u)));
+    let at = ray.origin + ray.direction * t;
+    let corners = match below(u, 3) {
+        0 => vec![at - a - b, at + a - b, at + b],
+        1 => vec![at - a, at - b, at + a, at + b],
+        _ => vec![at - a - b, at + a - b, at + a + b, at - a + b],
+    };
+    let mut polygons = Vec::new();
+    for _ in 0..1 + below(u, 8) {
+        let (i, along) = (below(u, corners.len()), unit(u));
+        let on_border = corners[i].lerp(corners[(i + 1) % corners.len()], along);
+        let inwards = [0.0, 0.01, 0.1, 0.5][below(u, 4)] * (signed(u) + 0.5);
+        let to_crumb = (on_border.lerp(at, inwards) - view.eye_in_world) * (1.0 + 2.0 * unit(u));
+        let size_m = to_crumb.length() * [0.002, 0.02, 0.1][below(u, 3)];
+        let (c, d) = axes(u, view);
+        let (from, c, d) = (view.eye_in_world + to_crumb, c * size_m, d * size_m);
+        polygons.push(vec![from, from + c, from + c + d, from + d]);
+    }
+    polygons.push(corners);
+    polygons
 }
 
 /// A point that is mostly in view.
@@ -174,7 +214,8 @@ fn axes(u: &mut Input<'_>, view: &View) -> (Vec3, Vec3) {
         }
         _ => {
             let a = Vec3::new(signed(u), signed(u), signed(u)).normalize_or(Vec3::X);
-            let b = a.cross(Vec3::new(signed(u), signed(u), signed(u))).normalize_or(a.any_orthonormal_vector());
+            let b =
+                a.cross(Vec3::new(signed(u), signed(u), signed(u))).normalize_or(a.any_orthonormal_vector());
             (a, b)
         }
     }

@@ -68,7 +68,9 @@ pub fn run(data: &[u8]) {
     assert!(first.starts_with(&before), "{} events of {}", before.len(), first.len());
     let lines = bytes.iter().filter(|&&b| b == b'\n').count();
     match &error {
-        Some(RecordingError::Line { line: 1, .. } | RecordingError::Unknown { .. }) => assert!(before.is_empty()),
+        Some(RecordingError::Line { line: 1, .. } | RecordingError::Unknown { .. }) => {
+            assert!(before.is_empty())
+        }
         Some(error) => panic!("cut at {} of {}: {error}", bytes.len(), whole.len()),
         None if is_plain => assert!(before.len() + 1 >= lines, "{} events in {lines} lines", before.len()),
         None => {}
@@ -83,7 +85,13 @@ pub fn run(data: &[u8]) {
             writer.finish().expect("written");
             let (after, error) = read(&path, STRICT);
             assert!(error.is_none(), "{name} cut at {} of {}: {error:?}", bytes.len(), whole.len());
-            assert_eq!(after, [before.as_slice(), &more].concat(), "cut at {} of {}", bytes.len(), whole.len());
+            assert_eq!(
+                after,
+                [before.as_slice(), &more].concat(),
+                "cut at {} of {}",
+                bytes.len(),
+                whole.len()
+            );
         }
         Err(refused) => assert!(error.is_some(), "not appended to: {refused}"),
     }
@@ -110,7 +118,11 @@ fn go_on(path: &Path, before: &[Event], more: &[Event], bytes: &[u8]) {
         }
         Some(reason) => {
             assert_eq!(waiting, more.len(), "{reason}");
-            assert_eq!(fs::read(path).expect("the file"), bytes, "a file that cannot be gone on with is left alone");
+            assert_eq!(
+                fs::read(path).expect("the file"),
+                bytes,
+                "a file that cannot be gone on with is left alone"
+            );
         }
     }
 }
@@ -126,6 +138,11 @@ fn after_damage(path: &Path, more: &[Event], is_plain: bool) {
     let (after, error) = read(path, LENIENT);
     if is_plain {
         assert!(error.is_none(), "{error:?}");
-        assert!(after.ends_with(more), "{} events of which the last {} are not the new ones", after.len(), more.len());
+        assert!(
+            after.ends_with(more),
+            "{} events of which the last {} are not the new ones",
+            after.len(),
+            more.len()
+        );
     }
 }

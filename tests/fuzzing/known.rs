@@ -27,3 +27,5 @@ pub const A_CHANGED_PVS_IS_REFUSED: Switch = Switch(false);
 pub const PVS_BOMBS: Switch = Switch(false);
 /// Messages hold no control characters.
 pub const NO_CONTROL_CHARACTERS: Switch = Switch(false);
+/// Numbers of the command line for which nothing says how large they may be, or that they have to be numbers.
+pub const NUMBERS_WITHOUT_LIMIT: Switch = Switch(false);

@@ -52,7 +52,8 @@ fn ask(pvs: &Pvs, data: &[u8]) {
     let mut u = Input::new(data);
     let cells = *pvs.cells();
     let ids: Vec<PolygonId> = (0..pvs.polygons().min(1000) as u32).map(PolygonId).collect();
-    let mut eyes = vec![cells.min, cells.corner(cells.len() - 1) + Vec3::splat(cells.side_m), Vec3::NAN, Vec3::MAX];
+    let mut eyes =
+        vec![cells.min, cells.corner(cells.len() - 1) + Vec3::splat(cells.side_m), Vec3::NAN, Vec3::MAX];
     eyes.extend((0..8).map(|_| cells.corner(below(&mut u, cells.len())) + cells.side_m * 0.5));
     for eye in eyes {
         let mut drawn = DrawList::new();

@@ -170,7 +170,8 @@ fn check_error(error: &RecordingError, name: &str) {
 /// As a recording of our own, the same events come back.
 fn write_again(events: &[Event]) {
     let mut bytes = Vec::new();
-    let mut writer = RonWriter::new(&mut bytes, "again.ron", &Header::new("", ""), Flush::AtEnd).expect("a header");
+    let mut writer =
+        RonWriter::new(&mut bytes, "again.ron", &Header::new("", ""), Flush::AtEnd).expect("a header");
     let events = &events[..events.len().min(2000)];
     events.iter().for_each(|event| writer.write(event).expect("a sound event"));
     writer.flush().expect("memory");

@@ -6,7 +6,10 @@ use std::{
 };
 
 thread_local! {
-    static FOLDER: tempfile::TempDir = tempfile::tempdir().expect("a folder for temporary files");
+    /// In memory where the system has such a place: a target writes thousands of files a second.
+    static FOLDER: tempfile::TempDir = tempfile::tempdir_in("/dev/shm")
+        .or_else(|_| tempfile::tempdir())
+        .expect("a folder for temporary files");
 }
 
 /// A file of this thread's folder, with these bytes.

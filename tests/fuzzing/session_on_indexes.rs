@@ -155,7 +155,9 @@ fn check_retold(scene: &Scene, told: &[Event]) {
     let mut there = vec![false; scene.polygon_count()];
     for change in changes {
         match change {
-            Change::Insert(id) => assert!(!std::mem::replace(&mut there[id.index()], true), "{id:?} came twice"),
+            Change::Insert(id) => {
+                assert!(!std::mem::replace(&mut there[id.index()], true), "{id:?} came twice")
+            }
             Change::Remove(id) => assert!(std::mem::take(&mut there[id.index()]), "{id:?} was not there"),
             Change::Update(id) => assert!(there[id.index()], "{id:?} moved and was not there"),
         }

@@ -20,7 +20,8 @@ pub fn run(data: &[u8]) {
     for message in &messages {
         let mut line = String::new();
         write_line(message, &mut line);
-        let again = parse_line(&line).unwrap_or_else(|e| panic!("{line:?}: expected {e}")).expect("a message");
+        let again =
+            parse_line(&line).unwrap_or_else(|e| panic!("{line:?}: expected {e}")).expect("a message");
         assert!(is_close(&again, message), "{message:?} as a line: {again:?}");
         let mut again = Vec::new();
         assert_eq!(parse_osc(&osc_packet(message), &mut again), 0, "{message:?}");
