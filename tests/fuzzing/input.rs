@@ -93,13 +93,15 @@ pub fn view(u: &mut Input<'_>) -> View {
         eye += Vec3::new(signed(u), signed(u), signed(u)) * 10_000.0;
     }
     let near_m = [0.01, 0.05, 0.25][below(u, 3)];
+    // Beyond everything: what lies behind the far plane is not drawn.
+    let far_m = if known::EYES_FAR_AWAY.is_on() { 1.0e5 } else { 1000.0 };
     let projection = match below(u, 4) {
         0 => {
             let (left, bottom) = (signed(u), signed(u));
             let (right, top) = (left + 0.1 + unit(u), bottom + 0.1 + unit(u));
-            Projection { left, right, bottom, top, near_m, far_m: 1000.0 }
+            Projection { left, right, bottom, top, near_m, far_m }
         }
-        _ => Projection::symmetric(30.0 + 90.0 * unit(u), 0.5 + 1.5 * unit(u), near_m, 1000.0),
+        _ => Projection::symmetric(30.0 + 90.0 * unit(u), 0.5 + 1.5 * unit(u), near_m, far_m),
     };
     if chance(u, 4) {
         return View { eye_in_world: eye, world_from_view: rotation(u), projection };
