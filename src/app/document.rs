@@ -1,11 +1,15 @@
-use std::path::{Path, PathBuf};
+mod opening;
 
-use super::journal::{Autosaves, Journal};
+use std::path::Path;
+
+use super::journal::{Journal, SaveError, Unwritten};
 use crate::{
     math::{Aabb, Ray},
-    recording::{self, Event, Flush, Header, OpenOptions, RecordingError, RonWriter, StrokeId},
+    recording::{Event, EventSource, Header, RecordingError, StrokeId},
     scene::{Change, PolygonId, Scene},
 };
+
+pub use opening::{Access, OpenError, Opened, Opening};
 
 /// A session being drawn: the model, and the file in which every event is before the next one comes.
 #[derive(Debug)]
@@ -14,156 +18,95 @@ pub struct Document {
     /// Since they were last taken.
     changes: Vec<Change>,
     bounds: Aabb,
-    header: Header,
     journal: Journal,
-    next_stroke: u32,
+    numbers: FreeNumbers,
     last_secs: f64,
     events: u64,
     refused: u64,
+    news: Vec<String>,
 }
 
-/// What was noticed while a session was opened.
-#[derive(Clone, Debug, Default)]
-pub struct Opened {
-    /// One line each, for people.
-    pub remarks: Vec<String>,
-    /// The session was left open by a program that is gone.
-    pub is_recovered: bool,
+/// Numbers for new strokes, from `next` up to before `end`.
+#[derive(Clone, Copy, Debug)]
+struct FreeNumbers {
+    next: u64,
+    end: u64,
+}
+
+impl FreeNumbers {
+    const ALL: Self = Self { next: 0, end: 1 << 32 };
+
+    fn note(&mut self, used: StrokeId) {
+        let used = u64::from(used.0);
+        if (self.next..self.end).contains(&used) {
+            self.next = used + 1;
+        }
+    }
+
+    fn take(&mut self) -> Option<StrokeId> {
+        let number = u32::try_from(self.next).ok().filter(|_| self.next < self.end)?;
+        self.next += 1;
+        Some(StrokeId(number))
+    }
+
+    /// The widest gap between numbers that are used. The last number of all is among the used ones.
+    fn widest_gap(mut used: Vec<u32>) -> Self {
+        used.push(u32::MAX);
+        used.sort_unstable();
+        let mut widest = Self { next: 0, end: 0 };
+        let mut next = 0;
+        for number in used.into_iter().map(u64::from) {
+            if number.saturating_sub(next) > widest.end - widest.next {
+                widest = Self { next, end: number };
+            }
+            next = next.max(number + 1);
+        }
+        widest
+    }
 }
 
 impl Document {
-    /// An empty session that nobody has named yet.
-    pub fn new(autosaves: &Autosaves) -> Self {
-        let header = Header::new("sketch", concat!("osp sketch ", env!("CARGO_PKG_VERSION")));
-        Self::empty(header.clone(), autosaves.create("sketch", header))
-    }
-
-    fn empty(header: Header, journal: Journal) -> Self {
+    fn around(journal: Journal) -> Self {
         Self {
             scene: Scene::new(),
             changes: Vec::new(),
             bounds: Aabb::EMPTY,
-            header,
             journal,
-            next_stroke: 0,
+            numbers: FreeNumbers::ALL,
             last_secs: 0.0,
             events: 0,
             refused: 0,
+            news: Vec::new(),
         }
     }
 
-    /// The session that a crash left open, or an empty one.
-    pub fn recover_or_new(autosaves: &Autosaves) -> (Self, Opened) {
-        let Some(path) = autosaves.left_open() else { return (Self::new(autosaves), Opened::default()) };
-        match Self::continue_ron(&path, |header| autosaves.resume(&path, header)) {
-            Ok((document, mut opened)) => {
-                opened.remarks.insert(0, format!("brought back {}", path.display()));
-                opened.is_recovered = true;
-                (document, opened)
-            }
-            Err(error) => {
-                let remarks = vec![format!("a session was left open but cannot be read: {error}")];
-                (Self::new(autosaves), Opened { remarks, is_recovered: false })
-            }
-        }
+    /// Takes an event that was read.
+    fn read(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.journal.note(event)?;
+        self.note(event);
+        Ok(())
     }
 
-    /// Opens a session of any format. One of our own goes on in its file (which is made if it is not there); of
-    /// another's a copy is made among the autosaves.
-    ///
-    /// # Errors
-    /// The file cannot be read, or is of no known format.
-    pub fn open(path: &Path, autosaves: &Autosaves) -> Result<(Self, Opened), RecordingError> {
-        let is_ron = path.extension().is_some_and(|ending| ending == "ron");
-        let is_new = match std::fs::metadata(path) {
-            Ok(data) => data.len() == 0,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound && is_ron => true,
-            Err(error) => return Err(RecordingError::io(path, error)),
-        };
-        if is_new && is_ron {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let header = Header::new(stem, concat!("osp sketch ", env!("CARGO_PKG_VERSION")));
-            let journal = Journal::new(path.to_owned(), header.clone());
-            return Ok((Self::empty(header, journal), Opened::default()));
-        }
-        let session = recording::open(path, &OpenOptions::default())?;
-        if session.format == "ron" && is_ron {
-            return Self::continue_ron(path, |header| Journal::new(path.to_owned(), header));
-        }
-        Self::convert(session, path, autosaves)
-    }
-
-    fn continue_ron(
-        path: &Path,
-        journal: impl FnOnce(Header) -> Journal,
-    ) -> Result<(Self, Opened), RecordingError> {
-        let mut session = recording::open(path, &OpenOptions::default())?;
-        let mut document = Self::empty(session.header.clone(), journal(session.header.clone()));
-        let mut opened = Opened::default();
-        loop {
-            match session.events.next_event() {
-                Ok(Some(event)) => document.note(&event),
-                Ok(None) => break,
-                Err(error) => {
-                    // Nothing may be appended behind the damage: it would not be read again.
-                    return Err(error);
-                }
-            }
-        }
-        opened.remarks.extend(session.events.notes().warnings);
-        document.end_open_strokes();
-        Ok((document, opened))
-    }
-
-    /// Reads a foreign session into a recording of our own among the autosaves.
-    fn convert(
-        mut session: recording::Session,
-        path: &Path,
-        autosaves: &Autosaves,
-    ) -> Result<(Self, Opened), RecordingError> {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let header = session.header.clone();
-        let journal = autosaves.create(&stem, header.clone());
-        let mut opened = Opened::default();
-        let mut writer = RonWriter::create(journal.path(), &header, Flush::AtEnd)?;
-        let mut document = Self::empty(header, journal);
-        loop {
-            match session.events.next_event() {
-                Ok(Some(event)) => {
-                    document.note(&event);
-                    writer.write(&event)?;
-                }
-                Ok(None) => break,
-                Err(error) => {
-                    opened.remarks.push(format!("{error}: what comes before it is here"));
-                    break;
-                }
-            }
-        }
-        writer.finish()?;
-        opened.remarks.extend(session.events.notes().warnings);
-        let place = document.journal.path().display().to_string();
-        opened.remarks.push(format!("a copy of {} is being drawn on: {place}", path.display()));
-        document.end_open_strokes();
-        Ok((document, opened))
-    }
-
-    /// A crash leaves strokes without an end; nobody draws on them any more.
+    /// A crash leaves strokes without an end; nobody draws on them any more. The file hears of it with the first event
+    /// that is drawn.
     fn end_open_strokes(&mut self) {
         let t = self.last_secs;
         let open =
             self.scene.strokes().iter().filter(|stroke| stroke.is_open()).filter_map(|stroke| stroke.id());
         let ends: Vec<Event> = open.map(|stroke| Event::End { t, stroke }).collect();
         for event in ends {
-            self.apply(event);
+            // An end is never too long for a line.
+            if self.journal.note(&event).is_ok() {
+                self.note(&event);
+            }
         }
     }
 
-    /// Takes an event that comes from the file.
+    /// Makes the model follow an event.
     fn note(&mut self, event: &Event) {
         self.last_secs = self.last_secs.max(event.time_secs());
         if let Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } = event {
-            self.next_stroke = self.next_stroke.max(stroke.0.saturating_add(1));
+            self.numbers.note(*stroke);
         }
         self.events += 1;
         let first = self.changes.len();
@@ -176,22 +119,49 @@ impl Document {
     }
 
     /// Takes an event that is being made: into the file, into the model. Returns whether it was one that a session
-    /// can hold.
+    /// can hold, and this one may be drawn on.
     pub fn apply(&mut self, event: Event) -> bool {
-        if event.check().is_err() {
+        if self.is_read_only() {
+            return false;
+        }
+        if let Err(error) = self.journal.write(&event) {
+            if self.refused == 0 {
+                self.news.push(format!("left out, the first of what no session can hold: {error}"));
+            }
             self.refused += 1;
             return false;
         }
-        self.journal.write(&event);
         self.note(&event);
         true
     }
 
     /// A stroke number that was not used yet.
     pub fn new_stroke(&mut self) -> StrokeId {
-        let id = StrokeId(self.next_stroke);
-        self.next_stroke = self.next_stroke.saturating_add(1);
-        id
+        if let Some(number) = self.numbers.take() {
+            return number;
+        }
+        // The last number is used. Far fewer strokes than numbers fit into memory, so there is a gap.
+        let used = self.used_numbers().unwrap_or_else(|_| {
+            self.scene.strokes().iter().filter_map(|stroke| stroke.id()).map(|id| id.0).collect()
+        });
+        self.numbers = FreeNumbers::widest_gap(used);
+        self.numbers.take().unwrap_or(StrokeId(u32::MAX))
+    }
+
+    fn used_numbers(&self) -> Result<Vec<u32>, RecordingError> {
+        let mut reader = self.journal.read()?;
+        let mut used = Vec::new();
+        while let Some(event) = reader.next_event()? {
+            if let Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } = event {
+                used.push(stroke.0);
+            }
+        }
+        Ok(used)
+    }
+
+    /// Whether the session is only looked at.
+    pub fn is_read_only(&self) -> bool {
+        self.journal.is_read_only()
     }
 
     /// The model.
@@ -216,7 +186,7 @@ impl Document {
 
     /// What the session says of itself.
     pub fn header(&self) -> &Header {
-        &self.header
+        self.journal.header()
     }
 
     /// Its file.
@@ -224,9 +194,16 @@ impl Document {
         &self.journal
     }
 
-    /// Tries a file that failed again if it is time.
-    pub fn retry(&mut self) {
-        self.journal.retry();
+    /// Its file.
+    pub fn journal_mut(&mut self) -> &mut Journal {
+        &mut self.journal
+    }
+
+    /// What there is to tell since this was last called.
+    pub fn take_news(&mut self) -> Vec<String> {
+        let mut news = std::mem::take(&mut self.news);
+        news.append(&mut self.journal.take_news());
+        news
     }
 
     /// Time stamp of its last event, seconds: where a session that goes on takes up the time.
@@ -244,22 +221,67 @@ impl Document {
         self.refused
     }
 
-    /// Puts the session at `to` and goes on there.
+    /// Writes the session at `to` and goes on there. A file that is there is replaced.
     ///
     /// # Errors
     /// The file cannot be written; the session goes on where it was.
-    pub fn save_as(&mut self, to: &Path) -> Result<PathBuf, RecordingError> {
-        self.journal.move_to(to, self.events)?;
-        Ok(self.journal.path().to_owned())
+    pub fn save_as(&mut self, to: &Path) -> Result<(), SaveError> {
+        self.journal.save_as(to)
+    }
+
+    /// Makes the session, and its file, what it was when it was opened or last saved under a name.
+    ///
+    /// # Errors
+    /// There is no memory to read it again; nothing has changed.
+    pub fn discard(&mut self) -> Result<(), RecordingError> {
+        let events = self.journal.discard()?;
+        (self.scene, self.bounds) = (Scene::new(), Aabb::EMPTY);
+        (self.numbers, self.last_secs, self.events) = (FreeNumbers::ALL, 0.0, 0);
+        self.changes.clear();
+        for event in &events {
+            self.note(event);
+        }
+        self.end_open_strokes();
+        Ok(())
     }
 
     /// Ends the session on purpose.
-    pub fn close(self) {
-        self.journal.close();
+    ///
+    /// # Errors
+    /// Something of it is not where it should be.
+    pub fn close(self) -> Result<(), Unwritten> {
+        self.journal.close()
     }
 }
 
 /// Where a ray meets a polygon, from either side.
 pub(super) fn meet_polygon(scene: &Scene, id: PolygonId, ray: &Ray) -> Option<f32> {
     scene.polygon(id).meet(ray)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_come_from_the_widest_gap_when_the_last_is_used() {
+        let gap = |used: &[u32]| {
+            let gap = FreeNumbers::widest_gap(used.to_vec());
+            (gap.next, gap.end)
+        };
+        let last = u64::from(u32::MAX);
+        assert_eq!(gap(&[]), (0, last));
+        assert_eq!(gap(&[u32::MAX]), (0, last));
+        assert_eq!(gap(&[0, 1, 5, 5]), (6, last));
+        assert_eq!(gap(&[u32::MAX - 1, 7, 3_000_000_000]), (8, 3_000_000_000));
+        let mut numbers = FreeNumbers::ALL;
+        numbers.note(StrokeId(u32::MAX));
+        assert_eq!(numbers.take(), None);
+        let mut numbers = FreeNumbers::widest_gap(vec![2]);
+        numbers.end = 5;
+        assert_eq!(
+            [numbers.take(), numbers.take(), numbers.take()],
+            [Some(StrokeId(3)), Some(StrokeId(4)), None]
+        );
+    }
 }

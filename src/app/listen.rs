@@ -12,6 +12,9 @@ impl Studio {
         while let Some(message) = tracker.take() {
             let message = self.room.message_to_world(&self.navigator, message);
             let Subject::Sketch(document) = &mut self.subject else { continue };
+            if document.is_read_only() {
+                continue;
+            }
             let erase = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
             // The stroke to erase may be among those that have just been drawn.
             erased.extend(erase.map(|p| (self.events.len(), p)));
