@@ -40,6 +40,8 @@ pub use glam;
 
 #[cfg(feature = "window")]
 pub mod app;
+#[cfg(feature = "window")]
+mod atomic_file;
 #[cfg(feature = "cli")]
 pub mod bench;
 #[cfg(feature = "cli")]

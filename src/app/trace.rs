@@ -7,6 +7,7 @@ use std::{
 use serde_json::json;
 
 use super::{
+    question::Question,
     stats::{FrameStage, FrameTimes},
     studio::{Studio, Subject, ToolChoice},
 };
@@ -32,9 +33,11 @@ impl Trace {
     ) -> io::Result<()> {
         let report = studio.report();
         let counts = studio.scene().counts();
-        let (events, position) = match studio.subject() {
-            Subject::Sketch(document) => (document.event_count(), 0),
-            Subject::Replay(player) => (0, player.position()),
+        let (events, position, trouble) = match studio.subject() {
+            Subject::Sketch(document) => {
+                (document.event_count(), 0, document.journal().trouble().map(ToString::to_string))
+            }
+            Subject::Replay(player) => (0, player.position(), None),
         };
         let tool = match studio.tool() {
             ToolChoice::Draw(tool) => format!("{tool:?}").to_lowercase(),
@@ -81,6 +84,8 @@ impl Trace {
             "tool": tool,
             "selected": studio.selection().strokes().len(),
             "message": studio.messages().last(),
+            "question": studio.question().map(Question::title),
+            "trouble": trouble,
             "ms": stages,
         });
         self.frame += 1;

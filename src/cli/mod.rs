@@ -108,7 +108,8 @@ pub fn run() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(error) => {
-            output::complain(&format!("error: {error:#}"));
+            let rescue = session::rescue(&error).unwrap_or_default();
+            output::complain(&format!("error: {error:#}{rescue}"));
             ExitCode::from(2)
         }
     }

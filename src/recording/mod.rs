@@ -24,6 +24,8 @@ pub use event::{
 };
 pub use open::{OpenOptions, open, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
+#[cfg(feature = "window")]
+pub(crate) use ron_file::LastLine;
 pub use ron_file::RecordingFile;
 pub use ron_line::MAX_LINE_BYTES;
 pub use ron_reader::RonReader;

@@ -93,21 +93,22 @@ pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), Record
 }
 
 /// Where a recording ends.
-struct LastLine {
+#[derive(Debug)]
+pub(crate) struct LastLine {
     /// Whole lines.
     lines: u64,
     /// Bytes up to the end of the last whole line.
-    whole_bytes: u64,
+    pub(crate) whole_bytes: u64,
     /// Bytes of a torn line behind it.
     torn_bytes: u64,
     /// The last whole line wants its newline.
-    lacks_newline: bool,
+    pub(crate) lacks_newline: bool,
     /// The compressed data have no end mark.
     cut: bool,
 }
 
 impl LastLine {
-    fn find(input: &mut impl BufRead, path: &Path) -> Result<Self, RecordingError> {
+    pub(crate) fn find(input: &mut impl BufRead, path: &Path) -> Result<Self, RecordingError> {
         let mut end = Self { lines: 0, whole_bytes: 0, torn_bytes: 0, lacks_newline: false, cut: false };
         let mut line = Vec::new();
         loop {
