@@ -1,4 +1,4 @@
-use std::{fs::File, io::BufWriter, path::Path};
+use std::path::Path;
 
 use super::{
     command::Command,
@@ -6,7 +6,14 @@ use super::{
     player::Jump,
     studio::{Studio, Subject},
 };
-use crate::{export::write_glb, index::IndexKind, recording::Event, visibility::OcclusionChoice};
+use crate::{
+    atomic_file::AtomicFile,
+    export::{ExportError, GltfCounts, write_glb},
+    index::IndexKind,
+    output_file::{OutputKind, check_output},
+    recording::Event,
+    visibility::OcclusionChoice,
+};
 
 impl Studio {
     /// Does what a person asked for; what went wrong is told in [`Studio::messages`].
@@ -115,11 +122,19 @@ impl Studio {
     }
 
     fn export_gltf(&mut self, path: &Path) {
+        // A model is replaced by a model, nothing else.
+        if let Err(error) = check_output(path, OutputKind::Glb, false) {
+            self.say(error.to_string());
+            return;
+        }
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let outcome = File::create(path)
-            .map_err(Into::into)
-            .and_then(|file| write_glb(self.subject.scene(), &name, BufWriter::new(file)));
-        match outcome {
+        let export = || -> Result<GltfCounts, ExportError> {
+            let mut file = AtomicFile::create(path)?;
+            let counts = write_glb(self.subject.scene(), &name, &mut file)?;
+            file.commit()?;
+            Ok(counts)
+        };
+        match export() {
             Ok(counts) => self.say(format!("{} polygons exported to {}", counts.polygons, path.display())),
             Err(error) => self.say(format!("{}: {error}", path.display())),
         }

@@ -51,12 +51,12 @@ pub enum WindowError {
     #[error(transparent)]
     Tracker(#[from] TrackerError),
     /// The trace cannot be written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", path.display())]
     Trace {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
 }
 
@@ -84,7 +84,7 @@ pub fn run(mut studio: Studio, options: WindowOptions) -> Result<(), WindowError
     let trace = match &options.trace {
         Some(path) => {
             let trace = Trace::create(path);
-            Some(trace.map_err(|source| WindowError::Trace { path: path.clone(), source })?)
+            Some(trace.map_err(|cause| WindowError::Trace { path: path.clone(), cause })?)
         }
         None => None,
     };
@@ -310,7 +310,7 @@ impl App {
         if let (Some(trace), Some(path)) = (&mut self.trace, &self.options.trace) {
             trace
                 .write(studio, &times, painted.is_shown, (window_size.width, window_size.height))
-                .map_err(|source| WindowError::Trace { path: path.clone(), source })?;
+                .map_err(|cause| WindowError::Trace { path: path.clone(), cause })?;
         }
         set_title(&live.window, studio);
 
