@@ -1,15 +1,18 @@
-use std::{io, path::Path};
+use std::path::Path;
 
 use super::{
     command::Command,
     document::Opening,
-    journal::true_path,
     player::Jump,
     question::Then,
     studio::{Studio, Subject},
 };
 use crate::{
-    atomic_file::write_atomically, export::write_glb, index::IndexKind, recording::Event,
+    atomic_file::AtomicFile,
+    export::{ExportError, GltfCounts, write_glb},
+    index::IndexKind,
+    output_file::{OutputKind, check_output},
+    recording::Event,
     visibility::OcclusionChoice,
 };
 
@@ -126,14 +129,20 @@ impl Studio {
     }
 
     pub(super) fn export_gltf(&mut self, path: &Path) {
+        // A model is replaced by a model, nothing else.
+        if let Err(error) = check_output(path, OutputKind::Glb, false) {
+            self.say(error.to_string());
+            return;
+        }
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let mut polygons = 0;
-        let outcome = write_atomically(&true_path(path), |out| {
-            polygons = write_glb(self.subject.scene(), &name, out).map_err(io::Error::other)?.polygons;
-            Ok(())
-        });
-        match outcome {
-            Ok(()) => self.say(format!("{polygons} polygons exported to {}", path.display())),
+        let export = || -> Result<GltfCounts, ExportError> {
+            let mut file = AtomicFile::create(path)?;
+            let counts = write_glb(self.subject.scene(), &name, &mut file)?;
+            file.commit()?;
+            Ok(counts)
+        };
+        match export() {
+            Ok(counts) => self.say(format!("{} polygons exported to {}", counts.polygons, path.display())),
             Err(error) => self.say(format!("{}: {error}", path.display())),
         }
     }

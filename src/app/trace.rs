@@ -11,6 +11,7 @@ use super::{
     stats::{FrameStage, FrameTimes},
     studio::{Studio, Subject, ToolChoice},
 };
+use crate::atomic_file::open_stream;
 
 /// Writes one line of JSON for each frame: for measurements, and for tests that drive the window from outside.
 #[derive(Debug)]
@@ -21,7 +22,7 @@ pub(super) struct Trace {
 
 impl Trace {
     pub(super) fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self { out: File::create(path)?, frame: 0 })
+        Ok(Self { out: open_stream(path)?, frame: 0 })
     }
 
     pub(super) fn write(

@@ -64,12 +64,12 @@ pub enum WindowError {
     #[error(transparent)]
     Unwritten(#[from] Unwritten),
     /// The trace cannot be written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", path.display())]
     Trace {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
 }
 
@@ -218,7 +218,7 @@ impl App {
         let event_loop = open_event_loop()?;
         if let Some(path) = &self.options.trace {
             let trace = Trace::create(path);
-            self.trace = Some(trace.map_err(|source| WindowError::Trace { path: path.clone(), source })?);
+            self.trace = Some(trace.map_err(|cause| WindowError::Trace { path: path.clone(), cause })?);
         }
         if let (Some(address), Some(studio)) = (&self.options.tracker, &mut self.studio) {
             let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();

@@ -11,7 +11,7 @@ use anyhow::Context;
 use clap::Args;
 
 use super::{
-    Outcome,
+    Outcome, numbers,
     output::{complain, say},
     session::OpenSession,
 };
@@ -41,7 +41,7 @@ pub(super) struct SendArgs {
     #[arg(long, default_value = "recorded")]
     pace: Pace,
     /// Times as fast.
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = factor)]
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     speed: f64,
     /// The key that the window asks for (`osp sketch --tracker-key`).
     #[arg(long)]
@@ -52,13 +52,6 @@ pub(super) struct SendArgs {
     /// Skip damaged pieces, instead of stopping at the first.
     #[arg(long)]
     lenient: bool,
-}
-
-fn factor(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|f: &f64| (0.001..=1000.0).contains(f))
-        .ok_or_else(|| "expected a factor from 0.001 to 1000".to_owned())
 }
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{
-    Outcome,
+    Outcome, numbers,
     output::complain,
+    outputs::Outputs,
     replay::{index_parser, occlusion_parser},
 };
 use crate::{
@@ -16,6 +17,7 @@ use crate::{
         tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
     index::IndexKind,
+    output_file::OutputKind,
     visibility::{OcclusionChoice, Rig},
 };
 
@@ -98,6 +100,9 @@ pub(super) struct WindowArgs {
     /// Write one line of JSON for each frame to a file.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Let --trace replace a file of another kind; never the session.
+    #[arg(long)]
+    force: bool,
 }
 
 impl SketchArgs {
@@ -125,10 +130,7 @@ impl SketchArgs {
 }
 
 fn size(text: &str) -> Result<(u32, u32), String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    sides
-        .filter(|(w, h)| (1..=16_384).contains(w) && (1..=16_384).contains(h))
-        .ok_or_else(|| format!("expected WIDTHxHEIGHT; found `{text}`"))
+    numbers::sides(text, &(1..=16_384))
 }
 
 impl WindowArgs {
@@ -152,6 +154,18 @@ impl WindowArgs {
         Ok(room)
     }
 
+    /// Says no to a trace in the place of something else.
+    fn check_trace(&self, session: Option<&PathBuf>, tracker: Option<&TrackerAddress>) -> anyhow::Result<()> {
+        let rig = self.rig.as_ref().map(PathBuf::from);
+        let tracker = tracker.and_then(|tracker| match tracker {
+            TrackerAddress::File(path) => Some(path),
+            _ => None,
+        });
+        let mut outputs = Outputs::new(self.force).reads(session).reads(&rig).reads(tracker);
+        outputs.add_any("--trace", self.trace.as_ref(), OutputKind::Trace)?;
+        Ok(())
+    }
+
     pub(super) fn options(&self, tracker: Option<TrackerAddress>) -> WindowOptions {
         let tracker_options = TrackerOptions::default();
         WindowOptions { size: self.window, tracker, tracker_options, trace: self.trace.clone() }
@@ -159,6 +173,7 @@ impl WindowArgs {
 }
 
 pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
+    args.window.check_trace(args.file.as_ref(), args.tracker.as_ref())?;
     let room = args.window.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
     let (document, opened, held) = match &args.file {

@@ -22,6 +22,8 @@ pub use error::RecordingError;
 pub use event::{
     Camera, Event, FORMAT_VERSION, GroupId, Header, NormalRule, Root, StrokeId, Tool, Transform,
 };
+#[cfg(any(feature = "cli", feature = "window"))]
+pub(crate) use open::looks_like_session;
 pub use open::{OpenOptions, open, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
 #[cfg(feature = "window")]

@@ -33,6 +33,12 @@ impl RecordingFile {
         File::create(path).map(|file| Self(Kind::Plain(file))).map_err(|e| RecordingError::io(path, e))
     }
 
+    /// A recording into an open file, compressed if `name` ends in `.zst`.
+    #[cfg(feature = "cli")]
+    pub(crate) fn over(file: File, name: &Path) -> io::Result<Self> {
+        if is_compressed_name(name) { compressed::encode(file) } else { Ok(Self(Kind::Plain(file))) }
+    }
+
     /// Ends compressed data with their end mark.
     pub(super) fn finish(&mut self) -> io::Result<()> {
         match &mut self.0 {
@@ -155,14 +161,14 @@ pub(super) use compressed::decoder;
 
 #[cfg(feature = "formats")]
 mod compressed {
-    use std::path::PathBuf;
-
     use zstd::stream::{read, write};
 
     use super::{
         BufReader, File, FileOptions, Header, Kind, LastLine, OpenOptions, Path, Read, RecordingError,
         RecordingFile, RonReader, Write, io,
     };
+
+    use crate::atomic_file::AtomicFile;
 
     /// Largest window that a frame may ask for, as a power of two: 128 MiB, the limit of the `zstd` program. It
     /// bounds what a forged frame makes a reader allocate.
@@ -180,7 +186,7 @@ mod compressed {
     }
 
     /// Starts a frame at the file's place.
-    fn encode(file: File) -> io::Result<RecordingFile> {
+    pub(super) fn encode(file: File) -> io::Result<RecordingFile> {
         let mut encoder = write::Encoder::new(file, zstd::DEFAULT_COMPRESSION_LEVEL)?;
         encoder.include_checksum(true)?;
         Ok(RecordingFile(Kind::Compressed(Some(encoder))))
@@ -197,14 +203,12 @@ mod compressed {
         let header = RonReader::new(decoder(path)?, path, OpenOptions::default())?.header().clone();
         let end = LastLine::find(&mut decoder(path)?, path)?;
         if end.cut || end.torn_bytes > 0 {
-            let mut name = path.as_os_str().to_owned();
-            name.push(".tmp");
-            let beside = PathBuf::from(name);
             let rewrite = || {
-                let mut copy = encode(File::create(&beside)?)?;
+                let mut beside = AtomicFile::create(path)?;
+                let mut copy = encode(beside.handle()?)?;
                 io::copy(&mut decoder(path).map_err(io::Error::other)?.take(end.whole_bytes), &mut copy)?;
                 copy.finish()?;
-                std::fs::rename(&beside, path)
+                beside.commit()
             };
             rewrite().map_err(io)?;
         }

@@ -3,8 +3,7 @@
 //! the sets, cell after cell, in words of 64 bits. All little-endian.
 
 use std::{
-    fs::File,
-    io::{BufReader, BufWriter, Read, Write},
+    io::{BufReader, Read, Write},
     path::{Path, PathBuf},
 };
 
@@ -12,6 +11,7 @@ use glam::{UVec3, Vec3};
 use thiserror::Error;
 
 use super::{Pvs, ViewCells, words_of};
+use crate::{atomic_file::write_atomically, small_file::open_regular};
 
 const MAGIC: &[u8; 10] = b"osp pvs 1\n";
 /// Most polygons of a model: their numbers have 32 bits.
@@ -83,8 +83,7 @@ impl Pvs {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), PvsError> {
-        let write = || {
-            let mut file = BufWriter::new(File::create(path)?);
+        let write = |file: &mut dyn Write| {
             file.write_all(MAGIC)?;
             let mut out = zstd::Encoder::new(file, LEVEL)?;
             out.write_all(&(self.polygons as u64).to_le_bytes())?;
@@ -100,7 +99,7 @@ impl Pvs {
             }
             out.finish()?.flush()
         };
-        write().map_err(|cause| PvsError::Io { path: path.to_owned(), cause })
+        write_atomically(path, write).map_err(|cause| PvsError::Io { path: path.to_owned(), cause })
     }
 
     /// Reads the sets of a file.
@@ -109,7 +108,7 @@ impl Pvs {
     /// The file cannot be read, or is damaged: the message names the place.
     pub fn read(path: &Path) -> Result<Self, PvsError> {
         let io = |cause| PvsError::Io { path: path.to_owned(), cause };
-        let mut file = BufReader::new(File::open(path).map_err(io)?);
+        let mut file = BufReader::new(open_regular(path).map_err(io)?);
         let mut magic = [0; MAGIC.len()];
         let is_ours = file.read_exact(&mut magic).is_ok() && &magic == MAGIC;
         let mut reader = Reader { input: zstd::Decoder::new(file).map_err(io)?, offset: 0, path };
