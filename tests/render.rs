@@ -6,6 +6,8 @@
 #[cfg(feature = "cli")]
 #[path = "render/commands.rs"]
 mod commands;
+#[path = "support/edits.rs"]
+mod editor;
 #[path = "render/hzb.rs"]
 mod hzb;
 #[path = "render/identity.rs"]
@@ -18,3 +20,5 @@ mod required;
 mod scenes;
 #[path = "render/shaders.rs"]
 mod shaders;
+#[path = "render/unseen.rs"]
+mod unseen;

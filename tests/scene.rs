@@ -6,6 +6,15 @@ use osp::{
     scene::{Change, PolygonId, Scene},
 };
 
+#[path = "support/edits.rs"]
+mod editor;
+#[path = "scene/groups.rs"]
+mod groups;
+#[path = "scene/history.rs"]
+mod history;
+#[path = "scene/unseen.rs"]
+mod unseen;
+
 const WHITE: (f32, f32, f32, f32) = (1.0, 1.0, 1.0, 1.0);
 
 fn begin(stroke: u32, tool: Tool, normal: NormalRule) -> Event {

@@ -7,3 +7,5 @@ mod drawing;
 mod hands;
 #[path = "studio/panel.rs"]
 mod panel;
+#[path = "studio/tracker.rs"]
+mod tracker;

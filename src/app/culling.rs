@@ -1,5 +1,7 @@
 use std::{sync::Arc, time::Duration};
 
+use glam::Vec3;
+
 use crate::{
     index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
     math::{Aabb, Ray},
@@ -57,6 +59,15 @@ pub struct PickCounts {
     pub last: Option<PolygonId>,
 }
 
+/// What was looked for around points since the beginning, and what that took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReachCounts {
+    /// Points.
+    pub points: u64,
+    /// Polygons whose boxes were looked at one by one.
+    pub polygons: u64,
+}
+
 /// The culling of a frame, with switches that can be turned while it runs.
 #[derive(Debug)]
 pub struct Culling {
@@ -70,6 +81,9 @@ pub struct Culling {
     stages: Stages,
     reindexed: Option<Reindexed>,
     picks: PickCounts,
+    reaches: ReachCounts,
+    /// Scratch of [`Culling::nearest_box`].
+    found: Vec<PolygonId>,
     draw_cost: DrawCost,
     /// All polygons, while the view does not cull.
     all: DrawList,
@@ -93,6 +107,8 @@ impl Culling {
             stages: Stages::default(),
             reindexed: None,
             picks: PickCounts::default(),
+            reaches: ReachCounts::default(),
+            found: Vec::new(),
             draw_cost: DrawCost::default(),
             all: DrawList::new(),
             marks: Vec::new(),
@@ -165,6 +181,11 @@ impl Culling {
     /// What picking took.
     pub fn picks(&self) -> PickCounts {
         self.picks
+    }
+
+    /// What looking around points took.
+    pub fn reaches(&self) -> ReachCounts {
+        self.reaches
     }
 
     /// Files the whole model into another index (or anew into the same). Changes of the scene that no frame has seen
@@ -282,6 +303,32 @@ impl Culling {
         self.picks.tests += tests;
         self.picks.last = found.map(|(id, _)| id);
         found
+    }
+
+    /// The polygon whose box is the nearest to a point, of those within `reach_m` along each axis; of several the first.
+    /// `waiting` is what no frame has brought to the index yet.
+    pub fn nearest_box(
+        &mut self,
+        scene: &Scene,
+        waiting: &[Change],
+        point: Vec3,
+        reach_m: f32,
+    ) -> Option<PolygonId> {
+        let reach = Aabb::cube(point, 2.0 * reach_m);
+        self.found.clear();
+        self.pipeline.index().box_query(&reach, &mut self.found);
+        self.found.extend(waiting.iter().filter_map(|change| match *change {
+            Change::Insert(id) | Change::Update(id) => Some(id),
+            Change::Remove(_) => None,
+        }));
+        self.reaches.points += 1;
+        self.reaches.polygons += self.found.len() as u64;
+        // The index may be a frame behind the scene.
+        let is_there = |id: PolygonId| id.index() < scene.polygon_count() && scene.is_visible(id);
+        let is_near = |id: &PolygonId| is_there(*id) && scene.bounds(*id).intersects(&reach);
+        let distance = |id: &PolygonId| scene.bounds(*id).distance_squared(point);
+        let near = self.found.iter().copied().filter(is_near);
+        near.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
     }
 }
 

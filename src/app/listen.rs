@@ -1,48 +1,69 @@
 use glam::Vec3;
 
-use super::studio::{Studio, Subject};
-use crate::{math::Aabb, recording::Event, scene::PolygonId};
+use super::{
+    studio::{Studio, Subject},
+    tracker::{Message, Tracker},
+};
+use crate::recording::Event;
+
+/// Messages of a tracker that a frame takes; the others wait for the next one. At 60 frames a second that is more than a
+/// hundred trackers send.
+const MESSAGES_A_FRAME: u32 = 4096;
+/// Erasures, undos and redos among them: a few bytes may concern the whole model.
+const EDITS_A_FRAME: u32 = 64;
+/// Once so many polygons have come, gone or moved, the frame takes no more messages.
+const CHANGES_A_FRAME: usize = 1 << 16;
 
 impl Studio {
     /// What the tracker has said since the last frame.
     pub(super) fn listen(&mut self) {
-        let Some(tracker) = &self.tracker else { return };
+        let Some(tracker) = self.tracker.take() else { return };
         let t = self.now_secs();
-        let mut erased = Vec::new();
-        while let Some(message) = tracker.take() {
+        self.tracker_waits = !self.take_messages(t, &tracker);
+        self.hands.rest(t, &mut self.events);
+        self.apply_events();
+        self.tracker = Some(tracker);
+    }
+
+    /// Takes messages as long as a frame may; whether there was none left.
+    fn take_messages(&mut self, t: f64, tracker: &Tracker) -> bool {
+        let (mut messages, mut edits) = (0, 0);
+        while messages < MESSAGES_A_FRAME && edits < EDITS_A_FRAME && self.changes_waiting() < CHANGES_A_FRAME
+        {
+            let Some(message) = tracker.take() else { return true };
+            messages += 1;
             let message = self.room.message_to_world(&self.navigator, message);
             let Subject::Sketch(document) = &mut self.subject else { continue };
-            let erase = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
-            // The stroke to erase may be among those that have just been drawn.
-            erased.extend(erase.map(|p| (self.events.len(), p)));
+            if document.is_read_only() {
+                continue;
+            }
+            let erased = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
+            if matches!(message, Message::Erase { .. } | Message::Undo | Message::Redo) {
+                edits += 1;
+                // The stroke to erase may be among those that have just been drawn.
+                self.apply_events();
+            }
+            if let Some(p) = erased {
+                self.erase_near(t, p);
+            }
         }
-        self.hands.rest(t, &mut self.events);
-        if erased.is_empty() {
-            self.apply_events();
-            return;
+        false
+    }
+
+    fn changes_waiting(&self) -> usize {
+        match &self.subject {
+            Subject::Sketch(document) => document.changes().len(),
+            Subject::Replay(_) => 0,
         }
-        let mut events = std::mem::take(&mut self.events);
-        let mut taken = 0;
-        for (until, p) in erased {
-            self.events.extend(events.drain(..until - taken));
-            taken = until;
-            self.apply_events();
-            self.erase_near(t, p);
-        }
-        self.events.append(&mut events);
-        self.apply_events();
     }
 
     /// Erases the stroke nearest to a point, if one is within reach.
     fn erase_near(&mut self, t: f64, p: Vec3) {
         /// How far from the point a stroke may be, metres: about a finger's width.
         const REACH_M: f32 = 0.01;
-        let scene = self.subject.scene();
-        let reach = Aabb::cube(p, 2.0 * REACH_M);
-        let near = scene.visible_ids().filter(|&id| scene.bounds(id).intersects(&reach));
-        let distance = |id: &PolygonId| scene.bounds(*id).distance_squared(p);
-        let nearest = near.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        if let Some(stroke) = nearest.and_then(|id| scene.stroke_of(id).id()) {
+        let Subject::Sketch(document) = &self.subject else { return };
+        let nearest = self.culling.nearest_box(document.scene(), document.changes(), p, REACH_M);
+        if let Some(stroke) = nearest.and_then(|id| document.scene().stroke_of(id).id()) {
             self.events.push(Event::Erase { t, stroke });
             self.apply_events();
         }

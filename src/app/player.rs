@@ -17,7 +17,7 @@ const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 pub struct Jump {
     /// For the index: from the model before to the model now.
     pub changes: Vec<Change>,
-    /// Polygons that are elsewhere now, visible or not.
+    /// Polygons that are elsewhere now, or were elsewhere before without anybody being told; visible or not.
     pub moved: Vec<PolygonId>,
     /// Polygons that exist now; numbers from here on will be given out again.
     pub polygon_count: usize,
@@ -148,6 +148,7 @@ impl Player {
             changes.clear();
             let events = &self.events[self.events_of(frame)];
             edit_weight += events.iter().map(kept_by_undo).sum::<usize>();
+            scene.let_go();
             play(&self.events[self.events_of(frame)], &mut scene, &mut moment, &mut changes);
             for change in &changes {
                 if let Change::Insert(id) | Change::Update(id) = *change {
@@ -229,6 +230,7 @@ impl Player {
         if !self.is_playing {
             return;
         }
+        self.scene.let_go();
         self.due += self.speed;
         while self.due >= 1.0 {
             self.due -= 1.0;
@@ -278,6 +280,7 @@ impl Player {
             // What changes on the way is in the difference.
             self.changes.clear();
             let range = self.events_of(moment.frame);
+            scene.let_go();
             play(&self.events[range], &mut scene, &mut moment, &mut self.changes);
         }
         let jump = difference(&self.scene, &scene);
@@ -297,10 +300,8 @@ fn kept_by_undo(event: &Event) -> usize {
 }
 
 fn play(events: &[Event], scene: &mut Scene, moment: &mut Moment, changes: &mut Vec<Change>) {
-    for event in events {
-        moment.note(event);
-        scene.apply(event, changes);
-    }
+    events.iter().for_each(|event| moment.note(event));
+    scene.apply_all(events, changes);
     moment.frame += 1;
 }
 
@@ -312,7 +313,9 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
         let (in_old, in_new) = (id.index() < old, id.index() < new);
         let was_visible = in_old && from.is_visible(id);
         let is_visible = in_new && to.is_visible(id);
-        let has_moved = in_old && in_new && from.polygon(id) != to.polygon(id);
+        let has_moved = in_old
+            && in_new
+            && (from.polygon(id) != to.polygon(id) || from.stroke_of(id).was_displaced_unseen());
         if has_moved {
             jump.moved.push(id);
         }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{
     Outcome,
-    output::{complain, say},
+    output::{complain, one_line, say},
     reading::ReadArgs,
     session::OpenSession,
 };
@@ -119,14 +119,14 @@ fn json(args: &InfoArgs, session: &OpenSession, s: &Summary) -> anyhow::Result<S
 
 fn text(args: &InfoArgs, session: &OpenSession, s: &Summary) -> String {
     let counts = s.counts;
-    let mut lines = vec![format!("{}", args.file.display())];
+    let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
     let mut line = |name: &str, value: String| lines.push(format!("  {name:<11} {value}"));
     line("format", session.format.to_owned());
     if !session.header.name.is_empty() {
-        line("name", session.header.name.clone());
+        line("name", one_line(&session.header.name).into_owned());
     }
     if !session.header.source.is_empty() {
-        line("source", session.header.source.clone());
+        line("source", one_line(&session.header.source).into_owned());
     }
     line(
         "strokes",

@@ -4,7 +4,9 @@
 
 mod allocations;
 mod new_recording;
+mod numbers;
 mod output;
+mod outputs;
 mod pick;
 mod played;
 mod reading;
@@ -35,7 +37,7 @@ pub use allocations::CountingAllocator;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, error::ErrorKind};
 
 /// Keep a growing, hand-made 3D model drawable in real time: replay recorded sketching sessions through the OSP tree
 /// and its rivals, and see what each frame costs.
@@ -88,7 +90,17 @@ enum Outcome {
 
 /// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let command = match Cli::try_parse() {
+        Ok(Cli { command }) => command,
+        Err(error) => return usage(&error),
+    };
+    #[cfg(unix)]
+    if let Err(error) = crate::atomic_file::remove_unfinished_on_signals() {
+        output::complain(&format!(
+            "warning: an unfinished file will stay behind if a signal ends this: {error}"
+        ));
+    }
+    let outcome = match command {
         Command::Replay(args) => replay::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Bake(args) => bake::run(&args),
@@ -109,8 +121,21 @@ pub fn run() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(error) => {
-            output::complain(&format!("error: {error:#}"));
+            let rescue = session::rescue(&error).unwrap_or_default();
+            output::complain(&format!("error: {error:#}{rescue}"));
             ExitCode::from(2)
         }
     }
+}
+
+/// Prints the help that was asked for, or what is wrong with the arguments.
+fn usage(error: &clap::Error) -> ExitCode {
+    if error.use_stderr() && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        // Arguments are quoted in it.
+        output::complain_at_length(error.render().to_string().trim_end());
+    } else {
+        // That nobody reads it is no reason to complain.
+        let _ = error.print();
+    }
+    ExitCode::from(if error.use_stderr() { 2 } else { 0 })
 }

@@ -54,10 +54,9 @@ impl Played {
             }
             moment.frame = number;
             changes.clear();
-            for event in &events {
-                moment.note(event);
-                scene.apply(event, &mut changes);
-            }
+            events.iter().for_each(|event| moment.note(event));
+            scene.let_go();
+            scene.apply_all(&events, &mut changes);
             pipeline.skip(&scene, &changes);
         }
         pipeline.commit();

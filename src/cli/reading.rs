@@ -16,6 +16,13 @@ pub(super) struct ReadArgs {
     /// Skip damaged pieces and count them, instead of stopping at the first; end where a limit is reached.
     #[arg(long)]
     pub(super) lenient: bool,
+    #[command(flatten)]
+    limits: LimitArgs,
+}
+
+/// How large a session may be.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct LimitArgs {
     /// Most polygons that a session may become: a sample of a ribbon counts as one, of a tube as eight, a face as its
     /// corners less two. With it go the limits of strokes (a quarter of it) and of events (four times it).
     #[arg(
@@ -37,15 +44,20 @@ pub(super) struct ReadArgs {
     max_unpacking: u64,
 }
 
+impl LimitArgs {
+    pub(super) fn limits(&self) -> Limits {
+        Limits { polygons: self.max_polygons, unpacking: self.max_unpacking }
+    }
+}
+
 impl ReadArgs {
     pub(super) fn options(&self) -> OpenOptions {
-        let limits = Limits { polygons: self.max_polygons, unpacking: self.max_unpacking };
-        OpenOptions { lenient: self.lenient, limits }
+        OpenOptions { lenient: self.lenient, limits: self.limits.limits() }
     }
 
     /// Refuses a session that time stamps cut into more frames than can be reported on.
     pub(super) fn check_frames(&self, file: &Path, summary: &Summary, pace: Pace) -> anyhow::Result<()> {
-        let most = self.options().limits.frames();
+        let most = self.limits.limits().frames();
         ensure!(
             summary.frames <= most || pace != Pace::Recorded,
             "{}: expected at most {most} frames at the pace {pace} (--max-polygons N allows half as many); found {}: \

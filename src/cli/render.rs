@@ -7,13 +7,15 @@ use std::{
     sync::Arc,
 };
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
 
 use super::{
     Outcome,
     frame_choice::FrameChoice,
-    output::{complain, say},
+    numbers,
+    output::{complain, one_line, say},
+    outputs::Outputs,
     reading::ReadArgs,
     replay::{camera_parser, index_parser, occlusion_parser, root_cube},
     session::OpenSession,
@@ -21,6 +23,7 @@ use super::{
 use crate::{
     index::{IndexConfig, IndexKind},
     metrics::{StageClock, Summary, summarize},
+    output_file::OutputKind,
     recording::{Pace, Pacer},
     render::{DrawTimes, DrawnOcclusion, Gpu, Image, Layer, Offscreen, RendererConfig},
     report::thousands,
@@ -80,6 +83,9 @@ pub(super) struct RenderArgs {
     camera: CameraChoice,
     #[command(flatten)]
     reading: ReadArgs,
+    /// Let a picture replace a file of another kind; never the session.
+    #[arg(long)]
+    force: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -92,15 +98,17 @@ impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-        match sides {
-            Some((width, height)) if width > 0 && height > 0 => Ok(Self { width, height }),
-            _ => Err(format!("expected WIDTHxHEIGHT in pixels; found `{text}`")),
-        }
+        let (width, height) = numbers::sides(text, &(1..=16_384))?;
+        Ok(Self { width, height })
     }
 }
 
 pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
+    let mut outputs = Outputs::new(args.force).reads([&args.file]);
+    outputs.add_any("OUT.png", args.out.as_ref(), OutputKind::Png)?;
+    if let Some(folder) = args.to.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
+        bail!("{}: expected a folder; found a file", folder.display());
+    }
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
     let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &RendererConfig::default())?;
@@ -115,13 +123,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
-    if let Err(error) = read {
-        // What comes before the damage can be drawn all the same.
-        complain(&format!("warning: {error}"));
-    }
+    read?;
     let wanted = Wanted::new(args, &summary)?;
     if let Some(folder) = &args.to {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        let numbers = (0..=wanted.last).filter(|&number| wanted.has(number));
+        outputs.add_pictures("--to", numbers.map(|number| wanted.path(args, number)))?;
     }
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
@@ -139,16 +146,13 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let (mut scene, mut moment) = (Scene::new(), Moment::default());
     let (mut events, mut changes) = (Vec::new(), Vec::new());
     while moment.frame <= wanted.last {
-        // Damage has been told of above; the events before it make the last frame.
-        let read = pacer.next_frame(&mut events);
-        if !matches!(read, Ok(true)) && events.is_empty() {
+        if !pacer.next_frame(&mut events)? {
             break;
         }
         changes.clear();
-        for event in &events {
-            moment.note(event);
-            scene.apply(event, &mut changes);
-        }
+        events.iter().for_each(|event| moment.note(event));
+        scene.let_go();
+        scene.apply_all(&events, &mut changes);
         drawer.follow(&changes);
         if let Some(uncut) = &mut uncut {
             uncut.follow(&changes);
@@ -215,7 +219,7 @@ fn line(frame: u64, scene: &Scene, ids: &[PolygonId], times: &DrawTimes, path: &
         thousands(drawn),
         thousands(scene.counts().visible),
         times.draw.ns as f64 * 1.0e-6,
-        path.display()
+        one_line(&path.to_string_lossy())
     );
     if let Some(counts) = times.occlusion {
         line += &format!(

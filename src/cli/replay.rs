@@ -1,8 +1,7 @@
 //! `osp replay`: a session through several indexes, from the file to the table.
 
 use std::{
-    fs::File,
-    io::{BufWriter, IsTerminal},
+    io::IsTerminal,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -12,16 +11,19 @@ use clap::{Args, builder::PossibleValuesParser, builder::TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
-    Outcome, allocations,
-    output::{complain, say},
+    Outcome, allocations, numbers,
+    output::{complain, one_line, say},
+    outputs::{Output, Outputs},
     reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
+    atomic_file::{AtomicFile, Destination},
     index::{IndexConfig, IndexKind},
     math::Aabb,
     metrics::{StageClock, Summary, summarize},
     occlusion::{Soundness, oracle::OracleConfig},
+    output_file::OutputKind,
     recording::{Event, Header, Pace, Pacer, RecordingError},
     report::{
         ChartError, ChartFormat, CsvWriter, OcclusionColumns, OcclusionReport, Pin, Pins, ReplayReport,
@@ -76,7 +78,7 @@ pub(super) struct ReplayArgs {
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
     /// Seconds to spend on each index.
-    #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = seconds)]
+    #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
     budget: f64,
     /// Write one line for each index and frame.
     #[arg(long, value_name = "FILE")]
@@ -105,14 +107,17 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
     pvs: Option<PathBuf>,
     /// Most occluders of a frame [default: 64; 16 for `auto`].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = numbers::occluders)]
     occluders: Option<usize>,
     /// What drawing one polygon costs, nanoseconds: by it, occlusion tests what is worth a test, and `auto` decides.
-    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = nanoseconds)]
+    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
     polygon_ns: f64,
     /// Compare what occlusion leaves out with what really cannot be seen, in this many frames.
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion")]
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     verify_frames: u64,
+    /// Let an output replace a file of another kind, a session too; never one that is read.
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     reading: ReadArgs,
     /// Draw what is left of each frame, too, on the graphics adapter, and take its time [default size: 1280x720].
@@ -155,11 +160,6 @@ pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = OcclusionChoic
     })
 }
 
-fn nanoseconds(text: &str) -> Result<f64, String> {
-    let expected = "expected nanoseconds from 0.001 to 1e9";
-    text.parse().ok().filter(|ns| (0.001..=1.0e9).contains(ns)).ok_or_else(|| expected.to_owned())
-}
-
 pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
     let names = IndexKind::ALL.iter().map(|kind| kind.name());
     PossibleValuesParser::new(names)
@@ -174,17 +174,53 @@ pub(super) fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
     })
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|s: &f64| s.is_finite() && *s > 0.0)
-        .ok_or_else(|| "expected seconds above 0".to_owned())
+/// What a replay is going to write.
+struct ReplayOutputs {
+    csv: Option<Output>,
+    /// One for each session, or none.
+    charts: Vec<Output>,
+    pin: Option<Output>,
+    #[cfg(feature = "window")]
+    trace: Option<Output>,
+}
+
+impl ReplayOutputs {
+    fn checked(args: &ReplayArgs) -> anyhow::Result<Self> {
+        let mut outputs = Outputs::new(args.force).reads(&args.files).reads(&args.check).reads(&args.pvs);
+        if let Some(path) = &args.pin
+            && matches!(Destination::of(path), Ok(Destination::Special(_)))
+        {
+            bail!(
+                "{}: pins are added to what is there: expected a regular file; found a pipe or a device",
+                path.display()
+            );
+        }
+        let mut charts = Vec::new();
+        if let Some(path) = &args.chart {
+            let kind = match ChartFormat::of(path)? {
+                ChartFormat::Png => OutputKind::Png,
+                ChartFormat::Svg => OutputKind::Svg,
+            };
+            for number in 1..=args.files.len() {
+                let path = if args.files.len() == 1 { path.clone() } else { numbered(path, number) };
+                charts.push(outputs.add("--chart", &path, kind)?);
+            }
+        }
+        Ok(Self {
+            csv: outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?,
+            charts,
+            pin: outputs.add_any("--pin", args.pin.as_ref(), OutputKind::Pins)?,
+            #[cfg(feature = "window")]
+            trace: outputs.add_any("--trace", args.trace.as_ref(), OutputKind::Trace)?,
+        })
+    }
 }
 
 pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
+    let outputs = ReplayOutputs::checked(args)?;
     #[cfg(feature = "window")]
     if args.window {
-        return in_window(args);
+        return in_window(args, &outputs);
     }
     // Whatever is wrong with the arguments is said before the work, not after it.
     #[cfg(feature = "render")]
@@ -198,26 +234,19 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
             if cfg!(feature = "render") { "--draw" } else { "a build with the feature `render`, and --draw" }
         );
     }
-    args.chart.as_deref().map(ChartFormat::of).transpose()?;
-    for path in args.chart.iter().chain(&args.pin) {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if folder.is_some_and(|folder| !folder.is_dir()) {
-            bail!("{}: there is no such folder", path.display());
-        }
-    }
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
-    let mut new_pins = match &args.pin {
-        Some(path) if path.exists() => Pins::read(path)?,
+    let mut new_pins = match &outputs.pin {
+        Some(output) if output.replaces_its_kind() => Pins::read(output.path())?,
         _ => Pins::default(),
     };
-    let mut csv = match &args.csv {
-        Some(path) => {
-            let file = File::create(path).with_context(|| path.display().to_string())?;
+    let mut csv = match &outputs.csv {
+        Some(output) => {
             let columns = match args.occlusion.is_empty() {
                 true => OcclusionColumns::Without,
                 false => OcclusionColumns::With,
             };
-            Some(CsvWriter::new(BufWriter::new(file), columns)?)
+            let file = CsvWriter::new(output.create()?, columns);
+            Some(file.with_context(|| output.path().display().to_string())?)
         }
         None => None,
     };
@@ -229,9 +258,9 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         } else {
             say(&text(args, &report))?;
         }
-        if let Some(path) = &args.chart {
-            let path = if args.files.len() == 1 { path.clone() } else { numbered(path, number + 1) };
-            match draw_frame_times(&report, &path) {
+        if let Some(chart) = outputs.charts.get(number) {
+            chart.check()?;
+            match draw_frame_times(&report, chart.path()) {
                 Err(nothing @ ChartError::Empty(_)) => complain(&format!("warning: {nothing}")),
                 outcome => outcome?,
             }
@@ -276,12 +305,13 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
             outcome = Outcome::CheckFailed;
         }
     }
-    if let Some(csv) = csv {
-        csv.finish()?;
+    if let (Some(csv), Some(output)) = (csv, &outputs.csv) {
+        output.commit(csv.finish().with_context(|| output.path().display().to_string())?)?;
     }
     // Nothing is pinned that has failed a check.
-    if let Some(path) = args.pin.as_ref().filter(|_| outcome == Outcome::Done) {
-        new_pins.write(path)?;
+    if let Some(output) = outputs.pin.filter(|_| outcome == Outcome::Done) {
+        output.check()?;
+        new_pins.write(output.path())?;
     }
     Ok(outcome)
 }
@@ -291,7 +321,7 @@ const INCOMPLETE: &str = "no index looked at every frame, so the session has no 
 
 /// Plays the first session in a window with the first index.
 #[cfg(feature = "window")]
-fn in_window(args: &ReplayArgs) -> anyhow::Result<Outcome> {
+fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outcome> {
     use crate::app::{Autosaves, Command, Player, Studio, Subject, WindowOptions, run};
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
     let options = args.reading.options();
@@ -302,13 +332,14 @@ fn in_window(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     let index = args.index.first().copied().unwrap_or(IndexKind::Osp);
     let pvs = args.pvs.as_ref().map(|path| Pvs::read(path, &player.finished_model())).transpose()?;
     let mut studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
-    studio.set_open_options(options);
+    studio.set_limits(options.limits);
     if let Some(pvs) = pvs {
         studio.set_pvs(Arc::new(pvs));
     }
     let occlusion = args.pvs.as_ref().map_or(OcclusionChoice::Auto, |_| OcclusionChoice::Pvs);
     studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(occlusion)));
-    run(studio, WindowOptions { trace: args.trace.clone(), ..WindowOptions::default() })?;
+    let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
+    run(studio, WindowOptions { trace, ..WindowOptions::default() })?;
     Ok(Outcome::Done)
 }
 
@@ -335,7 +366,7 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
 fn replay_file(
     args: &ReplayArgs,
     file: &Path,
-    mut csv: Option<&mut CsvWriter<BufWriter<File>>>,
+    mut csv: Option<&mut CsvWriter<AtomicFile>>,
 ) -> anyhow::Result<ReplayReport> {
     let mut session = OpenSession::open(file, &args.reading)?;
     // Read once to know how long and how large it is, once to play it.
@@ -425,6 +456,7 @@ fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result
     for event in OpenSession::open(file, &args.reading)? {
         scene.apply(&event?, &mut changes);
         changes.clear();
+        scene.let_go();
     }
     let pvs = Pvs::read(sets, &scene)?;
     Ok((scene, Arc::new(pvs)))
@@ -501,13 +533,13 @@ fn progress_bar(frames: u64, name: &str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} frames, {eta} left");
     ProgressBar::new(frames)
         .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        .with_message(name.to_owned())
+        .with_message(one_line(name).into_owned())
 }
 
 fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
     let mut lines = vec![format!(
         "{}: {} strokes, {} points, {} polygons; {} frames ({}, camera {})",
-        report.recording,
+        one_line(&report.recording),
         thousands(report.strokes),
         thousands(report.points),
         thousands(report.polygons),

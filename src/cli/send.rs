@@ -11,18 +11,18 @@ use anyhow::Context;
 use clap::Args;
 
 use super::{
-    Outcome,
+    Outcome, numbers,
     output::{complain, say},
     reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
-    app::tracker::{Teller, osc_packet, write_line},
+    app::tracker::{Message, Teller, TrackerKey, osc_keyed, osc_packet, write_line},
     recording::{Pace, Pacer},
     report::thousands,
 };
 
-/// Bytes of a datagram that pass every network in one piece.
+/// Bytes of a datagram that pass every network in one piece, with a key before them.
 const PACKET_BYTES: usize = 1200;
 
 /// Play a session as a tracker: its samples go to a window that listens (`osp sketch --tracker udp://…`).
@@ -30,7 +30,8 @@ const PACKET_BYTES: usize = 1200;
 #[command(after_help = "Examples:
   osp send recordings/portrait.ron --to 127.0.0.1:9327
   osp send sketch.tilt --to 127.0.0.1:9327 --speed 10
-  osp send sketch.tilt --to 192.168.0.7:9000 --osc")]
+  osp send sketch.tilt --to 192.168.0.7:9000 --osc
+  osp send sketch.tilt --to 192.168.0.7:9000 --key a-word")]
 pub(super) struct SendArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
     file: PathBuf,
@@ -41,20 +42,16 @@ pub(super) struct SendArgs {
     #[arg(long, default_value = "recorded")]
     pace: Pace,
     /// Times as fast.
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = factor)]
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     speed: f64,
+    /// The key that the window asks for (`osp sketch --tracker-key`).
+    #[arg(long)]
+    key: Option<TrackerKey>,
     /// Send OSC messages instead of lines.
     #[arg(long)]
     osc: bool,
     #[command(flatten)]
     reading: ReadArgs,
-}
-
-fn factor(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|f: &f64| (0.001..=1000.0).contains(f))
-        .ok_or_else(|| "expected a factor from 0.001 to 1000".to_owned())
 }
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
@@ -66,7 +63,8 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
 
     let session = OpenSession::open(&args.file, &args.reading)?;
     let mut pacer = Pacer::new(session, args.pace);
-    let mut sender = Sender { socket, osc: args.osc, packet: String::new(), packets: 0, refused: 0 };
+    let (osc, key) = (args.osc, args.key.clone());
+    let mut sender = Sender { socket, osc, key, packet: String::new(), packets: 0, refused: 0 };
     let mut teller = Teller::new();
     let (mut events, mut messages) = (Vec::new(), Vec::new());
     let mut sent = 0u64;
@@ -106,6 +104,7 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
 struct Sender {
     socket: UdpSocket,
     osc: bool,
+    key: Option<TrackerKey>,
     /// Lines that are not sent yet.
     packet: String,
     packets: u64,
@@ -113,9 +112,11 @@ struct Sender {
 }
 
 impl Sender {
-    fn send(&mut self, message: &crate::app::tracker::Message) -> anyhow::Result<()> {
+    fn send(&mut self, message: &Message) -> anyhow::Result<()> {
         if self.osc {
-            return self.packet(&osc_packet(message));
+            let packet = osc_packet(message);
+            let keyed = self.key.as_ref().map(|key| osc_keyed(key.as_str(), &packet));
+            return self.packet(&keyed.unwrap_or(packet));
         }
         let before = self.packet.len();
         write_line(message, &mut self.packet);
@@ -129,7 +130,10 @@ impl Sender {
 
     fn flush(&mut self) -> anyhow::Result<()> {
         if !self.packet.is_empty() {
-            let packet = std::mem::take(&mut self.packet);
+            let mut packet = std::mem::take(&mut self.packet);
+            if let Some(key) = &self.key {
+                packet.insert_str(0, &format!("key {}\n", key.as_str()));
+            }
             self.packet(packet.as_bytes())?;
         }
         Ok(())

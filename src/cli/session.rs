@@ -9,7 +9,7 @@ use std::{
 use anyhow::Context;
 
 use super::reading::ReadArgs;
-use crate::recording::{self, Event, Header, Notes, RecordingError};
+use crate::recording::{self, Event, Header, Notes, OpenOptions, RecordingError};
 
 /// Events handed over at once.
 const BATCH: usize = 1024;
@@ -65,6 +65,35 @@ impl OpenSession {
     pub(super) fn notes(&self) -> &Notes {
         &self.notes
     }
+}
+
+/// What to say of a session that is refused because a part of it is damaged: how to get at the rest. `None` if nothing
+/// of it can be read, or something else is wrong.
+pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
+    let damaged = error.chain().find_map(|cause| match cause.downcast_ref()? {
+        RecordingError::Line { path, .. } | RecordingError::Byte { path, .. } => Some(path),
+        RecordingError::Limit(excess) => Some(&excess.path),
+        RecordingError::Io { .. } | RecordingError::Unknown { .. } => None,
+    })?;
+    // What is damaged may be an entry of an archive or of a folder.
+    let session = damaged.ancestors().take(3).find(|path| {
+        let opened = recording::open(path, &OpenOptions::LENIENT);
+        opened.is_ok_and(|mut session| matches!(session.events.next_event(), Ok(Some(_))))
+    })?;
+    let name = quoted(&session.to_string_lossy());
+    let stem = session.file_stem().unwrap_or_default().to_string_lossy();
+    let rescued = quoted(&format!("{stem}-rescued.ron"));
+    let draw = match cfg!(feature = "window") {
+        true => format!(", `osp sketch --lenient {name}` draws on a copy of it"),
+        false => String::new(),
+    };
+    Some(format!("; `osp import --lenient {name} {rescued}` keeps what can be read{draw}"))
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:=@%".contains(c);
+    if path.chars().all(is_plain) { path.to_owned() } else { format!("'{}'", path.replace('\'', "'\\''")) }
 }
 
 fn read(mut session: recording::Session, sender: &SyncSender<Message>) {

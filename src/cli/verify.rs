@@ -12,8 +12,8 @@ use serde::Serialize;
 #[cfg(feature = "render")]
 use super::verify_drawn::{DrawnArgs, DrawnRun, DrawnTrials};
 use super::{
-    Outcome, allocations,
-    output::{complain, say},
+    Outcome, allocations, numbers,
+    output::{complain, one_line, say},
     reading::ReadArgs,
     replay::{camera_parser, index_parser, root_cube},
     session::OpenSession,
@@ -79,7 +79,7 @@ pub(super) struct VerifyArgs {
     #[command(flatten)]
     draw: DrawnArgs,
     /// Most occluders of a view; several numbers, separated by commas, are tried one after the other.
-    #[arg(long, value_delimiter = ',', default_value = "64")]
+    #[arg(long, value_delimiter = ',', default_value = "64", value_parser = numbers::occluders)]
     occluders: Vec<usize>,
     /// The index that is culled.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
@@ -100,7 +100,7 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value = "box", value_parser = ["box", "sphere", "outline"])]
     test: String,
     /// Leave out occluders that fill less than this part of the window.
-    #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE")]
+    #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE", value_parser = numbers::share)]
     least_share: f64,
     /// Draw nodes with fewer polygons without a test.
     #[arg(long, default_value_t = CullConfig::default().least_polygons, value_name = "N")]
@@ -138,12 +138,8 @@ impl FromStr for Pixels {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |n: &str| n.parse::<usize>().ok().filter(|n| (16..=16_384).contains(n));
-        let (width, height) = text.split_once('x').ok_or("expected WIDTHxHEIGHT")?;
-        match (number(width), number(height)) {
-            (Some(width), Some(height)) => Ok(Self { width, height }),
-            _ => Err("expected WIDTHxHEIGHT, each from 16 to 16384".to_owned()),
-        }
+        let (width, height) = numbers::sides(text, &(16..=16_384))?;
+        Ok(Self { width: width as usize, height: height as usize })
     }
 }
 
@@ -318,7 +314,6 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         changes.clear();
         for event in &events {
             moment.note(event);
-            scene.apply(event, &mut changes);
             // Built-in scenes end with their views.
             if args.camera == CameraChoice::Auto
                 && header.source.is_empty()
@@ -327,6 +322,8 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
                 moments.push(moment);
             }
         }
+        scene.let_go();
+        scene.apply_all(&events, &mut changes);
         verifier.follow(&scene, &changes);
         #[cfg(feature = "render")]
         if let Some(drawn) = &mut drawn {
@@ -360,7 +357,8 @@ fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTria
         false => "what can be seen was not found out".to_owned(),
     };
     let mut lines = vec![format!(
-        "{name}: {} polygons, {} views; in view {} ({truth}), frustum {} µs",
+        "{}: {} polygons, {} views; in view {} ({truth}), frustum {} µs",
+        one_line(name),
         thousands(polygons),
         views.views,
         mean(views.in_view),

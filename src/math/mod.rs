@@ -21,6 +21,7 @@ pub use frustum::{Containment, Frustum, PlaneMask};
 pub use obb::Obb;
 pub use plane::Plane;
 pub use ray::Ray;
+pub(crate) use ray::is_no_later;
 pub use rotation::{rotate, unit};
 pub use sphere::Sphere;
 pub use tolerance::{COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2, TOLERANCE_M};

@@ -68,12 +68,13 @@ where
                 Event::Move { .. } | Event::Group { .. } | Event::Place { .. } => summary.moves += 1,
                 _ => {}
             }
-            changes.clear();
-            scene.apply(event, &mut changes);
-            for change in &changes {
-                if let Change::Insert(id) | Change::Update(id) = *change {
-                    summary.bounds = summary.bounds.union(scene.bounds(id));
-                }
+        }
+        changes.clear();
+        scene.let_go();
+        scene.apply_all(&frame, &mut changes);
+        for change in &changes {
+            if let Change::Insert(id) | Change::Update(id) = *change {
+                summary.bounds = summary.bounds.union(scene.bounds(id));
             }
         }
         match outcome {

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::Place;
+use super::Excess;
 
 /// What can be wrong with a recording. Every message names the file, the place in it and what was expected.
 #[derive(Debug, Error)]
@@ -40,21 +40,8 @@ pub enum RecordingError {
         found: String,
     },
     /// The session is larger than its [`Limits`](super::Limits) allow.
-    #[error("{}{place}: expected at most {most} {what} ({option} allows more); found more; read before: {read}", path.display())]
-    Limit {
-        /// The file.
-        path: PathBuf,
-        /// Where in it.
-        place: Place,
-        /// The limit.
-        most: u64,
-        /// Of what.
-        what: String,
-        /// The option of `osp` that raises it.
-        option: &'static str,
-        /// What was read up to there.
-        read: String,
-    },
+    #[error("{0}")]
+    Limit(Box<Excess>),
     /// The file is of a format that cannot be read.
     #[error("{}: expected {expected}; found {found}", path.display())]
     Unknown {

@@ -268,6 +268,9 @@ impl Event {
     /// Most corners that a polygon event may have.
     pub const MAX_VERTICES: usize = 1024;
 
+    /// Most strokes that one event may name so that it fits into a line, whatever their numbers.
+    pub const MAX_STROKES_NAMED: usize = (super::MAX_LINE_BYTES - 256) / 11;
+
     /// Its time stamp, seconds.
     pub fn time_secs(&self) -> f64 {
         match *self {

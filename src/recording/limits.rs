@@ -83,19 +83,48 @@ impl fmt::Display for Place {
 /// Polygons of a tube's sample: its sides.
 const TUBE_POLYGONS: u64 = 8;
 
+/// More than one of the [`Limits`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Excess {
+    /// The file.
+    pub path: PathBuf,
+    /// Where in it.
+    pub place: Place,
+    /// The limit.
+    pub most: u64,
+    /// Of what.
+    pub what: String,
+    /// The option of `osp` that raises it.
+    pub option: &'static str,
+    /// What was read up to there, if that is known.
+    pub read: Option<String>,
+}
+
+impl fmt::Display for Excess {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { path, place, most, what, option, read } = self;
+        write!(
+            f,
+            "{}{place}: expected at most {most} {what} ({option} allows more); found more",
+            path.display()
+        )?;
+        read.iter().try_for_each(|read| write!(f, "; read before: {read}"))
+    }
+}
+
 /// Names the option that raises [`Limits::polygons`], and with it the limits that follow from it.
 const MAX_POLYGONS: &str = "--max-polygons N";
 
 /// The error for more than `most` of something; [`Limited`] adds what was read.
 pub(super) fn beyond(path: &Path, place: Place, most: u64, what: &str) -> RecordingError {
-    RecordingError::Limit {
+    RecordingError::Limit(Box::new(Excess {
         path: path.to_owned(),
         place,
         most,
         what: what.to_owned(),
         option: MAX_POLYGONS,
-        read: String::new(),
-    }
+        read: None,
+    }))
 }
 
 /// What was read so far of all that memory grows with.
@@ -206,8 +235,8 @@ impl Limited {
         self.is_over = true;
         // Nobody draws on: what was kept for the strokes can go.
         (self.open, self.last) = (HashMap::new(), None);
-        if let RecordingError::Limit { read, .. } = &mut error {
-            *read = self.read.to_string();
+        if let RecordingError::Limit(excess) = &mut error {
+            excess.read = Some(self.read.to_string());
         }
         if !self.options.lenient {
             return Err(error);

@@ -25,9 +25,13 @@ pub use error::RecordingError;
 pub use event::{
     Camera, Event, FORMAT_VERSION, GroupId, Header, NormalRule, Root, StrokeId, Tool, Transform,
 };
-pub use limits::{Limits, Place};
+pub use limits::{Excess, Limits, Place};
+#[cfg(any(feature = "cli", feature = "window"))]
+pub(crate) use open::looks_like_session;
 pub use open::{OpenOptions, open, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
+#[cfg(feature = "window")]
+pub(crate) use ron_file::LastLine;
 pub use ron_file::RecordingFile;
 pub use ron_line::MAX_LINE_BYTES;
 pub use ron_reader::RonReader;

@@ -89,6 +89,13 @@ fn open_compressed(path: &Path, _options: &OpenOptions) -> Result<Session, Recor
     })
 }
 
+/// Whether [`open`] would try to read a file that begins so.
+#[cfg(any(feature = "cli", feature = "window"))]
+pub(crate) fn looks_like_session(path: &Path, start: &[u8]) -> bool {
+    use super::import::{by_mark, by_name};
+    by_mark(path, start).is_some() || is_ron(path, start) || by_name(path, start).is_some()
+}
+
 /// What an unknown file looks like.
 fn describe(start: &[u8]) -> String {
     match start {

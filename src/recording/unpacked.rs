@@ -1,7 +1,7 @@
 use std::io::{self, Read};
 use std::path::Path;
 
-use super::{Limits, Place, RecordingError};
+use super::{Excess, Limits, Place, RecordingError};
 
 /// Bytes as they come out of a packed file, up to what so many packed ones may become.
 pub(super) struct Unpacked<R> {
@@ -43,12 +43,12 @@ impl<R: Read> Read for Unpacked<R> {
 /// The error to tell of, if that is what a read failed with.
 pub(super) fn beyond(error: &io::Error, path: &Path, place: Place) -> Option<RecordingError> {
     let &TooMany { most, packed } = error.get_ref()?.downcast_ref()?;
-    Some(RecordingError::Limit {
+    Some(RecordingError::Limit(Box::new(Excess {
         path: path.to_owned(),
         place,
         most,
         what: format!("bytes unpacked from {packed}"),
         option: "--max-unpacking N",
-        read: String::new(),
-    })
+        read: None,
+    })))
 }

@@ -86,6 +86,12 @@ impl Offscreen {
         self.renderer.follow(changes);
     }
 
+    /// Forgets the polygons from number `count` on, because the scene has been taken back to when it had so many: see
+    /// [`Renderer::forget_from`].
+    pub fn forget_from(&mut self, count: usize) {
+        self.renderer.forget_from(count);
+    }
+
     /// Draws a frame and waits until it is done. The picture is as wide as the view says: see
     /// [`View::with_aspect`].
     ///

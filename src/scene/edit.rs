@@ -9,8 +9,9 @@ pub(super) enum Edit {
     Draw { stroke: u32 },
     /// A stroke was erased.
     Erase { stroke: u32 },
-    /// Strokes were moved; what each one's offset was before, and by how much.
-    Move { before: Vec<(u32, Vec3)>, by: Vec3 },
+    /// Strokes were moved; the offset that each one has on the other side of the edit: before it while it is done, after
+    /// it while it is taken back. So both come back to the bit, whatever the way there was.
+    Move { offsets: Vec<(u32, Vec3)> },
     /// Strokes changed their group; the groups of before, and the new one.
     Group {
         before: Vec<(u32, Option<usize>)>,
@@ -20,4 +21,15 @@ pub(super) enum Edit {
     },
     /// A group was placed.
     Place { group: usize, before: Transform, after: Transform },
+}
+
+impl Edit {
+    /// How many strokes it remembers something of.
+    pub(super) fn named(&self) -> usize {
+        match self {
+            Self::Draw { .. } | Self::Erase { .. } | Self::Place { .. } => 0,
+            Self::Move { offsets } => offsets.len(),
+            Self::Group { before, .. } => before.len(),
+        }
+    }
 }

@@ -1,12 +1,26 @@
 //! The model: polygons with stable ids, strokes, groups with transforms; erase, move, undo and redo.
 //!
-//! [`Scene::apply`] takes one event and says what it changed as a list of [`Change`]s; an index follows them. A
-//! polygon's id is its number in order of arrival and is never used twice.
+//! [`Scene::apply`] takes one event, [`Scene::apply_all`] those of a frame, and says what changed as a list of
+//! [`Change`]s; an index follows them. A polygon's id is its number in order of arrival and is never used twice.
+//!
+//! # Spaces
+//! A stroke's points are in the space of its group, which is the world's while it is in none: who takes it into a group
+//! that was placed takes it to that place. A [move](crate::recording::Event::Move) is given in world space, as the hand
+//! saw it, and kept in the space of the stroke's group, turned and scaled back: when the group is placed anew, what was
+//! moved turns and scales with it.
+//!
+//! # Memory
+//! [Undo](Scene::UNDO_DEPTH) reaches a thousand edits back, everywhere the same, because it is part of what a recording
+//! means. A stroke that was erased before that, or taken back and then drawn over, is gone: what an event says of it is
+//! ignored, its number stays used, and [`Scene::let_go`] frees what it held.
 
 mod edit;
+mod editing;
 mod group;
+mod history;
 mod model;
 mod paged;
+mod used;
 
-pub use model::{Change, PolygonId, Scene, SceneCounts, Stroke};
+pub use model::{Change, PolygonId, Scene, SceneCounts, SceneWork, Stroke};
 pub use paged::Paged;

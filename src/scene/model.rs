@@ -1,15 +1,8 @@
-use std::{
-    collections::{BTreeSet, HashMap},
-    ops::Range,
-};
+use std::{collections::HashMap, ops::Range};
 
 use glam::Vec3;
 
-use super::{
-    Paged,
-    edit::Edit,
-    group::{self, Group},
-};
+use super::{Paged, edit::Edit, group::Groups, history::History, used::UsedNumbers};
 use crate::{
     math::{Aabb, unit},
     recording::{Event, GroupId, StrokeId, Transform},
@@ -31,7 +24,7 @@ impl PolygonId {
 /// What an index has to do to follow the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// The polygon is there now.
+    /// The polygon is there now. One that was there before is where it was when it was removed, or an update follows.
     Insert(PolygonId),
     /// The polygon is gone (it may come back by undo or redo, under the same id).
     Remove(PolygonId),
@@ -42,21 +35,47 @@ pub enum Change {
 /// A stroke and what has become of it.
 #[derive(Clone, Debug)]
 pub struct Stroke {
-    id: Option<StrokeId>,
+    pub(super) id: Option<StrokeId>,
     color: (f32, f32, f32, f32),
     points: u32,
     /// Its polygons; more than one range where strokes overlap in time.
-    polygons: Vec<Range<u32>>,
-    erased: bool,
-    undone: bool,
-    /// Where [`Event::Move`] has brought it, world space.
-    offset: Vec3,
-    group: Option<usize>,
+    pub(super) polygons: Vec<Range<u32>>,
+    pub(super) erased: bool,
+    pub(super) undone: bool,
+    /// No undo or redo brings it back any more; its polygons are let go next.
+    pub(super) is_gone: bool,
+    /// Where [`Event::Move`] has brought it, in the space of its group (the world's, if it is in none).
+    pub(super) offset: Vec3,
+    pub(super) group: Option<usize>,
+    /// It has to be placed anew before the changes are handed out.
+    pub(super) is_displaced: bool,
+    /// It was placed anew while it could not be seen, and nobody was told.
+    pub(super) was_displaced_unseen: bool,
     /// While it is being drawn.
-    builder: Option<Box<StrokeBuilder>>,
+    pub(super) builder: Option<Box<StrokeBuilder>>,
 }
 
 impl Stroke {
+    fn new(id: Option<StrokeId>, color: (f32, f32, f32, f32)) -> Self {
+        Self { id, color, ..Self::NONE }
+    }
+
+    /// In the place of one that was let go.
+    const NONE: Self = Self {
+        id: None,
+        color: (0.0, 0.0, 0.0, 0.0),
+        points: 0,
+        polygons: Vec::new(),
+        erased: false,
+        undone: true,
+        is_gone: true,
+        offset: Vec3::ZERO,
+        group: None,
+        is_displaced: false,
+        was_displaced_unseen: false,
+        builder: None,
+    };
+
     /// Its number in the recording; none for a polygon that came without a stroke.
     pub fn id(&self) -> Option<StrokeId> {
         self.id
@@ -70,6 +89,11 @@ impl Stroke {
     /// Whether its polygons are in the model now.
     pub fn is_visible(&self) -> bool {
         !self.erased && !self.undone
+    }
+
+    /// Whether it was moved while it could not be seen: no change has told of it yet, one will when it comes back.
+    pub fn was_displaced_unseen(&self) -> bool {
+        self.was_displaced_unseen
     }
 
     /// Whether it is still being drawn.
@@ -87,6 +111,8 @@ impl Stroke {
         self.polygons.iter().flat_map(|r| r.clone().map(PolygonId))
     }
 }
+
+static NOTHING: Stroke = Stroke::NONE;
 
 /// How much there is in a scene, and what was left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,27 +133,47 @@ pub struct SceneCounts {
     pub drops: Drops,
 }
 
+/// What edits of many strokes have cost so far, in counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneWork {
+    /// Groups looked at.
+    pub group_steps: u64,
+    /// Polygons placed anew.
+    pub displaced: u64,
+}
+
 /// A model that grows by events. See [`crate::scene`].
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// In the stroke's own space (which is the world's until it is moved or grouped).
-    polygons: Paged<ConvexPolygon>,
+    pub(super) polygons: Paged<ConvexPolygon>,
     /// In world space.
-    bounds: Paged<Aabb>,
+    pub(super) bounds: Paged<Aabb>,
     /// The place of its stroke in `strokes`.
-    owner: Paged<u32>,
-    strokes: Vec<Stroke>,
-    stroke_by_id: HashMap<StrokeId, u32>,
-    groups: Vec<Group>,
-    group_by_id: HashMap<GroupId, usize>,
-    done: Vec<Edit>,
-    taken_back: Vec<Edit>,
-    counts: SceneCounts,
+    pub(super) owner: Paged<u32>,
+    pub(super) strokes: Paged<Stroke, 256>,
+    pub(super) stroke_by_id: HashMap<StrokeId, u32>,
+    /// Numbers of strokes that were let go.
+    pub(super) used: UsedNumbers,
+    pub(super) groups: Groups,
+    pub(super) history: History,
+    pub(super) counts: SceneCounts,
+    pub(super) displaced: u64,
+    /// Strokes that are gone since the last call of [`Scene::let_go`], and since the one before.
+    pub(super) gone: [Vec<u32>; 2],
+    /// Strokes that have to be placed anew.
+    pub(super) to_place: Vec<u32>,
+    /// Scratch: the transforms of a stroke's groups.
+    pub(super) chain: Vec<Transform>,
     /// Filled and emptied within one call.
     fresh: Vec<ConvexPolygon>,
 }
 
 impl Scene {
+    /// Edits that [`Event::Undo`] can take back, one after the other; an undo beyond is one of nothing. (Fewer where moves
+    /// and groupings name more than a million strokes together.)
+    pub const UNDO_DEPTH: usize = History::DEPTH;
+
     /// An empty scene.
     pub fn new() -> Self {
         Self::default()
@@ -143,24 +189,42 @@ impl Scene {
         self.bounds.len()
     }
 
-    /// The tight box of a polygon, world space. Panics if there is no such id.
+    /// What edits of many strokes have cost.
+    pub fn work(&self) -> SceneWork {
+        SceneWork { group_steps: self.groups.steps(), displaced: self.displaced }
+    }
+
+    /// The tight box of a polygon, world space; empty if it was let go. Panics if there is no such id.
     pub fn bounds(&self, id: PolygonId) -> &Aabb {
-        &self.bounds[id.index()]
-    }
-
-    /// A polygon in world space. Panics if there is no such id.
-    pub fn polygon(&self, id: PolygonId) -> ConvexPolygon {
-        let stroke = self.stroke_of(id);
-        let local = self.polygons[id.index()];
-        if stroke.group.is_none() && stroke.offset == Vec3::ZERO {
-            return local;
+        match self.bounds.get(id.index()) {
+            Some(bounds) => bounds,
+            None => self.let_go_or_panic(id, &Aabb::EMPTY),
         }
-        local.map(|p| group::to_world(&self.groups, stroke.group, p) + stroke.offset)
     }
 
-    /// The stroke of a polygon. Panics if there is no such id.
+    /// A polygon in world space; a point if it was let go. Panics if there is no such id.
+    pub fn polygon(&self, id: PolygonId) -> ConvexPolygon {
+        let Some(local) = self.polygons.get(id.index()) else {
+            return self.let_go_or_panic(id, ConvexPolygon::triangle(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO));
+        };
+        let stroke = self.stroke_of(id);
+        if stroke.group.is_none() && stroke.offset == Vec3::ZERO {
+            return *local;
+        }
+        local.map(|p| self.groups.to_world(stroke.group, p + stroke.offset))
+    }
+
+    /// The stroke of a polygon; one of nothing that can be seen if it was let go. Panics if there is no such id.
     pub fn stroke_of(&self, id: PolygonId) -> &Stroke {
-        &self.strokes[self.owner[id.index()] as usize]
+        match self.owner.get(id.index()) {
+            Some(&at) => &self.strokes[at as usize],
+            None => self.let_go_or_panic(id, &NOTHING),
+        }
+    }
+
+    fn let_go_or_panic<T>(&self, id: PolygonId, nothing: T) -> T {
+        assert!(id.index() < self.polygon_count(), "polygon {}: there is none", id.0);
+        nothing
     }
 
     /// Whether the polygon is in the model now. Panics if there is no such id.
@@ -168,12 +232,17 @@ impl Scene {
         self.stroke_of(id).is_visible()
     }
 
-    /// All strokes in order of their beginning.
-    pub fn strokes(&self) -> &[Stroke] {
+    /// All strokes in order of their beginning, without those that were let go; their number counts those, too.
+    pub fn strokes(&self) -> &Paged<Stroke, 256> {
         &self.strokes
     }
 
-    /// The stroke with this number.
+    /// Whether a stroke has this number, or had it: a number is used once.
+    pub fn is_used(&self, id: StrokeId) -> bool {
+        self.stroke_by_id.contains_key(&id) || self.used.contains(id.0)
+    }
+
+    /// The stroke with this number, unless it was let go.
     pub fn stroke(&self, id: StrokeId) -> Option<&Stroke> {
         self.stroke_by_id.get(&id).map(|&at| &self.strokes[at as usize])
     }
@@ -185,17 +254,31 @@ impl Scene {
 
     /// Whether there is something to undo.
     pub fn can_undo(&self) -> bool {
-        !self.done.is_empty()
+        self.history.can_undo()
     }
 
     /// Whether there is something to redo.
     pub fn can_redo(&self) -> bool {
-        !self.taken_back.is_empty()
+        self.history.can_redo()
     }
 
-    /// Takes one event and appends what it changed. Events that make no sense here (an unknown stroke, an undo of
-    /// nothing) are counted in [`SceneCounts::ignored_events`] and change nothing.
+    /// Takes one event and appends what it changed. Events that make no sense here (an unknown stroke, one that no undo
+    /// or redo brings back any more, an undo of nothing) are counted in [`SceneCounts::ignored_events`] and change
+    /// nothing.
     pub fn apply(&mut self, event: &Event, changes: &mut Vec<Change>) {
+        self.apply_all([event], changes);
+    }
+
+    /// Takes the events of a frame and appends what they changed. A polygon that several of them move is placed anew
+    /// once, so that a frame costs no more than its events and the polygons they touch.
+    pub fn apply_all<'e>(&mut self, events: impl IntoIterator<Item = &'e Event>, changes: &mut Vec<Change>) {
+        for event in events {
+            self.take(event, changes);
+        }
+        self.place_displaced(changes);
+    }
+
+    fn take(&mut self, event: &Event, changes: &mut Vec<Change>) {
         let known = match event {
             Event::Head { .. } => Some(()),
             Event::Begin { stroke, tool, width, color, normal, thinnest, .. } => {
@@ -210,9 +293,9 @@ impl Scene {
             Event::Erase { stroke, .. } => self.erase(*stroke, changes),
             Event::Undo { .. } => self.undo(changes),
             Event::Redo { .. } => self.redo(changes),
-            Event::Move { strokes, by, .. } => self.move_strokes(strokes, *by, changes),
-            Event::Group { group, strokes, parent, .. } => self.group(*group, strokes, *parent, changes),
-            Event::Place { group, to, .. } => self.place(*group, Transform { q: unit(to.q), ..*to }, changes),
+            Event::Move { strokes, by, .. } => self.move_strokes(strokes, *by),
+            Event::Group { group, strokes, parent, .. } => self.group(*group, strokes, *parent),
+            Event::Place { group, to, .. } => self.place(*group, Transform { q: unit(to.q), ..*to }),
             Event::Polygon { stroke, vertices, color, .. } => {
                 self.add_polygon(*stroke, vertices, *color, changes)
             }
@@ -223,7 +306,7 @@ impl Scene {
     }
 
     fn begin(&mut self, id: StrokeId, brush: Brush, color: (f32, f32, f32, f32)) -> Option<()> {
-        if self.stroke_by_id.contains_key(&id) {
+        if self.is_used(id) {
             return None;
         }
         let at = self.add_stroke(Some(id), color);
@@ -260,6 +343,7 @@ impl Scene {
     ) -> Option<()> {
         let at = match id.and_then(|id| self.stroke_by_id.get(&id)) {
             Some(&at) => at,
+            None if id.is_some_and(|id| self.is_used(id)) => return None,
             None => {
                 let at = self.add_stroke(id, color);
                 self.counts.strokes += u64::from(id.is_some());
@@ -277,17 +361,7 @@ impl Scene {
         if let Some(id) = id {
             self.stroke_by_id.insert(id, at);
         }
-        self.strokes.push(Stroke {
-            id,
-            color,
-            points: 0,
-            polygons: Vec::new(),
-            erased: false,
-            undone: false,
-            offset: Vec3::ZERO,
-            group: None,
-            builder: None,
-        });
+        self.strokes.push(Stroke { undone: false, is_gone: false, ..Stroke::new(id, color) });
         at
     }
 
@@ -300,7 +374,7 @@ impl Scene {
                 Some(range) if range.end == id.0 => range.end += 1,
                 _ => stroke.polygons.push(id.0..id.0 + 1),
             }
-            let world = local.map(|p| group::to_world(&self.groups, stroke.group, p) + stroke.offset);
+            let world = local.map(|p| self.groups.to_world(stroke.group, p + stroke.offset));
             self.polygons.push(local);
             self.bounds.push(world.bounds());
             self.owner.push(at);
@@ -312,227 +386,14 @@ impl Scene {
         }
     }
 
-    fn record(&mut self, edit: Edit) {
-        self.done.push(edit);
-        self.taken_back.clear();
-    }
-
-    fn erase(&mut self, id: StrokeId, changes: &mut Vec<Change>) -> Option<()> {
-        let at = *self.stroke_by_id.get(&id)?;
-        if self.strokes[at as usize].erased {
-            return None;
-        }
-        self.set_erased(at, true, changes);
-        self.record(Edit::Erase { stroke: at });
-        Some(())
-    }
-
-    fn set_erased(&mut self, at: u32, erased: bool, changes: &mut Vec<Change>) {
-        let was = self.strokes[at as usize].is_visible();
-        self.strokes[at as usize].erased = erased;
-        if erased {
-            self.counts.erased_strokes += 1;
-        } else {
-            self.counts.erased_strokes -= 1;
-        }
-        self.follow_visibility(at, was, changes);
-    }
-
-    fn set_undone(&mut self, at: u32, undone: bool, changes: &mut Vec<Change>) {
-        let was = self.strokes[at as usize].is_visible();
-        self.strokes[at as usize].undone = undone;
-        self.follow_visibility(at, was, changes);
-    }
-
-    fn follow_visibility(&mut self, at: u32, was: bool, changes: &mut Vec<Change>) {
-        let stroke = &self.strokes[at as usize];
-        let is = stroke.is_visible();
-        if was == is {
-            return;
-        }
-        let count = stroke.polygons.iter().map(|r| u64::from(r.end - r.start)).sum::<u64>();
-        if is {
-            self.counts.visible += count;
-            changes.extend(stroke.polygon_ids().map(Change::Insert));
-        } else {
-            self.counts.visible -= count;
-            changes.extend(stroke.polygon_ids().map(Change::Remove));
-        }
-    }
-
-    fn move_strokes(&mut self, ids: &[StrokeId], by: Vec3, changes: &mut Vec<Change>) -> Option<()> {
-        let mut before: Vec<(u32, Vec3)> =
-            ids.iter().filter_map(|id| self.stroke_by_id.get(id)).map(|&at| (at, Vec3::ZERO)).collect();
-        before.sort_unstable_by_key(|(at, _)| *at);
-        before.dedup_by_key(|(at, _)| *at);
-        if before.is_empty() {
-            return None;
-        }
-        for (at, offset) in &mut before {
-            *offset = self.strokes[*at as usize].offset;
-            self.set_offset(*at, *offset + by, changes);
-        }
-        self.record(Edit::Move { before, by });
-        Some(())
-    }
-
-    fn set_offset(&mut self, at: u32, offset: Vec3, changes: &mut Vec<Change>) {
-        self.strokes[at as usize].offset = offset;
-        self.refresh_bounds(at, changes);
-    }
-
-    /// Recomputes the boxes of a stroke whose place in the world has changed.
-    fn refresh_bounds(&mut self, at: u32, changes: &mut Vec<Change>) {
-        let stroke = &self.strokes[at as usize];
-        for id in stroke.polygon_ids() {
-            let local = &self.polygons[id.index()];
-            let world = local.map(|p| group::to_world(&self.groups, stroke.group, p) + stroke.offset);
-            self.bounds[id.index()] = world.bounds();
-            if stroke.is_visible() {
-                changes.push(Change::Update(id));
-            }
-        }
-    }
-
-    fn group(
-        &mut self,
-        id: GroupId,
-        strokes: &[StrokeId],
-        parent: Option<GroupId>,
-        changes: &mut Vec<Change>,
-    ) -> Option<()> {
-        let parent = match parent {
-            Some(parent) => Some(*self.group_by_id.get(&parent)?),
-            None => None,
-        };
-        let height = self.group_by_id.get(&id).map_or(1, |&at| group::height(&self.groups, at));
-        if group::depth(&self.groups, parent) + height > group::MAX_GROUP_DEPTH {
-            return None;
-        }
-        let at = match self.group_by_id.get(&id) {
-            Some(&at) => at,
-            None => {
-                let at = self.groups.len();
-                self.groups.push(Group { id, parent: None, to: group::IDENTITY, strokes: BTreeSet::new() });
-                self.group_by_id.insert(id, at);
-                at
-            }
-        };
-        if group::is_under(&self.groups, parent, at) {
-            return None;
-        }
-        let parent_before = self.groups[at].parent;
-        let mut before: Vec<(u32, Option<usize>)> =
-            strokes.iter().filter_map(|id| self.stroke_by_id.get(id)).map(|&s| (s, None)).collect();
-        before.sort_unstable_by_key(|(s, _)| *s);
-        before.dedup_by_key(|(s, _)| *s);
-        for (stroke, group_before) in &mut before {
-            *group_before = self.strokes[*stroke as usize].group;
-        }
-        let edit = Edit::Group { before, group: at, parent_before, parent };
-        self.replay_group(&edit, Direction::Forward, changes);
-        self.record(edit);
-        Some(())
-    }
-
-    fn place(&mut self, id: GroupId, to: Transform, changes: &mut Vec<Change>) -> Option<()> {
-        let group = *self.group_by_id.get(&id)?;
-        let before = self.groups[group].to;
-        self.set_place(group, to, changes);
-        self.record(Edit::Place { group, before, after: to });
-        Some(())
-    }
-
-    fn set_place(&mut self, group: usize, to: Transform, changes: &mut Vec<Change>) {
-        self.groups[group].to = to;
-        self.refresh_group(group, changes);
-    }
-
-    /// Recomputes the boxes of every stroke under a group.
-    fn refresh_group(&mut self, group: usize, changes: &mut Vec<Change>) {
-        let under = (0..self.groups.len()).filter(|&g| group::is_under(&self.groups, Some(g), group));
-        let strokes: Vec<u32> = under.flat_map(|g| self.groups[g].strokes.iter().copied()).collect();
-        for at in strokes {
-            self.refresh_bounds(at, changes);
-        }
-    }
-
-    fn set_group(&mut self, at: u32, to: Option<usize>, changes: &mut Vec<Change>) {
-        let from = std::mem::replace(&mut self.strokes[at as usize].group, to);
-        if from == to {
-            return;
-        }
-        if let Some(from) = from {
-            self.groups[from].strokes.remove(&at);
-        }
-        if let Some(to) = to {
-            self.groups[to].strokes.insert(at);
-        }
-        self.refresh_bounds(at, changes);
-    }
-
-    fn replay_group(&mut self, edit: &Edit, direction: Direction, changes: &mut Vec<Change>) {
-        let Edit::Group { before, group, parent_before, parent } = edit else { return };
-        let new_parent = if direction == Direction::Forward { parent } else { parent_before };
-        if self.groups[*group].parent != *new_parent {
-            self.groups[*group].parent = *new_parent;
-            self.refresh_group(*group, changes);
-        }
-        for (stroke, group_before) in before {
-            let to = if direction == Direction::Forward { Some(*group) } else { *group_before };
-            self.set_group(*stroke, to, changes);
-        }
-    }
-
-    fn undo(&mut self, changes: &mut Vec<Change>) -> Option<()> {
-        let edit = self.done.pop()?;
-        match &edit {
-            Edit::Draw { stroke } => self.set_undone(*stroke, true, changes),
-            Edit::Erase { stroke } => self.set_erased(*stroke, false, changes),
-            Edit::Move { before, .. } => {
-                for &(stroke, offset) in before {
-                    self.set_offset(stroke, offset, changes);
-                }
-            }
-            Edit::Group { .. } => self.replay_group(&edit, Direction::Backward, changes),
-            Edit::Place { group, before, .. } => self.set_place(*group, *before, changes),
-        }
-        self.taken_back.push(edit);
-        Some(())
-    }
-
-    fn redo(&mut self, changes: &mut Vec<Change>) -> Option<()> {
-        let edit = self.taken_back.pop()?;
-        match &edit {
-            Edit::Draw { stroke } => self.set_undone(*stroke, false, changes),
-            Edit::Erase { stroke } => self.set_erased(*stroke, true, changes),
-            Edit::Move { before, by } => {
-                for &(stroke, offset) in before {
-                    self.set_offset(stroke, offset + *by, changes);
-                }
-            }
-            Edit::Group { .. } => self.replay_group(&edit, Direction::Forward, changes),
-            Edit::Place { group, after, .. } => self.set_place(*group, *after, changes),
-        }
-        self.done.push(edit);
-        Some(())
-    }
-
     /// The groups that a stroke is in, innermost first.
     pub fn groups_of(&self, stroke: &Stroke) -> Vec<GroupId> {
         let mut ids = Vec::new();
         let mut at = stroke.group;
-        while let Some(g) = at {
-            ids.push(self.groups[g].id);
-            at = self.groups[g].parent;
+        while let Some(group) = at {
+            ids.push(self.groups.id(group));
+            at = self.groups.parent(group);
         }
         ids
     }
-}
-
-/// Which way an edit is played.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Direction {
-    Forward,
-    Backward,
 }

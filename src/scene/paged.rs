@@ -1,72 +1,232 @@
-/// A growing array in pages of fixed size: pushing never copies what is already there.
+/// A growing array in pages of fixed size: pushing never copies what is already there, and entries can be given up
+/// again. A page of which less than a quarter is left keeps only that; one of which nothing is left keeps nothing.
 #[derive(Clone, Debug)]
-pub struct Paged<T> {
-    pages: Vec<Vec<T>>,
+pub struct Paged<T, const PAGE: usize = 4096> {
+    pages: Vec<Page<T>>,
+    len: usize,
 }
 
-impl<T> Paged<T> {
+/// A full page is thinned when at most this part of what it holds is left, 1 / THIN. Larger: less memory for pages that
+/// are full of holes, more copying.
+const THIN: usize = 4;
+
+#[derive(Clone, Debug)]
+struct Page<T> {
+    entries: Vec<T>,
+    /// Which places `entries` stand for, once the page has been thinned.
+    held: Option<Box<Held>>,
+    /// Which places have not been released; `None`: all.
+    left: Option<Box<[u64]>>,
+    left_count: usize,
+}
+
+/// The places whose entries a thinned page holds.
+#[derive(Clone, Debug)]
+struct Held {
+    words: Box<[u64]>,
+    /// Places held before each word.
+    before: Box<[u16]>,
+}
+
+impl Held {
+    fn rank(&self, at: usize) -> Option<usize> {
+        let word = *self.words.get(at / 64)?;
+        let below = word & ((1 << (at % 64)) - 1);
+        (word >> (at % 64) & 1 == 1).then(|| usize::from(self.before[at / 64]) + below.count_ones() as usize)
+    }
+}
+
+impl<T> Page<T> {
+    fn with_room(entries: usize) -> Self {
+        Self { entries: Vec::with_capacity(entries), held: None, left: None, left_count: 0 }
+    }
+
+    /// Where the entry of a place is, unless it was released.
+    fn find(&self, at: usize) -> Option<usize> {
+        if let Some(left) = &self.left
+            && left.get(at / 64).is_none_or(|word| word >> (at % 64) & 1 == 0)
+        {
+            return None;
+        }
+        match &self.held {
+            None => Some(at),
+            Some(held) => held.rank(at),
+        }
+    }
+
+    /// Keeps nothing but what is left.
+    fn thin(&mut self) {
+        let Some(left) = &self.left else { return };
+        if self.left_count == 0 {
+            *self = Self { left: Some(Box::default()), ..Self::with_room(0) };
+            return;
+        }
+        let mut is_kept = vec![false; self.entries.len()];
+        for at in 0..left.len() * 64 {
+            if let Some(is_kept) = self.find(at).and_then(|place| is_kept.get_mut(place)) {
+                *is_kept = true;
+            }
+        }
+        let mut before = Vec::with_capacity(left.len());
+        let mut count = 0;
+        for word in left {
+            before.push(count);
+            count += word.count_ones() as u16;
+        }
+        self.held = Some(Box::new(Held { before: before.into_boxed_slice(), words: left.clone() }));
+        let mut kept = Vec::with_capacity(self.left_count);
+        let entries = std::mem::take(&mut self.entries).into_iter().zip(is_kept);
+        kept.extend(entries.filter_map(|(entry, is_kept)| is_kept.then_some(entry)));
+        self.entries = kept;
+    }
+}
+
+impl<T, const PAGE: usize> Paged<T, PAGE> {
     /// Entries of a page.
-    pub const PAGE: usize = 4096;
+    pub const PAGE: usize = PAGE;
 
     /// An empty array.
     pub const fn new() -> Self {
-        Self { pages: Vec::new() }
+        // The ranks of a thinned page are 16 bits wide.
+        const { assert!(PAGE >= 1 && PAGE <= 1 << 15) };
+        Self { pages: Vec::new(), len: 0 }
     }
 
     /// Appends an entry; allocates once every [`Paged::PAGE`] entries.
     pub fn push(&mut self, value: T) {
-        match self.pages.last_mut() {
-            Some(page) if page.len() < Self::PAGE => page.push(value),
-            _ => {
-                let mut page = Vec::with_capacity(Self::PAGE);
-                page.push(value);
-                self.pages.push(page);
-            }
+        if self.len.is_multiple_of(PAGE) {
+            self.pages.push(Page::with_room(PAGE));
+        }
+        self.len += 1;
+        let at = (self.len - 1) / PAGE;
+        let page = &mut self.pages[at];
+        page.entries.push(value);
+        page.left_count += 1;
+        self.thin_if_worth_it(at);
+    }
+
+    /// Number of entries, the released ones included.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there was never an entry.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The entry, if it exists and was not released.
+    pub fn get(&self, i: usize) -> Option<&T> {
+        let page = self.pages.get(i / PAGE)?;
+        page.entries.get(page.find(i % PAGE)?)
+    }
+
+    /// The entry, if it exists and was not released.
+    pub fn get_mut(&mut self, i: usize) -> Option<&mut T> {
+        let page = self.pages.get_mut(i / PAGE)?;
+        let at = page.find(i % PAGE)?;
+        page.entries.get_mut(at)
+    }
+
+    /// Gives an entry up for good; its number is not given out again.
+    pub fn release(&mut self, i: usize) {
+        if self.get(i).is_none() {
+            return;
+        }
+        let (page, at) = (&mut self.pages[i / PAGE], i % PAGE);
+        let left = page.left.get_or_insert_with(|| vec![u64::MAX; PAGE.div_ceil(64)].into_boxed_slice());
+        left[at / 64] &= !(1 << (at % 64));
+        page.left_count -= 1;
+        self.thin_if_worth_it(i / PAGE);
+    }
+
+    /// Only full pages: one that still grows would have to be whole again.
+    fn thin_if_worth_it(&mut self, at: usize) {
+        let is_full = (at + 1) * PAGE <= self.len;
+        let page = &mut self.pages[at];
+        if is_full && page.left.is_some() && page.left_count * THIN <= page.entries.len() {
+            page.thin();
         }
     }
 
-    /// Number of entries.
-    pub fn len(&self) -> usize {
-        self.pages.last().map_or(0, |last| (self.pages.len() - 1) * Self::PAGE + last.len())
-    }
-
-    /// Whether there is no entry.
-    pub fn is_empty(&self) -> bool {
-        self.pages.is_empty()
-    }
-
-    /// The entry, if it exists.
-    pub fn get(&self, i: usize) -> Option<&T> {
-        self.pages.get(i / Self::PAGE)?.get(i % Self::PAGE)
-    }
-
-    /// The entry, if it exists.
-    pub fn get_mut(&mut self, i: usize) -> Option<&mut T> {
-        self.pages.get_mut(i / Self::PAGE)?.get_mut(i % Self::PAGE)
-    }
-
-    /// All entries in order.
+    /// All entries in order, without the released ones.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
-        self.pages.iter().flatten()
+        (0..self.len).filter_map(|i| self.get(i))
     }
 }
 
-impl<T> Default for Paged<T> {
+impl<T, const PAGE: usize> Default for Paged<T, PAGE> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T> std::ops::Index<usize> for Paged<T> {
+impl<T, const PAGE: usize> std::ops::Index<usize> for Paged<T, PAGE> {
     type Output = T;
 
     fn index(&self, i: usize) -> &T {
-        &self.pages[i / Self::PAGE][i % Self::PAGE]
+        self.get(i).expect("an entry that was pushed and not released")
     }
 }
 
-impl<T> std::ops::IndexMut<usize> for Paged<T> {
+impl<T, const PAGE: usize> std::ops::IndexMut<usize> for Paged<T, PAGE> {
     fn index_mut(&mut self, i: usize) -> &mut T {
-        &mut self.pages[i / Self::PAGE][i % Self::PAGE]
+        self.get_mut(i).expect("an entry that was pushed and not released")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_pcg::{Pcg64, rand_core::Rng};
+
+    fn held<T, const PAGE: usize>(paged: &Paged<T, PAGE>) -> usize {
+        paged.pages.iter().map(|page| page.entries.capacity()).sum()
+    }
+
+    fn follows_a_plain_list<const PAGE: usize>(seed: u64) {
+        let mut random = Pcg64::new(u128::from(seed), 1);
+        let mut below = |count: usize| (random.next_u64() % count as u64) as usize;
+        let (mut paged, mut plain) = (Paged::<u32, PAGE>::new(), Vec::<Option<u32>>::new());
+        for _ in 0..6000 {
+            if plain.is_empty() || below(10) < 4 {
+                let value = plain.len() as u32 * 3;
+                paged.push(value);
+                plain.push(Some(value));
+            } else {
+                // Runs, as strokes are, and single ones.
+                let first = below(plain.len());
+                let end = (first + 1 + below(12)).min(plain.len());
+                for i in first..end {
+                    paged.release(i);
+                    plain[i] = None;
+                }
+            }
+            let i = below(plain.len());
+            assert_eq!(paged.get(i).copied(), plain[i]);
+            if let (Some(a), Some(b)) = (paged.get_mut(i), &mut plain[i]) {
+                *a += 1;
+                *b += 1;
+            }
+            assert_eq!(paged.len(), plain.len());
+        }
+        let all: Vec<Option<u32>> = (0..plain.len()).map(|i| paged.get(i).copied()).collect();
+        assert_eq!(all, plain);
+        assert!(paged.iter().copied().eq(plain.iter().flatten().copied()));
+        assert_eq!(paged.get(plain.len()), None);
+        let left = plain.iter().flatten().count();
+        assert!(held(&paged) <= THIN * left + 2 * PAGE, "{left} left, room for {}", held(&paged));
+        (0..plain.len()).for_each(|i| paged.release(i));
+        assert!(held(&paged) <= PAGE, "room for {} when nothing is left", held(&paged));
+    }
+
+    #[test]
+    fn released_entries_are_gone_and_the_others_stay() {
+        for seed in 0..4 {
+            follows_a_plain_list::<64>(seed);
+            follows_a_plain_list::<100>(seed);
+            follows_a_plain_list::<4096>(seed);
+            follows_a_plain_list::<1>(seed);
+        }
     }
 }

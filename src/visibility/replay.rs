@@ -130,11 +130,10 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
             return Ok(None);
         }
         self.changes.clear();
-        for event in &self.events {
-            self.moment.note(event);
-            if !self.finished {
-                self.scene.apply(event, &mut self.changes);
-            }
+        self.events.iter().for_each(|event| self.moment.note(event));
+        if !self.finished {
+            self.scene.let_go();
+            self.scene.apply_all(&self.events, &mut self.changes);
         }
         let view = self.camera.view(&self.moment);
         self.view = Some(view);

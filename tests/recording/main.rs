@@ -5,6 +5,7 @@
 mod damage;
 mod events;
 mod format;
+mod last_line;
 mod limits;
 mod synth;
 mod writer;

@@ -1,8 +1,10 @@
 use std::net::UdpSocket;
 
+use super::tracker::wait_until;
 use osp::{
     app::tracker::{
-        Hands, Message, Teller, Tracker, TrackerAddress, osc_packet, parse_line, parse_osc, write_line,
+        Hands, Message, Teller, Tracker, TrackerAddress, TrackerOptions, osc_packet, parse_line, parse_osc,
+        write_line,
     },
     recording::{self, Event, OpenOptions, StrokeId},
     scene::Scene,
@@ -110,8 +112,7 @@ fn malformed_lines_are_refused_with_what_was_expected() {
 #[test]
 fn a_socket_counts_what_it_cannot_read_and_lives_on() {
     let address = TrackerAddress::Udp("127.0.0.1:0".parse().expect("an address"));
-    let (sender, woken) = std::sync::mpsc::channel();
-    let tracker = Tracker::open(&address, move || sender.send(()).unwrap_or(())).expect("a tracker");
+    let tracker = Tracker::open(&address, &TrackerOptions::default(), || {}).expect("a tracker");
     let to = tracker.local_address().expect("a port");
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
     let mut nested = osc_packet(&Message::Undo);
@@ -130,12 +131,12 @@ fn a_socket_counts_what_it_cannot_read_and_lives_on() {
         &nested[..30_000.min(nested.len())],
         &nested,
     ];
-    for packet in packets {
+    for (number, packet) in packets.iter().enumerate() {
         socket.send_to(packet, to).expect("sent");
-        woken.recv_timeout(std::time::Duration::from_secs(20)).expect("a packet");
+        wait_until("a packet", || tracker.counts().malformed > number as u64);
     }
     socket.send_to(b"undo\nnonsense\nredo\n", to).expect("sent");
-    woken.recv_timeout(std::time::Duration::from_secs(20)).expect("a packet");
+    wait_until("a packet", || tracker.counts().messages == 2);
     assert_eq!(
         (tracker.take(), tracker.take(), tracker.take()),
         (Some(Message::Undo), Some(Message::Redo), None)

@@ -16,8 +16,15 @@ fn a_session_that_is_sent_is_drawn() {
         let address = free_address();
         let from = format!("udp://{address}");
         let file = desk.folder().join(format!("drawn-{osc}.ron"));
-        let mut window =
-            desk.open(&["sketch", file.to_str().expect("a path"), "--tracker", &from, "--window", "900x600"]);
+        let mut window = desk.open(&[
+            "sketch",
+            file.to_str().expect("a path"),
+            "--tracker",
+            &from,
+            "--tracker-any",
+            "--window",
+            "900x600",
+        ]);
         let mut arguments = vec!["send", &recording, "--to", &address, "--pace", "samples:8", "--speed", "4"];
         if osc {
             arguments.push("--osc");

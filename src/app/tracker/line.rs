@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use super::message::{BrushChoice, Message, normal_name, normal_of, tool_name, tool_of};
 use crate::recording::NormalRule;
 
-/// Reads a line. `Ok(None)`: it says nothing (empty, or a comment).
+/// Reads a line. `Ok(None)`: it says nothing (empty, a comment, a key).
 ///
 /// # Errors
 /// What was expected instead.
@@ -32,7 +32,12 @@ pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
         "erase" => Message::Erase { p: words.point()? },
         "undo" => Message::Undo,
         "redo" => Message::Redo,
-        _ => return Err("head, hand, brush, erase, undo or redo"),
+        // Whoever asks for one has looked at it before.
+        "key" => {
+            words.0.next().ok_or("a key")?;
+            return if words.0.next().is_some() { Err("the end of the line") } else { Ok(None) };
+        }
+        _ => return Err("head, hand, brush, erase, undo, redo or key"),
     };
     if words.0.next().is_some() {
         return Err("the end of the line");

@@ -10,6 +10,7 @@
 //! erase X Y Z                                     the stroke at this place
 //! undo
 //! redo
+//! key WORD                                        first in every packet, where the listener asks for a key
 //! # anything
 //! ```
 //!
@@ -17,11 +18,16 @@
 //! `local-x` (default), `side-x`, `travel` or `transport`.
 //!
 //! The same as OSC: addresses `/osp/head`, `/osp/hand`, `/osp/brush`, `/osp/erase`, `/osp/undo`, `/osp/redo`, with the
-//! numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles.
+//! numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles. A key is `/osp/key` with a
+//! string, the first message of a bundle.
+//!
+//! Of a socket, one sender is listened to: the first that is understood, until it has been silent for five seconds. The
+//! datagrams of others, and those without the key where one is asked for, are counted and not read.
 //!
 //! Every message stands for itself, so that a lost packet costs a sample and nothing else. What is malformed is
 //! counted and dropped. [`Hands`] turns messages into the events of a session; [`Teller`] does the opposite.
 
+mod door;
 mod hands;
 mod line;
 mod message;
@@ -29,9 +35,10 @@ mod osc;
 mod source;
 mod teller;
 
+pub use door::{TrackerKey, TrackerOptions};
 pub use hands::{Hands, HandsState};
 pub use line::{parse_line, write_line};
 pub use message::{BrushChoice, Message};
-pub use osc::{osc_packet, parse_osc};
+pub use osc::{osc_keyed, osc_packet, parse_osc};
 pub use source::{Counts, Tracker, TrackerAddress, TrackerError};
 pub use teller::Teller;

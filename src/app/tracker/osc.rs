@@ -12,6 +12,8 @@ use crate::recording::NormalRule;
 const MAX_DEPTH: u32 = 4;
 /// How a bundle begins; a time tag of 8 bytes follows, which is not looked at: poses count when they come.
 const BUNDLE: &[u8] = b"#bundle\0";
+/// Where the key is said.
+const KEY: &str = "/osp/key";
 /// Everything is padded to this many bytes.
 const WORD: usize = 4;
 
@@ -23,7 +25,7 @@ pub fn parse_osc(bytes: &[u8], out: &mut Vec<Message>) -> u64 {
 fn take_packet(bytes: &[u8], depth: u32, out: &mut Vec<Message>) -> u64 {
     let Some(content) = bytes.strip_prefix(BUNDLE) else {
         let message = read(bytes);
-        out.extend(message);
+        out.extend(message.flatten());
         return u64::from(message.is_none());
     };
     let Some((_time_tag, mut rest)) = content.split_at_checked(8).filter(|_| depth < MAX_DEPTH) else {
@@ -40,7 +42,25 @@ fn take_packet(bytes: &[u8], depth: u32, out: &mut Vec<Message>) -> u64 {
     malformed + u64::from(!rest.is_empty())
 }
 
-fn read(bytes: &[u8]) -> Option<Message> {
+/// The key that a packet begins with, if it does.
+pub(super) fn osc_key(packet: &[u8]) -> Option<&str> {
+    let first = match packet.strip_prefix(BUNDLE) {
+        None => packet,
+        Some(content) => {
+            let (size, inside) = content.get(8..)?.split_first_chunk::<WORD>()?;
+            inside.get(..u32::from_be_bytes(*size) as usize)?
+        }
+    };
+    let mut bytes = first;
+    let is_key = take_text(&mut bytes)? == KEY && take_text(&mut bytes)? == ",s";
+    take_text(&mut bytes).filter(|_| is_key && bytes.is_empty())
+}
+
+/// What a message says; of a key, nothing: whoever asks for one has looked at it before.
+fn read(bytes: &[u8]) -> Option<Option<Message>> {
+    if osc_key(bytes).is_some() {
+        return Some(None);
+    }
     let mut bytes = bytes;
     let address = take_text(&mut bytes)?;
     let tags = match bytes {
@@ -71,7 +91,7 @@ fn read(bytes: &[u8]) -> Option<Message> {
         "/osp/redo" => Message::Redo,
         _ => return None,
     };
-    if values.tags.is_empty() && values.bytes.is_empty() { message.checked() } else { None }
+    if values.tags.is_empty() && values.bytes.is_empty() { message.checked().map(Some) } else { None }
 }
 
 /// Text that ends with one to four zero bytes, so that what follows begins at a multiple of four.
@@ -172,6 +192,22 @@ pub fn osc_packet(message: &Message) -> Vec<u8> {
     bytes
 }
 
+/// A packet behind a key: a bundle of both, to be read at once.
+pub fn osc_keyed(key: &str, packet: &[u8]) -> Vec<u8> {
+    let mut said = Vec::new();
+    put_text(KEY, &mut said);
+    put_text(",s", &mut said);
+    put_text(key, &mut said);
+    let mut bytes = BUNDLE.to_vec();
+    // The time tag for "at once".
+    bytes.extend(1u64.to_be_bytes());
+    for message in [&said[..], packet] {
+        bytes.extend((message.len() as u32).to_be_bytes());
+        bytes.extend(message);
+    }
+    bytes
+}
+
 #[derive(Default)]
 struct Packet {
     tags: String,
@@ -220,6 +256,23 @@ mod tests {
         let mut out = Vec::new();
         assert_eq!(parse_osc(&bundle, &mut out), 0);
         assert_eq!(out, [Message::Erase { p: Vec3::new(1.0, -2.0, 0.0) }, Message::Undo]);
+    }
+
+    #[test]
+    fn a_key_comes_first_and_says_nothing_itself() {
+        let keyed = osc_keyed("word", &osc_packet(&Message::Redo));
+        assert_eq!(&keyed[..32], b"#bundle\0\0\0\0\0\0\0\0\x01\0\0\0\x18/osp/key\0\0\0\0");
+        assert_eq!(osc_key(&keyed), Some("word"));
+        let mut out = Vec::new();
+        assert_eq!((parse_osc(&keyed, &mut out), &out[..]), (0, &[Message::Redo][..]));
+        assert_eq!(osc_key(&osc_packet(&Message::Redo)), None);
+        for end in 0..keyed.len() {
+            let said = osc_key(&keyed[..end]);
+            assert!(said.is_none_or(|said| said == "word"), "cut at {end}: {said:?}");
+        }
+        // A key alone may be sent, too.
+        assert_eq!(parse_osc(&keyed[20..44], &mut Vec::new()), 0);
+        assert_eq!(parse_osc(b"/osp/key\0\0\0\0,i\0\0\0\0\0\x01", &mut Vec::new()), 1);
     }
 
     #[test]

@@ -7,20 +7,30 @@ use std::{
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicU64, Ordering},
-        mpsc::{Receiver, SyncSender, sync_channel},
+        mpsc::{Receiver, SyncSender, TrySendError, sync_channel},
     },
     thread::{self, JoinHandle},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use thiserror::Error;
 
-use super::{Message, parse_line, parse_osc};
+use super::{
+    Message, TrackerOptions,
+    door::{Admission, Door, is_osc},
+    parse_line, parse_osc,
+};
+use crate::small_file::open_regular;
 
-/// Messages that may wait for the next frame; later ones are dropped and counted.
+/// Messages that may wait for the next frame. Of a socket, later ones are dropped and counted; a stream is read on once
+/// there is room.
 const WAITING: usize = 1 << 16;
+/// Messages of one datagram, at most; those behind are dropped and counted.
+const MESSAGES_A_DATAGRAM: usize = 1024;
 /// Longest line: longer ones are malformed. Bounds the memory that a stream without line ends can take.
 const MAX_LINE_BYTES: u64 = 4096;
+/// A stream that has no line end for so many bytes is no tracker's, and not read any further.
+const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
 /// How often a thread looks whether it is still wanted, and whether a file has grown.
 const NAP: Duration = Duration::from_millis(20);
 
@@ -53,6 +63,19 @@ impl FromStr for TrackerAddress {
     }
 }
 
+impl TrackerAddress {
+    /// What somebody should know who listens there: that the whole network can draw.
+    pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
+        let Self::Udp(address) = self else { return None };
+        let advice = match options.key {
+            None => "--tracker-key asks for a key, udp://127.0.0.1 listens to this machine only",
+            Some(_) => "only who knows the key is read, but it is sent as it is",
+        };
+        let everybody = address.ip().is_unspecified();
+        everybody.then(|| format!("udp://{address} listens to every machine that reaches this one: {advice}"))
+    }
+}
+
 /// Without an address only this machine is listened to.
 fn parse_address(text: &str) -> Option<SocketAddr> {
     let text = text.trim_end_matches('/');
@@ -65,10 +88,10 @@ fn parse_address(text: &str) -> Option<SocketAddr> {
 
 /// Why a tracker cannot be listened to.
 #[derive(Debug, Error)]
-#[error("tracker {what}: {source}")]
+#[error("tracker {what}: {cause}")]
 pub struct TrackerError {
     what: String,
-    source: io::Error,
+    cause: io::Error,
 }
 
 /// What has come so far.
@@ -78,8 +101,13 @@ pub struct Counts {
     pub messages: u64,
     /// Lines or packets that were not.
     pub malformed: u64,
-    /// Messages dropped because nobody took them in time.
+    /// Messages dropped because nobody took them in time, or because a datagram had too many; datagrams dropped because
+    /// there were too many in a second.
     pub dropped: u64,
+    /// Datagrams not read: of another sender than the one that is listened to, or without the key.
+    pub refused: u64,
+    /// The stream is not read any further: it has no lines.
+    pub has_given_up: bool,
 }
 
 #[derive(Debug, Default)]
@@ -87,7 +115,11 @@ struct Shared {
     messages: AtomicU64,
     malformed: AtomicU64,
     dropped: AtomicU64,
+    refused: AtomicU64,
+    has_given_up: AtomicBool,
     is_over: AtomicBool,
+    /// Somebody was woken and has not looked yet.
+    is_woken: AtomicBool,
 }
 
 /// A tracker being listened to on a thread of its own.
@@ -101,12 +133,17 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// Starts to listen. `wake` is called, on the thread, when something has come.
+    /// Starts to listen. `wake` is called, on the thread, when something has come; not again before the next
+    /// [`Tracker::take`].
     ///
     /// # Errors
     /// The address is taken or not ours; the file cannot be opened.
-    pub fn open(address: &TrackerAddress, wake: impl Fn() + Send + 'static) -> Result<Self, TrackerError> {
-        let failed = |what: String| move |source| TrackerError { what, source };
+    pub fn open(
+        address: &TrackerAddress,
+        options: &TrackerOptions,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<Self, TrackerError> {
+        let failed = |what: String| move |cause| TrackerError { what, cause };
         let shared = Arc::new(Shared::default());
         let (sender, messages) = sync_channel(WAITING);
         let output = Output { sender, shared: Arc::clone(&shared), wake: Box::new(wake) };
@@ -118,14 +155,15 @@ impl Tracker {
                 let socket = UdpSocket::bind(address).map_err(failed(name.clone()))?;
                 socket.set_read_timeout(Some(NAP)).map_err(failed(name.clone()))?;
                 local_address = socket.local_addr().ok();
-                builder.spawn(move || output.listen(&socket)).map_err(failed(name))
+                let door = Door::new(options.clone());
+                builder.spawn(move || output.listen(&socket, door)).map_err(failed(name))
             }
             TrackerAddress::StandardInput => builder
-                .spawn(move || output.read_lines(io::stdin(), AtEnd::Stop))
+                .spawn(move || _ = output.read_lines(io::stdin(), AtEnd::Stop))
                 .map_err(failed("-".to_owned())),
             TrackerAddress::File(path) => {
                 let name = path.display().to_string();
-                let file = File::open(path).map_err(failed(name.clone()))?;
+                let file = open_regular(path).map_err(failed(name.clone()))?;
                 let path = path.clone();
                 builder.spawn(move || output.tail(file, &path)).map_err(failed(name))
             }
@@ -141,6 +179,7 @@ impl Tracker {
 
     /// The next message, if one has come.
     pub fn take(&self) -> Option<Message> {
+        self.shared.is_woken.store(false, Ordering::SeqCst);
         self.messages.try_recv().ok()
     }
 
@@ -150,6 +189,8 @@ impl Tracker {
             messages: self.shared.messages.load(Ordering::Relaxed),
             malformed: self.shared.malformed.load(Ordering::Relaxed),
             dropped: self.shared.dropped.load(Ordering::Relaxed),
+            refused: self.shared.refused.load(Ordering::Relaxed),
+            has_given_up: self.shared.has_given_up.load(Ordering::Relaxed),
         }
     }
 }
@@ -171,6 +212,15 @@ enum AtEnd {
     Wait,
 }
 
+/// Why reading lines has ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LinesEnd {
+    /// The file has become shorter.
+    Shorter,
+    /// There is no more, or nobody wants it.
+    Over,
+}
+
 struct Output {
     sender: SyncSender<Message>,
     shared: Arc<Shared>,
@@ -182,10 +232,23 @@ impl Output {
         self.shared.is_over.load(Ordering::Relaxed)
     }
 
+    /// Passes a message of a socket on, if there is room: what comes next is newer.
     fn pass_on(&self, message: Message) {
         self.shared.messages.fetch_add(1, Ordering::Relaxed);
         if self.sender.try_send(message).is_err() {
-            self.shared.dropped.fetch_add(1, Ordering::Relaxed);
+            self.note_dropped(1);
+        }
+    }
+
+    /// Passes a message of a stream on, once there is room: all of it is a drawing, and it can wait.
+    fn pass_on_patiently(&self, mut message: Message) {
+        self.shared.messages.fetch_add(1, Ordering::Relaxed);
+        while let Err(TrySendError::Full(back)) = self.sender.try_send(message) {
+            if self.is_over() {
+                return;
+            }
+            message = back;
+            thread::sleep(NAP);
         }
     }
 
@@ -193,40 +256,63 @@ impl Output {
         self.shared.malformed.fetch_add(count, Ordering::Relaxed);
     }
 
-    fn take_line(&self, line: &str) {
-        match parse_line(line) {
-            Ok(Some(message)) => self.pass_on(message),
-            Ok(None) => {}
-            Err(_) => self.note_malformed(1),
+    fn note_dropped(&self, count: u64) {
+        self.shared.dropped.fetch_add(count, Ordering::Relaxed);
+    }
+
+    fn wake(&self) {
+        if !self.shared.is_woken.swap(true, Ordering::SeqCst) {
+            (self.wake)();
         }
     }
 
-    fn listen(&self, socket: &UdpSocket) {
+    fn listen(&self, socket: &UdpSocket, mut door: Door) {
         // Larger than any datagram.
         let mut packet = vec![0; 1 << 16];
         let mut messages = Vec::new();
         while !self.is_over() {
             // A timeout, and on some systems the refusal of an earlier answer, arrive as errors: listen on.
-            let Ok((length, _)) = socket.recv_from(&mut packet) else { continue };
+            let Ok((length, from)) = socket.recv_from(&mut packet) else { continue };
             let packet = &packet[..length];
-            // OSC packets begin with an address or with `#bundle` and a zero byte; a comment has no zero byte.
-            if packet.starts_with(b"/") || packet.starts_with(b"#bundle\0") {
-                self.note_malformed(parse_osc(packet, &mut messages));
-                messages.drain(..).for_each(|message| self.pass_on(message));
-            } else {
-                match str::from_utf8(packet) {
-                    Ok(text) => text.lines().for_each(|line| self.take_line(line)),
-                    Err(_) => self.note_malformed(1),
+            let now = Instant::now();
+            match door.admit(from, packet, now) {
+                Admission::Read => {}
+                Admission::Refused => {
+                    self.shared.refused.fetch_add(1, Ordering::Relaxed);
+                    continue;
+                }
+                Admission::TooMany => {
+                    self.note_dropped(1);
+                    continue;
                 }
             }
-            (self.wake)();
+            self.read_packet(packet, &mut messages);
+            if !messages.is_empty() {
+                door.note_understood(from, now);
+            }
+            self.note_dropped(messages.len().saturating_sub(MESSAGES_A_DATAGRAM) as u64);
+            messages.drain(..).take(MESSAGES_A_DATAGRAM).for_each(|message| self.pass_on(message));
+            self.wake();
+        }
+    }
+
+    fn read_packet(&self, packet: &[u8], messages: &mut Vec<Message>) {
+        if is_osc(packet) {
+            self.note_malformed(parse_osc(packet, messages));
+            return;
+        }
+        let Ok(text) = str::from_utf8(packet) else { return self.note_malformed(1) };
+        for line in text.lines() {
+            match parse_line(line) {
+                Ok(message) => messages.extend(message),
+                Err(_) => self.note_malformed(1),
+            }
         }
     }
 
     fn tail(&self, mut file: File, path: &std::path::Path) {
         // A log that was begun anew is shorter than what was read of it: then it is read from its beginning.
-        while !self.is_over() {
-            self.read_lines(&mut file, AtEnd::Wait);
+        while self.read_lines(&mut file, AtEnd::Wait) == LinesEnd::Shorter {
             let rewound = file.seek(SeekFrom::Start(0)).is_ok();
             if !rewound || !path.exists() {
                 return;
@@ -234,44 +320,63 @@ impl Output {
         }
     }
 
+    fn take_line(&self, line: &str) {
+        match parse_line(line) {
+            Ok(Some(message)) => self.pass_on_patiently(message),
+            Ok(None) => {}
+            Err(_) => self.note_malformed(1),
+        }
+    }
+
     /// Reads lines until the end, or (waiting) until the file has become shorter.
-    fn read_lines(&self, stream: impl Read + MaybeSized, at_end: AtEnd) {
+    fn read_lines(&self, stream: impl Read + MaybeSized, at_end: AtEnd) -> LinesEnd {
         let mut reader = BufReader::new(stream);
         let mut line = Vec::new();
         let mut consumed = 0u64;
-        let mut is_too_long = false;
+        // Of the line at hand.
+        let mut unbroken = 0u64;
         while !self.is_over() {
             let room = MAX_LINE_BYTES - line.len() as u64;
-            let Ok(read) = reader.by_ref().take(room).read_until(b'\n', &mut line) else { return };
-            consumed += read as u64;
+            let Ok(read) = reader.by_ref().take(room).read_until(b'\n', &mut line) else {
+                return LinesEnd::Over;
+            };
+            (consumed, unbroken) = (consumed + read as u64, unbroken + read as u64);
             if line.last() == Some(&b'\n') {
                 match str::from_utf8(&line) {
-                    Ok(text) if !is_too_long => self.take_line(text),
+                    Ok(text) if unbroken <= MAX_LINE_BYTES => self.take_line(text),
                     _ => self.note_malformed(1),
                 }
                 line.clear();
-                is_too_long = false;
-                (self.wake)();
+                unbroken = 0;
+                self.wake();
+            } else if unbroken > MAX_UNBROKEN_BYTES {
+                self.note_malformed(1);
+                self.shared.has_given_up.store(true, Ordering::Relaxed);
+                self.wake();
+                return LinesEnd::Over;
             } else if line.len() as u64 == MAX_LINE_BYTES {
                 line.clear();
-                is_too_long = true;
             } else if read == 0 {
                 match at_end {
                     AtEnd::Stop => {
-                        if let Ok(text) = str::from_utf8(&line) {
+                        if let Ok(text) = str::from_utf8(&line)
+                            && unbroken <= MAX_LINE_BYTES
+                        {
                             self.take_line(text);
+                            self.wake();
                         }
-                        return;
+                        return LinesEnd::Over;
                     }
                     AtEnd::Wait => {
                         if reader.get_ref().size().is_some_and(|size| size < consumed) {
-                            return;
+                            return LinesEnd::Shorter;
                         }
                         thread::sleep(NAP);
                     }
                 }
             }
         }
+        LinesEnd::Over
     }
 }
 

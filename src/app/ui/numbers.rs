@@ -54,8 +54,12 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, history: &History, adapter: &st
                     ("messages", count(counts.messages)),
                     ("malformed", count(counts.malformed)),
                     ("dropped", count(counts.dropped)),
+                    ("refused", count(counts.refused)),
                 ],
             );
+            if counts.has_given_up {
+                ui.label("a megabyte without a line end: not read any further");
+            }
             if let Some(address) = tracker.local_address() {
                 ui.label(RichText::new(format!("udp://{address}")).weak());
             }

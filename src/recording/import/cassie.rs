@@ -72,6 +72,12 @@ pub fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, Record
     Ok(Session::new(header, "cassie", Box::new(stream), path, options))
 }
 
+/// The other files that a sketch of this name is read from.
+#[cfg(feature = "cli")]
+pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
+    ["raw_data", "sketch_history"].into_iter().filter_map(|folder| sibling(path, folder)).collect()
+}
+
 /// The file of the same name in the folder beside that of `path`, if it exists.
 fn sibling(path: &Path, folder: &str) -> Option<PathBuf> {
     let beside = path.parent()?.join("..").join(folder).join(path.file_name()?);

@@ -5,7 +5,6 @@
 //! least pressure that each brush has and no file holds; here pressure does not matter. Every stroke is read as a
 //! ribbon, though some brushes draw tubes or particles. Strokes keep the order of the file, whatever their times.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
@@ -18,6 +17,7 @@ use super::strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream};
 use super::{axes, session_name};
 use crate::math::rotate;
 use crate::recording::{Camera, Event, Header, Limits, NormalRule, OpenOptions, RecordingError, Session};
+use crate::small_file::open_regular;
 
 /// The first bytes of a file.
 pub(super) const MAGIC: &[u8] = b"tilT";
@@ -110,7 +110,7 @@ fn open_zip(path: &Path, on_damage: OnDamage, limits: &Limits) -> Result<Parts, 
 }
 
 fn open_file(path: PathBuf) -> Result<ByteReader, RecordingError> {
-    let file = File::open(&path).map_err(|error| RecordingError::io(&path, error))?;
+    let file = open_regular(&path).map_err(|error| RecordingError::io(&path, error))?;
     let reader: Box<dyn Read + Send> = Box::new(BufReader::new(file));
     Ok(ByteReader::new(path, reader))
 }

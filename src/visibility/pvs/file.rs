@@ -17,7 +17,7 @@
 
 use std::{
     fs::File,
-    io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write},
+    io::{self, BufReader, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
 
@@ -26,7 +26,7 @@ use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::{GROUP, Pvs, ViewCells, fingerprint_of_model, words_of};
-use crate::scene::Scene;
+use crate::{atomic_file::write_atomically, scene::Scene, small_file::open_regular};
 
 const MAGIC: &[u8; 10] = b"osp pvs 2\n";
 /// What the format before began with: it had no checksum.
@@ -146,8 +146,8 @@ impl Pvs {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), PvsError> {
-        let write = || self.write_to(BufWriter::new(File::create(path)?));
-        write().map_err(|cause| PvsError::Io { path: path.to_owned(), cause })
+        write_atomically(path, |out| self.write_to(out))
+            .map_err(|cause| PvsError::Io { path: path.to_owned(), cause })
     }
 
     /// Writes the sets as a file has them.
@@ -182,13 +182,9 @@ impl Pvs {
     /// The file cannot be read, is damaged, or is of another model: the message names the place.
     pub fn read(path: &Path, model: &Scene) -> Result<Self, PvsError> {
         let io = |cause| PvsError::Io { path: path.to_owned(), cause };
-        let metadata = std::fs::metadata(path).map_err(io)?;
-        if !metadata.is_file() {
-            let found = if metadata.is_dir() { "a folder" } else { "a pipe or a device" };
-            return Err(damaged(path, 0, "a regular file", found));
-        }
-        let mut file = File::open(path).map_err(io)?;
-        let bytes = whole(&mut file, path, metadata.len())?;
+        let mut file = open_regular(path).map_err(io)?;
+        let bytes = file.metadata().map_err(io)?.len();
+        check_whole(&mut file, path, bytes)?;
         file.rewind().map_err(io)?;
         let mut head = [0; HEAD_BYTES as usize];
         file.read_exact(&mut head).map_err(io)?;
@@ -208,8 +204,8 @@ impl Pvs {
     }
 }
 
-/// Looks through the whole file: whether it begins as it must, and sums up to its last bytes. Gives its length.
-fn whole(file: &mut File, path: &Path, bytes: u64) -> Result<u64, PvsError> {
+/// Looks through the whole file: whether it begins as it must, and sums up to its last bytes.
+fn check_whole(file: &mut File, path: &Path, bytes: u64) -> Result<(), PvsError> {
     let io = |cause| PvsError::Io { path: path.to_owned(), cause };
     let mut magic = Vec::new();
     file.take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(io)?;
@@ -239,7 +235,7 @@ fn whole(file: &mut File, path: &Path, bytes: u64) -> Result<u64, PvsError> {
     file.read_exact(&mut stored).map_err(io)?;
     let (sum, stored) = (sum.digest(), u64::from_le_bytes(stored));
     if sum == stored {
-        return Ok(bytes);
+        return Ok(());
     }
     let expected = format!("{sum:016x}, the checksum of all bytes before");
     let found = format!("{stored:016x}: the file is damaged or cut off");

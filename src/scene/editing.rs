@@ -1,0 +1,241 @@
+//! What is done to strokes once they are there: erase, move, group, place, undo and redo.
+
+use glam::Vec3;
+
+use super::{Change, Scene, edit::Edit, group};
+use crate::recording::{GroupId, StrokeId, Transform};
+
+impl Scene {
+    pub(super) fn record(&mut self, edit: Edit) {
+        let first = self.gone[0].len();
+        self.history.record(edit, &mut self.gone[0]);
+        for i in first..self.gone[0].len() {
+            self.put_out_of_reach(self.gone[0][i]);
+        }
+    }
+
+    /// Nothing brings a stroke back any more: its number stays used, all else is as if it had never been.
+    fn put_out_of_reach(&mut self, at: u32) {
+        let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
+        stroke.is_gone = true;
+        stroke.builder = None;
+        if let Some(id) = stroke.id {
+            self.stroke_by_id.remove(&id);
+            self.used.insert(id.0);
+        }
+        let group = stroke.group;
+        self.groups.change_member(at, group, None);
+    }
+
+    /// Frees the memory of the strokes that no undo or redo can bring back, as far as that was so at the last call: who
+    /// follows the changes may still ask about those that went since. To be called once a frame by whoever keeps a scene
+    /// for long, after the changes before the last call have been followed.
+    pub fn let_go(&mut self) {
+        self.gone.swap(0, 1);
+        let mut gone = std::mem::take(&mut self.gone[0]);
+        for at in gone.drain(..) {
+            let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
+            for id in std::mem::take(&mut stroke.polygons).into_iter().flatten() {
+                self.polygons.release(id as usize);
+                self.bounds.release(id as usize);
+                self.owner.release(id as usize);
+            }
+            self.strokes.release(at as usize);
+        }
+        // One jump may free a million strokes; the next ones are few again.
+        gone.shrink_to(1024);
+        self.gone[0] = gone;
+        if self.stroke_by_id.len() * 4 < self.stroke_by_id.capacity() {
+            self.stroke_by_id.shrink_to(1024);
+        }
+    }
+
+    pub(super) fn erase(&mut self, id: StrokeId, changes: &mut Vec<Change>) -> Option<()> {
+        let at = *self.stroke_by_id.get(&id)?;
+        if self.strokes[at as usize].erased {
+            return None;
+        }
+        self.set_erased(at, true, changes);
+        self.record(Edit::Erase { stroke: at });
+        Some(())
+    }
+
+    fn set_erased(&mut self, at: u32, erased: bool, changes: &mut Vec<Change>) {
+        let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
+        let was = stroke.is_visible();
+        stroke.erased = erased;
+        if erased {
+            self.counts.erased_strokes += 1;
+        } else {
+            self.counts.erased_strokes -= 1;
+        }
+        self.follow_visibility(at, was, changes);
+    }
+
+    fn set_undone(&mut self, at: u32, undone: bool, changes: &mut Vec<Change>) {
+        let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
+        let was = stroke.is_visible();
+        stroke.undone = undone;
+        self.follow_visibility(at, was, changes);
+    }
+
+    fn follow_visibility(&mut self, at: u32, was: bool, changes: &mut Vec<Change>) {
+        let stroke = &mut self.strokes[at as usize];
+        let is = stroke.is_visible();
+        if was == is {
+            return;
+        }
+        let count = stroke.polygons.iter().map(|r| u64::from(r.end - r.start)).sum::<u64>();
+        if is {
+            self.counts.visible += count;
+            changes.extend(stroke.polygon_ids().map(Change::Insert));
+            // Whoever has kept its polygons from before has them at the old place.
+            if std::mem::take(&mut stroke.was_displaced_unseen) {
+                self.displace(at);
+            }
+        } else {
+            self.counts.visible -= count;
+            changes.extend(stroke.polygon_ids().map(Change::Remove));
+        }
+    }
+
+    pub(super) fn move_strokes(&mut self, ids: &[StrokeId], by: Vec3) -> Option<()> {
+        let mut offsets: Vec<(u32, Vec3)> = self.named(ids).map(|at| (at, Vec3::ZERO)).collect();
+        offsets.sort_unstable_by_key(|(at, _)| *at);
+        offsets.dedup_by_key(|(at, _)| *at);
+        offsets.retain_mut(|(at, offset)| {
+            let stroke = &self.strokes[*at as usize];
+            let by = self.groups.way_from_world(stroke.group, by);
+            by.inspect(|by| *offset = stroke.offset + *by).is_some()
+        });
+        if offsets.is_empty() {
+            return None;
+        }
+        self.swap_offsets(&mut offsets);
+        self.record(Edit::Move { offsets });
+        Some(())
+    }
+
+    fn named(&self, ids: &[StrokeId]) -> impl Iterator<Item = u32> {
+        ids.iter().filter_map(|id| self.stroke_by_id.get(id)).copied()
+    }
+
+    fn swap_offsets(&mut self, offsets: &mut [(u32, Vec3)]) {
+        for (at, offset) in offsets {
+            if let Some(stroke) = self.strokes.get_mut(*at as usize).filter(|stroke| !stroke.is_gone) {
+                std::mem::swap(&mut stroke.offset, offset);
+                self.displace(*at);
+            }
+        }
+    }
+
+    /// A stroke is elsewhere now: it is placed anew once all events of the frame are taken.
+    fn displace(&mut self, at: u32) {
+        if let Some(stroke) = self.strokes.get_mut(at as usize)
+            && !std::mem::replace(&mut stroke.is_displaced, true)
+        {
+            self.to_place.push(at);
+        }
+    }
+
+    /// Recomputes the boxes of all strokes whose place in the world has changed.
+    pub(super) fn place_displaced(&mut self, changes: &mut Vec<Change>) {
+        let mut to_place = std::mem::take(&mut self.to_place);
+        self.groups.take_moved(|at| {
+            if let Some(stroke) = self.strokes.get_mut(at as usize)
+                && !std::mem::replace(&mut stroke.is_displaced, true)
+            {
+                to_place.push(at);
+            }
+        });
+        to_place.sort_unstable();
+        for at in to_place.drain(..) {
+            self.place_stroke(at, changes);
+        }
+        self.to_place = to_place;
+    }
+
+    fn place_stroke(&mut self, at: u32, changes: &mut Vec<Change>) {
+        let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
+        stroke.is_displaced = false;
+        stroke.was_displaced_unseen = !stroke.is_visible();
+        self.groups.chain(stroke.group, &mut self.chain);
+        for id in stroke.polygon_ids() {
+            let local = &self.polygons[id.index()];
+            let world = local.map(|p| self.chain.iter().fold(p + stroke.offset, |p, to| group::apply(to, p)));
+            self.bounds[id.index()] = world.bounds();
+            self.displaced += 1;
+            if stroke.is_visible() {
+                changes.push(Change::Update(id));
+            }
+        }
+    }
+
+    pub(super) fn group(&mut self, id: GroupId, strokes: &[StrokeId], parent: Option<GroupId>) -> Option<()> {
+        let parent = match parent {
+            Some(parent) => Some(self.groups.find(parent)?),
+            None => None,
+        };
+        let at = self.groups.find_or_make(id, parent)?;
+        let mut before: Vec<(u32, Option<usize>)> = self.named(strokes).map(|s| (s, None)).collect();
+        before.sort_unstable_by_key(|(s, _)| *s);
+        before.dedup_by_key(|(s, _)| *s);
+        for (stroke, group_before) in &mut before {
+            *group_before = self.strokes[*stroke as usize].group;
+        }
+        let parent_before = self.groups.parent(at);
+        self.groups.hang(at, parent);
+        before.iter().for_each(|&(stroke, _)| self.set_group(stroke, Some(at)));
+        self.record(Edit::Group { before, group: at, parent_before, parent });
+        Some(())
+    }
+
+    fn set_group(&mut self, at: u32, to: Option<usize>) {
+        let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
+        let from = std::mem::replace(&mut stroke.group, to);
+        if from != to {
+            self.groups.change_member(at, from, to);
+            self.displace(at);
+        }
+    }
+
+    pub(super) fn place(&mut self, id: GroupId, to: Transform) -> Option<()> {
+        let group = self.groups.find(id)?;
+        let before = self.groups.transform(group);
+        self.groups.place(group, to);
+        self.record(Edit::Place { group, before, after: to });
+        Some(())
+    }
+
+    pub(super) fn undo(&mut self, changes: &mut Vec<Change>) -> Option<()> {
+        let mut edit = self.history.undo()?;
+        match &mut edit {
+            Edit::Draw { stroke } => self.set_undone(*stroke, true, changes),
+            Edit::Erase { stroke } => self.set_erased(*stroke, false, changes),
+            Edit::Move { offsets } => self.swap_offsets(offsets),
+            Edit::Group { before, group, parent_before, .. } => {
+                self.groups.hang(*group, *parent_before);
+                before.iter().for_each(|&(stroke, group)| self.set_group(stroke, group));
+            }
+            Edit::Place { group, before, .. } => self.groups.place(*group, *before),
+        }
+        self.history.taken_back(edit);
+        Some(())
+    }
+
+    pub(super) fn redo(&mut self, changes: &mut Vec<Change>) -> Option<()> {
+        let mut edit = self.history.redo()?;
+        match &mut edit {
+            Edit::Draw { stroke } => self.set_undone(*stroke, false, changes),
+            Edit::Erase { stroke } => self.set_erased(*stroke, true, changes),
+            Edit::Move { offsets } => self.swap_offsets(offsets),
+            Edit::Group { before, group, parent, .. } => {
+                self.groups.hang(*group, *parent);
+                before.iter().for_each(|&(stroke, _)| self.set_group(stroke, Some(*group)));
+            }
+            Edit::Place { group, after, .. } => self.groups.place(*group, *after),
+        }
+        self.history.made_again(edit);
+        Some(())
+    }
+}

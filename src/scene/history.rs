@@ -1,0 +1,71 @@
+use std::collections::VecDeque;
+
+use super::edit::Edit;
+
+/// The edits that undo and redo can reach.
+///
+/// How many is part of what a recording means: everybody who replays one forgets the same edits, so both limits are the
+/// same everywhere and no setting.
+#[derive(Clone, Debug, Default)]
+pub(super) struct History {
+    done: VecDeque<Edit>,
+    taken_back: Vec<Edit>,
+    /// Strokes that all of them remember something of.
+    named: usize,
+}
+
+impl History {
+    /// Edits that can be taken back, at most: the oldest is forgotten. Larger: undo reaches further, and what was erased
+    /// is held longer.
+    pub(super) const DEPTH: usize = 1000;
+
+    /// Moves and groupings of many strokes remember something of each of them, 16 or 24 bytes. Together they name at most
+    /// this many strokes; the oldest edits are forgotten, but never the last one.
+    pub(super) const NAMED: usize = 1 << 20;
+
+    pub(super) fn can_undo(&self) -> bool {
+        !self.done.is_empty()
+    }
+
+    pub(super) fn can_redo(&self) -> bool {
+        !self.taken_back.is_empty()
+    }
+
+    /// Adds an edit. What was taken back cannot be made again then, and the oldest edits may be too many: the strokes
+    /// that are gone for good by either are appended to `gone`.
+    pub(super) fn record(&mut self, edit: Edit, gone: &mut Vec<u32>) {
+        for lost in self.taken_back.drain(..) {
+            self.named -= lost.named();
+            if let Edit::Draw { stroke } = lost {
+                gone.push(stroke);
+            }
+        }
+        self.named += edit.named();
+        self.done.push_back(edit);
+        while self.done.len() > Self::DEPTH || (self.named > Self::NAMED && self.done.len() > 1) {
+            let Some(oldest) = self.done.pop_front() else { return };
+            self.named -= oldest.named();
+            if let Edit::Erase { stroke } = oldest {
+                gone.push(stroke);
+            }
+        }
+    }
+
+    /// The last edit, to be played backward and given to [`History::taken_back`].
+    pub(super) fn undo(&mut self) -> Option<Edit> {
+        self.done.pop_back()
+    }
+
+    pub(super) fn taken_back(&mut self, edit: Edit) {
+        self.taken_back.push(edit);
+    }
+
+    /// The edit last taken back, to be played forward and given to [`History::made_again`].
+    pub(super) fn redo(&mut self) -> Option<Edit> {
+        self.taken_back.pop()
+    }
+
+    pub(super) fn made_again(&mut self, edit: Edit) {
+        self.done.push_back(edit);
+    }
+}

@@ -1,0 +1,344 @@
+//! A tracker may be anybody: what it says costs what it has to, and strangers are not read.
+
+use std::{
+    net::UdpSocket,
+    path::Path,
+    time::{Duration, Instant},
+};
+
+use osp::{
+    app::{
+        Autosaves, Command, Studio, Subject,
+        tracker::{Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
+    },
+    glam::Vec3,
+    recording::{Event, Flush, Header, RonWriter, StrokeId},
+};
+
+use crate::drawing::Table;
+
+pub(crate) fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < Duration::from_secs(60), "{what} did not come");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+fn listen(options: &TrackerOptions) -> Tracker {
+    let address = TrackerAddress::Udp("127.0.0.1:0".parse().expect("an address"));
+    Tracker::open(&address, options, || {}).expect("a tracker")
+}
+
+fn sender(to: &Tracker) -> UdpSocket {
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    socket.connect(to.local_address().expect("a port")).expect("an address");
+    socket
+}
+
+fn key(word: &str) -> TrackerOptions {
+    TrackerOptions { any_sender: false, key: Some(word.parse::<TrackerKey>().expect("a key")) }
+}
+
+/// A session of small triangles in a plane, a stroke each, 5 cm apart.
+fn field(path: &Path, side: u32) {
+    let mut writer = RonWriter::create(path, &Header::new("field", ""), Flush::AtEnd).expect("a file");
+    for number in 0..side * side {
+        let p = place(number % side, number / side);
+        let vertices = vec![p, p + Vec3::X * 0.004, p + Vec3::Y * 0.004];
+        let (stroke, color) = (Some(StrokeId(number)), (1.0, 1.0, 1.0, 1.0));
+        writer.write(&Event::Polygon { t: 0.0, stroke, vertices, color }).expect("a line");
+    }
+    writer.finish().expect("a file");
+}
+
+fn place(i: u32, k: u32) -> Vec3 {
+    Vec3::new(i as f32 * 0.05, k as f32 * 0.05, 0.0)
+}
+
+/// Frames until nothing is left to take.
+fn frames(table: &mut Table) -> u32 {
+    let mut frames = 0;
+    loop {
+        table.frame();
+        frames += 1;
+        if !table.studio.is_moving() {
+            return frames;
+        }
+    }
+}
+
+#[test]
+fn an_erasure_looks_at_what_is_near_and_a_frame_takes_few_of_them() {
+    const SIDE: u32 = 140;
+    let mut table = Table::new();
+    let session = table.folder.path().join("field.ron");
+    field(&session, SIDE);
+    table.studio.command(Command::Open(session));
+    table.frame();
+    assert_eq!(table.visible(), u64::from(SIDE * SIDE));
+    table.studio.set_tracker(listen(&TrackerOptions::default()));
+    let tracker = table.studio.tracker().expect("a tracker");
+    // One datagram: a thousand erasures, every other one of them where nothing is.
+    let mut packet = String::new();
+    for number in 0..500 {
+        let p = place(number % SIDE, number / SIDE);
+        packet += &format!("erase {} {} {}\nerase {} {} 0.3\n", p.x, p.y, p.z, p.x, p.y);
+    }
+    sender(tracker).send(packet.as_bytes()).expect("sent");
+    wait_until("the datagram", || tracker.counts().messages == 1000);
+    table.frame();
+    let in_a_frame = table.studio.culling().reaches().points;
+    assert!((1..=64).contains(&in_a_frame), "{in_a_frame} erasures in a frame");
+    assert!(table.studio.is_moving(), "the others have the next frames");
+    assert!(frames(&mut table) >= 1000 / 64);
+    assert_eq!(table.visible(), u64::from(SIDE * SIDE) - 500);
+    let reaches = table.studio.culling().reaches();
+    assert_eq!(reaches.points, 1000);
+    // Each found its own triangle or nothing; what a frame has just erased is still in the index.
+    assert!(reaches.polygons <= 2000, "{} polygons looked at for 1,000 erasures", reaches.polygons);
+}
+
+#[test]
+fn what_was_drawn_in_the_same_frame_is_erased_and_the_nearest_first() {
+    let mut table = Table::new();
+    table.studio.set_tracker(listen(&TrackerOptions::default()));
+    let tracker = table.studio.tracker().expect("a tracker");
+    let mut packet = String::from("brush ribbon 0.002 1 1 1 1\n");
+    for x in [0.0, 0.006] {
+        for i in 0..4 {
+            packet += &format!("hand {x} {} 0 0 0 0 1 1\n", 0.1 * i as f32);
+        }
+        packet += &format!("hand {x} 0.3 0 0 0 0 1 0\n");
+    }
+    packet += "erase 0.005 0.15 0\n";
+    sender(tracker).send(packet.as_bytes()).expect("sent");
+    wait_until("the datagram", || tracker.counts().messages == 12);
+    frames(&mut table);
+    let left: Vec<f32> =
+        table.studio.scene().visible_ids().map(|id| table.studio.scene().bounds(id).center().x).collect();
+    assert!(left.len() == 3 && left.iter().all(|x| x.abs() < 0.002), "{left:?}");
+}
+
+#[test]
+fn a_flood_of_edits_of_a_large_stroke_is_spread_over_frames() {
+    const POLYGONS: u32 = 70_000;
+    let folder = tempfile::tempdir().expect("a folder");
+    let session = folder.path().join("large.ron");
+    let mut writer = RonWriter::create(&session, &Header::new("", ""), Flush::AtEnd).expect("a file");
+    for number in 0..POLYGONS {
+        let p = place(number % 300, number / 300);
+        let (stroke, vertices) = (Some(StrokeId(7)), vec![p, p + Vec3::X * 0.01, p + Vec3::Y * 0.01]);
+        let color = (1.0, 1.0, 1.0, 1.0);
+        writer.write(&Event::Polygon { t: 0.0, stroke, vertices, color }).expect("a line");
+    }
+    writer.finish().expect("a file");
+    let mut table = Table::new();
+    table.studio.command(Command::Open(session));
+    table.frame();
+    table.studio.set_tracker(listen(&TrackerOptions::default()));
+    let tracker = table.studio.tracker().expect("a tracker");
+    sender(tracker).send("undo\nredo\n".repeat(10).as_bytes()).expect("sent");
+    wait_until("the datagram", || tracker.counts().messages == 20);
+    let mut frames = 0;
+    while table.studio.is_moving() || frames == 0 {
+        let record = table.frame().record;
+        frames += 1;
+        assert!(record.inserted + record.removed <= u64::from(POLYGONS), "{record:?}");
+    }
+    assert_eq!((frames, table.visible()), (21, u64::from(POLYGONS)));
+}
+
+#[test]
+fn one_sender_is_listened_to_and_others_are_counted() {
+    let tracker = listen(&TrackerOptions::default());
+    let (first, second) = (sender(&tracker), sender(&tracker));
+    first.send(b"undo").expect("sent");
+    wait_until("a message", || tracker.counts().messages == 1);
+    second.send(b"redo\nredo").expect("sent");
+    wait_until("a refusal", || tracker.counts().refused == 1);
+    first.send(b"nonsense\nundo").expect("sent");
+    wait_until("a message", || tracker.counts().messages == 2);
+    assert_eq!(
+        [tracker.take(), tracker.take(), tracker.take()],
+        [Some(Message::Undo), Some(Message::Undo), None]
+    );
+    assert_eq!(tracker.counts().malformed, 1);
+
+    let open = listen(&TrackerOptions { any_sender: true, key: None });
+    sender(&open).send(b"undo").expect("sent");
+    sender(&open).send(b"redo").expect("sent");
+    wait_until("both", || open.counts().messages == 2);
+    assert_eq!(open.counts().refused, 0);
+}
+
+#[test]
+fn a_session_is_sent_with_the_key_that_is_asked_for() {
+    let recording = format!("{}/recordings/scribble.ron", env!("CARGO_MANIFEST_DIR"));
+    for osc in [false, true] {
+        let tracker = listen(&key("open-sesame"));
+        let to = tracker.local_address().expect("a port").to_string();
+        let send = |more: &[&str]| {
+            let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_osp"));
+            command.args(["send", &recording, "--to", &to, "--pace", "samples:500", "--speed", "1000"]);
+            command.args(more).args(osc.then_some("--osc"));
+            let output = command.output().expect("osp");
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        };
+        for wrong in [&[][..], &["--key", "open-sesamo"]] {
+            let before = tracker.counts().refused;
+            send(wrong);
+            wait_until("a refusal", || tracker.counts().refused > before);
+        }
+        assert_eq!((tracker.counts().messages, tracker.counts().malformed), (0, 0));
+        send(&["--key", "open-sesame"]);
+        // Datagrams may be lost where nobody waits for them.
+        wait_until("messages", || {
+            while tracker.take().is_some() {}
+            tracker.counts().messages > 1000
+        });
+        assert_eq!(tracker.counts().malformed, 0);
+    }
+    // A key that is no word is refused by both.
+    for command in ["sketch", "send"] {
+        let flag = if command == "sketch" { "--tracker-key" } else { "--key" };
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
+            .args([command, "--tracker", "udp://"].iter().take(if command == "sketch" { 3 } else { 1 }))
+            .args([flag, "two words"])
+            .output()
+            .expect("osp");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && said.contains("expected 1 to 64"), "{command}: {said}");
+    }
+}
+
+#[test]
+fn a_datagram_has_so_many_messages_and_no_more() {
+    let tracker = listen(&TrackerOptions::default());
+    let socket = sender(&tracker);
+    socket.send("undo\n".repeat(13_000).as_bytes()).expect("sent");
+    wait_until("the datagram", || tracker.counts().messages > 0 && tracker.counts().dropped > 0);
+    assert_eq!((tracker.counts().messages, tracker.counts().dropped), (1024, 13_000 - 1024));
+    let mut bundle = b"#bundle\0\0\0\0\0\0\0\0\x01".to_vec();
+    for _ in 0..3000 {
+        bundle.extend(b"\0\0\0\x10/osp/undo\0\0\0,\0\0\0");
+    }
+    socket.send(&bundle).expect("sent");
+    wait_until("the bundle", || tracker.counts().dropped >= 13_000 - 1024 + 3000 - 1024);
+    assert_eq!(tracker.counts().messages, 2048);
+}
+
+#[test]
+fn a_stream_without_lines_is_given_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("noise.txt");
+    let mut text = "undo\n".to_owned();
+    text += &"x".repeat(3 << 20);
+    text += "\nredo\n";
+    std::fs::write(&path, text).expect("a file");
+    let open = |path: &Path| {
+        let address = TrackerAddress::File(path.to_owned());
+        Tracker::open(&address, &TrackerOptions::default(), || {}).expect("a tracker")
+    };
+    let tracker = open(&path);
+    wait_until("the end of patience", || tracker.counts().has_given_up);
+    assert_eq!((tracker.take(), tracker.take(), tracker.counts().malformed), (Some(Message::Undo), None, 1));
+    // A line that is only too long is passed over.
+    let mut text = "undo\n".to_owned();
+    text += &"x".repeat(1 << 19);
+    text += "\nredo\n";
+    std::fs::write(&path, text).expect("a file");
+    let tracker = open(&path);
+    wait_until("both messages", || tracker.counts().messages == 2);
+    assert_eq!((tracker.counts().has_given_up, tracker.counts().malformed), (false, 1));
+    if cfg!(unix) {
+        let endless = open(Path::new("/dev/zero"));
+        wait_until("the end of patience", || endless.counts().has_given_up);
+        assert_eq!(endless.counts().malformed, 1);
+    }
+}
+
+#[test]
+fn a_long_file_is_read_whole_however_slowly_it_is_taken() {
+    const LINES: usize = (1 << 16) + 5000;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("poses.txt");
+    std::fs::write(&path, "undo\n".repeat(LINES)).expect("a file");
+    let (sender, woken) = std::sync::mpsc::channel();
+    let wake = move || sender.send(()).unwrap_or(());
+    let tracker =
+        Tracker::open(&TrackerAddress::File(path), &TrackerOptions::default(), wake).expect("a tracker");
+    wait_until("a full queue", || tracker.counts().messages > 1 << 16);
+    assert_eq!(woken.try_iter().count(), 1, "woken once until somebody looks");
+    let mut taken = 0;
+    wait_until("every line", || {
+        taken += std::iter::from_fn(|| tracker.take()).count();
+        taken == LINES
+    });
+    assert_eq!((tracker.counts().messages, tracker.counts().dropped), (LINES as u64, 0));
+    assert!(woken.try_iter().count() >= 1);
+}
+
+#[test]
+fn who_listens_to_everybody_is_told_so() {
+    let warning = |text: &str, options: &TrackerOptions| {
+        text.parse::<TrackerAddress>().expect("an address").warning(options)
+    };
+    let plain = TrackerOptions::default();
+    for address in ["udp://0.0.0.0:9327", "udp://[::]:9327"] {
+        let said = warning(address, &plain).expect("a warning");
+        assert!(said.contains(address) && said.contains("--tracker-key"), "{said}");
+        let said = warning(address, &key("a-word")).expect("a warning");
+        assert!(said.contains("as it is") && !said.contains("a-word"), "{said}");
+    }
+    for address in ["udp://", "udp://192.168.0.7:9", "udp://[::1]:9", "-", "poses.txt"] {
+        assert_eq!(warning(address, &plain), None, "{address}");
+    }
+}
+
+#[test]
+fn a_session_that_uses_the_last_number_goes_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("last.ron");
+    let mut writer = RonWriter::create(&path, &Header::new("", ""), Flush::AtEnd).expect("a file");
+    for stroke in [0, 1, u32::MAX] {
+        let (stroke, vertices) = (Some(StrokeId(stroke)), vec![Vec3::ZERO, Vec3::X, Vec3::Y]);
+        let color = (1.0, 1.0, 1.0, 1.0);
+        writer.write(&Event::Polygon { t: 0.0, stroke, vertices, color }).expect("a line");
+    }
+    writer.finish().expect("a file");
+    let mut table = Table::new();
+    table.studio.command(Command::Open(path));
+    for height in [-0.4, 0.4] {
+        let before = table.visible();
+        table.drag(osp::app::Button::Primary, &crate::drawing::across(height));
+        assert!(table.visible() > before, "something was drawn");
+    }
+    let numbers: Vec<u32> =
+        table.studio.scene().strokes().iter().filter_map(|stroke| Some(stroke.id()?.0)).collect();
+    assert_eq!(numbers, [0, 1, u32::MAX, 2, 3]);
+    assert_eq!(table.studio.scene().counts().ignored_events, 0);
+}
+
+/// What was written here once: a replay hears nothing.
+#[test]
+fn a_replay_takes_what_a_tracker_says_and_changes_nothing() {
+    let recording = format!("{}/recordings/scribble.ron", env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().expect("a folder");
+    let player = osp::app::Player::open(
+        Path::new(&recording),
+        osp::recording::Pace::Samples(64),
+        osp::visibility::CameraChoice::Auto,
+    );
+    let subject = Subject::Replay(Box::new(player.expect("a session")));
+    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+    let mut studio = Studio::new(subject, autosaves, osp::index::IndexKind::Osp);
+    studio.command(Command::Seek(40));
+    let before = studio.scene().counts();
+    studio.set_tracker(listen(&TrackerOptions::default()));
+    let tracker = studio.tracker().expect("a tracker");
+    sender(tracker).send(b"undo\nhand 0 0 0 0 0 0 1 1\nhand 1 0 0 0 0 0 1 1\nerase 0 0 0").expect("sent");
+    wait_until("the datagram", || tracker.counts().messages == 4);
+    studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
+    assert_eq!((studio.scene().counts(), studio.is_moving()), (before, false));
+}
