@@ -24,7 +24,7 @@ use history::History;
 
 pub use autosaves::Autosaves;
 pub use lock::OpenElsewhere;
-pub(super) use lock::{NotTaken, SessionLock, true_path};
+pub(super) use lock::{NotTaken, SessionLock};
 pub(super) use session_file::SessionFile;
 pub use session_file::Trouble;
 
