@@ -49,13 +49,13 @@ fn errors() -> Vec<(&'static str, Box<dyn Error + Send + Sync>)> {
         use osp::{
             app::{
                 WindowError,
-                tracker::{Tracker, TrackerAddress},
+                tracker::{Tracker, TrackerAddress, TrackerOptions},
             },
             render::RenderError,
         };
         let tracker = || {
             let address = TrackerAddress::File("no such file".into());
-            Tracker::open(&address, || {}).expect_err("no file")
+            Tracker::open(&address, &TrackerOptions::default(), || {}).expect_err("no file")
         };
         errors.extend([
             ("TrackerError", Box::new(tracker()) as Box<dyn Error + Send + Sync>),

@@ -44,7 +44,8 @@ pub fn run(data: &[u8]) {
     let path = scratch::file(name, b"");
     let (first, more) = (some_events(&mut u), some_events(&mut u));
     let flush = if chance(&mut u, 4) { Flush::AtEnd } else { Flush::EachEvent };
-    let mut writer = RonWriter::create(&path, &Header::new("fuzz", "fuzz"), flush).expect("a writer");
+    let mut writer =
+        RonWriter::create(&path, &Header::new("fuzz", "osp sketch fuzz"), flush).expect("a writer");
     write_all(&mut writer, &first);
     writer.finish().expect("written");
     let whole = fs::read(&path).expect("the file");
@@ -102,29 +103,28 @@ pub fn run(data: &[u8]) {
     }
 }
 
-/// The journal of the window: nothing that it was given is ever lost.
+/// The session that the window goes on with: nothing that it was given is ever lost.
 #[cfg(feature = "window")]
 fn go_on(path: &Path, before: &[Event], more: &[Event], bytes: &[u8]) {
-    let mut journal = osp::app::Journal::new(path.to_owned(), Header::new("fuzz", "fuzz"));
-    more.iter().for_each(|event| journal.write(event));
-    let (waiting, failure) = (journal.waiting(), journal.failure().map(str::to_owned));
-    drop(journal);
-    match failure {
-        None => {
-            assert_eq!(waiting, 0);
-            let (after, error) = read(path, STRICT);
-            assert!(error.is_none(), "{error:?}");
-            assert_eq!(after, [before, more].concat());
-        }
-        Some(reason) => {
-            assert_eq!(waiting, more.len(), "{reason}");
-            assert_eq!(
-                fs::read(path).expect("the file"),
-                bytes,
-                "a file that cannot be gone on with is left alone"
-            );
-        }
-    }
+    use osp::app::{Autosaves, Document};
+    let autosaves = Autosaves::new(path.parent().map(|folder| folder.join("autosaves")));
+    let Ok((mut document, _)) = Document::open(path, &autosaves) else {
+        assert_eq!(
+            fs::read(path).expect("the file"),
+            bytes,
+            "a file that cannot be gone on with is left alone"
+        );
+        return;
+    };
+    assert_eq!(fs::read(path).unwrap_or_default(), bytes, "opening changes nothing");
+    more.iter().for_each(|event| assert!(document.apply(event.clone()), "{event:?} is sound"));
+    document.close().expect("written");
+    let (after, error) = read(path, STRICT);
+    assert!(error.is_none(), "{error:?}");
+    // Between the two stand the ends of strokes that were left open.
+    assert!(after.starts_with(before) && after.ends_with(more), "{} events", after.len());
+    let between = &after[before.len()..after.len() - more.len()];
+    assert!(between.iter().all(|event| matches!(event, Event::End { .. })), "{between:?}");
 }
 
 /// A damaged file may be refused. What was written behind the damage is read by whoever passes over it.

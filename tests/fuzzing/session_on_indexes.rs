@@ -52,7 +52,7 @@ fn check_scene(scene: &Scene) {
     assert_eq!(counts.polygons, scene.polygon_count() as u64);
     assert_eq!(counts.visible, scene.visible_ids().count() as u64, "polygons in the model");
     let mut owned = 0;
-    for stroke in scene.strokes() {
+    for stroke in scene.strokes().iter() {
         for id in stroke.polygon_ids() {
             owned += 1;
             assert_eq!(scene.is_visible(id), stroke.is_visible(), "{id:?}");
