@@ -142,7 +142,13 @@ impl Studio {
             Ok(counts)
         };
         match export() {
-            Ok(counts) => self.say(format!("{} polygons exported to {}", counts.polygons, path.display())),
+            Ok(GltfCounts { polygons, left_out, .. }) => {
+                let left_out = match left_out {
+                    0 => String::new(),
+                    n => format!("; {n} left out, which were moved beyond all range"),
+                };
+                self.say(format!("{polygons} polygons exported to {}{left_out}", path.display()));
+            }
             Err(error) => self.say(format!("{}: {error}", path.display())),
         }
     }

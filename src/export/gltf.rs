@@ -6,7 +6,10 @@ use glam::Vec3;
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use crate::scene::{PolygonId, Scene};
+use crate::{
+    math::COORDINATE_LIMIT_M,
+    scene::{PolygonId, Scene},
+};
 
 /// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers.
 const VERTEX_BYTES: usize = 12 + 12 + 8;
@@ -37,6 +40,8 @@ pub struct GltfCounts {
     pub polygons: u64,
     /// Triangles.
     pub triangles: u64,
+    /// Polygons with a corner that is not a number, or beyond [`COORDINATE_LIMIT_M`]: no reader of the format takes them.
+    pub left_out: u64,
 }
 
 /// Vertices and triangles of one material.
@@ -71,8 +76,15 @@ impl Part {
     }
 }
 
+/// Whether a corner can stand in a file: what is no finite number would make the whole file invalid, and of what is
+/// too far readers cannot compute the size.
+fn is_writable(corner: &Vec3) -> bool {
+    corner.is_finite() && corner.abs().max_element() <= COORDINATE_LIMIT_M
+}
+
 /// Writes the visible polygons of a scene as one binary glTF file: flat-shaded, two-sided, with the strokes' colours at
-/// the vertices; opaque and transparent polygons have a material each. World space, metres, as glTF has it.
+/// the vertices; opaque and transparent polygons have a material each. World space, metres, as glTF has it. What was moved
+/// to infinity is left out, and counted.
 ///
 /// # Errors
 /// The output fails, or the model does not fit the format.
@@ -81,6 +93,10 @@ pub fn write_glb(scene: &Scene, name: &str, mut out: impl Write) -> Result<GltfC
     let (mut opaque, mut transparent) = (Part::default(), Part::default());
     for id in scene.visible_ids() {
         let polygon = scene.polygon(id);
+        if !polygon.vertices().iter().all(is_writable) {
+            counts.left_out += 1;
+            continue;
+        }
         let color = linear_color(scene, id);
         let part = if color[3] < u16::MAX { &mut transparent } else { &mut opaque };
         part.add(polygon.vertices(), polygon.area_vector().try_normalize().unwrap_or(Vec3::Y), color);
@@ -188,7 +204,8 @@ fn linear_color(scene: &Scene, id: PolygonId) -> [u16; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Event;
+    use crate::recording::{Event, GroupId, StrokeId, Transform};
+    use glam::Quat;
 
     fn word(bytes: &[u8], at: usize) -> u32 {
         u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
@@ -217,7 +234,7 @@ mod tests {
         let quad = polygon(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 1.0);
         let glass = polygon(&[[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]], 0.5);
         let (counts, json, chunk) = export(&[quad, glass]);
-        assert_eq!(counts, GltfCounts { polygons: 2, triangles: 3 });
+        assert_eq!(counts, GltfCounts { polygons: 2, triangles: 3, left_out: 0 });
         assert_eq!(word(&chunk, 4), BIN_CHUNK);
         let binary = &chunk[8..];
         assert_eq!(binary.len() as u64, json["buffers"][0]["byteLength"].as_u64().expect("a number"));
@@ -236,6 +253,50 @@ mod tests {
         let float = |at| f32::from_bits(word(binary, at));
         assert_eq!([float(VERTEX_BYTES), float(VERTEX_BYTES + 4)], [2.0, 0.0], "the second corner");
         assert_eq!([float(12), float(16), float(20)], [0.0, 0.0, 1.0], "its normal");
+    }
+
+    /// A placed group takes its strokes beyond all range; a file with `null` for a corner is refused by every reader.
+    #[test]
+    fn what_is_at_infinity_is_left_out_and_counted() {
+        let far = |x: f32, s: f32| Transform { p: Vec3::new(x, 0.0, 0.0), q: Quat::IDENTITY, s };
+        let quad = |number: u32| Event::Polygon {
+            t: 0.0,
+            stroke: Some(StrokeId(number)),
+            vertices: [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 0.0]].map(Vec3::from).to_vec(),
+            color: (1.0, 1.0, 1.0, 1.0),
+        };
+        let grouped = |number: u32, places: &[Transform]| {
+            let mut events = vec![quad(number)];
+            let mut parent = None;
+            for (place, depth) in places.iter().zip(0..) {
+                let group = GroupId(100 * number + depth);
+                let strokes = vec![StrokeId(number)];
+                events.push(Event::Group { t: 0.0, group, strokes, parent });
+                events.push(Event::Place { t: 0.0, group, to: *place });
+                parent = Some(group);
+            }
+            events
+        };
+        let at_infinity = [far(0.0, 1.0e15), far(0.0, 1.0e15), far(0.0, 1.0e15)];
+        let not_a_number = [far(-1.0e15, 1.0e15), far(1.0e15, 1.0e15), far(0.0, 1.0e15)];
+        let too_far = [far(0.0, 1.0e15), far(0.0, 1.0e2)];
+        let at_the_limit = [far(0.0, 1.0e14)];
+        for (places, is_written) in
+            [(&at_infinity[..], false), (&not_a_number[..], false), (&too_far[..], false), (&at_the_limit[..], true)]
+        {
+            let mut events = grouped(1, places);
+            events.push(quad(2));
+            let (counts, json, chunk) = export(&events);
+            assert_eq!((counts.polygons, counts.left_out), (1 + u64::from(is_written), u64::from(!is_written)));
+            assert!(!json.to_string().contains("null"), "{json}");
+            let position = &json["accessors"][0];
+            assert_eq!(position["count"].as_u64(), Some(4 * counts.polygons));
+            let most = if is_written { 2.0e14 } else { 2.0 };
+            assert_eq!(position["max"][0].as_f64().map(|x| x as f32), Some(most));
+            // And the bytes say what the numbers say.
+            let floats = (0..counts.polygons as usize * 4).flat_map(|v| [0, 4, 8].map(|at| 8 + v * VERTEX_BYTES + at));
+            assert!(floats.map(|at| f32::from_bits(word(&chunk, at))).all(f32::is_finite));
+        }
     }
 
     #[test]
