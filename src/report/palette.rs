@@ -195,8 +195,10 @@ impl LineStyle {
         // A line that is whole is one dash.
         let (dash, gap) = self.dash.unwrap_or((2 * SAMPLE_PIXELS as u32, 1));
         let ends = [(0, 0), (SAMPLE_PIXELS, 0)];
-        let line = DashedPathElement::new(ends.into_iter(), dash, gap, self.color.stroke_width(width));
-        let (area, outline) = self.marker((SAMPLE_PIXELS / 2, 0));
+        let line = DashedPathElement::new(ends, dash, gap, self.color.stroke_width(width));
+        // The dots of a line without a mark are no part of its look.
+        let place = if self.mark == Mark::None { 0 } else { SAMPLE_PIXELS / 2 };
+        let (area, outline) = self.marker((place, 0));
         EmptyElement::at(at) + line + area + outline
     }
 
