@@ -10,6 +10,10 @@ mod commands;
 mod hzb;
 #[path = "render/identity.rs"]
 mod identity;
+#[path = "render/large.rs"]
+mod large;
+#[path = "render/margins.rs"]
+mod margins;
 #[path = "render/pictures.rs"]
 mod pictures;
 #[path = "support/required.rs"]
@@ -18,3 +22,7 @@ mod required;
 mod scenes;
 #[path = "render/shaders.rs"]
 mod shaders;
+#[path = "render/stale.rs"]
+mod stale;
+#[path = "render/wgsl_grammar.rs"]
+mod wgsl_grammar;
