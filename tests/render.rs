@@ -26,7 +26,7 @@ mod scenes;
 mod shaders;
 #[path = "render/stale.rs"]
 mod stale;
-#[path = "render/wgsl_grammar.rs"]
-mod wgsl_grammar;
 #[path = "render/unseen.rs"]
 mod unseen;
+#[path = "render/wgsl_grammar.rs"]
+mod wgsl_grammar;
