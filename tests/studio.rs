@@ -5,5 +5,7 @@
 mod drawing;
 #[path = "studio/hands.rs"]
 mod hands;
+#[path = "studio/keeping.rs"]
+mod keeping;
 #[path = "studio/panel.rs"]
 mod panel;

@@ -126,6 +126,10 @@ impl Studio {
     }
 
     pub(super) fn export_gltf(&mut self, path: &Path) {
+        if path.extension().is_none_or(|ending| ending != "glb") {
+            self.say(format!("{}: expected a name that ends in .glb", path.display()));
+            return;
+        }
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let mut polygons = 0;
         let outcome = write_atomically(&true_path(path), |out| {

@@ -1,4 +1,5 @@
 use std::{
+    io::{self, Write},
     path::PathBuf,
     sync::Arc,
     time::{Duration, Instant},
@@ -67,7 +68,7 @@ pub enum WindowError {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        source: io::Error,
     },
 }
 
@@ -242,7 +243,10 @@ impl App {
         let (Some(trace), Some(studio)) = (&mut self.trace, &mut self.studio) else { return };
         if let Err(error) = trace.write(studio, times, is_shown, window) {
             let path = self.options.trace.clone().unwrap_or_default();
-            studio.say(format!("{}: {error}: no trace from here on", path.display()));
+            let warning = format!("{}: {error}: no trace from here on", path.display());
+            // That standard error is closed is no reason to stop.
+            let _ = writeln!(io::stderr().lock(), "warning: {warning}");
+            studio.say(warning);
             self.trace = None;
         }
     }
