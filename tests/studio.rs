@@ -5,6 +5,8 @@
 mod drawing;
 #[path = "studio/hands.rs"]
 mod hands;
+#[path = "studio/keeping.rs"]
+mod keeping;
 #[path = "studio/panel.rs"]
 mod panel;
 #[path = "studio/tracker.rs"]
