@@ -126,7 +126,7 @@ pub(super) struct ReplayArgs {
     draw: Option<super::render::Size>,
     /// Play the session in a window, with its times and counts.
     #[cfg(feature = "window")]
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
     window: bool,
     /// With --window: write one line of JSON for each frame shown.
     #[cfg(feature = "window")]

@@ -154,6 +154,16 @@ fn every_output_against_everything_in_its_place() {
         fs::remove_dir(&path).expect("removed");
         // A folder that is not there.
         of(way.run(folder, &format!("none/{out}"), true, "no folder"), 2, "no folder");
+        // Names of folders, and none.
+        for name in [format!("{out}/"), String::new()] {
+            let output = osp(folder, way.args(&name, true));
+            of(output.status.code(), 2, "no name of a file");
+            assert!(
+                !names(folder).iter().any(|name| name == out || name.starts_with('.')),
+                "{}",
+                stderr(&output)
+            );
+        }
         // Write-protected.
         fs::write(&path, &made).expect("written");
         fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).expect("set");
