@@ -267,7 +267,9 @@ impl Drop for Unfinished {
 
 /// The error that the system gave: the name that it speaks of means nothing to the reader.
 fn without_path(error: io::Error) -> io::Error {
-    error.raw_os_error().map_or(error, io::Error::from_raw_os_error)
+    let inner = error.get_ref().and_then(std::error::Error::source);
+    let code = inner.and_then(|inner| inner.downcast_ref::<io::Error>()?.raw_os_error());
+    code.map_or(error, io::Error::from_raw_os_error)
 }
 
 fn keep_permissions(file: &File, old: &Metadata) -> io::Result<()> {

@@ -400,6 +400,7 @@ fn replay_file(
     let methods = kinds.iter().map(|(_, method)| *method);
     #[cfg(feature = "render")]
     let mut drawing = args.draw.map(|size| super::drawing::Drawing::new(size, methods)).transpose()?;
+    let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
     let pacer = Pacer::new(session, args.pace);
@@ -414,7 +415,7 @@ fn replay_file(
             let Some(frame) = frame else { continue };
             run.add(frame);
             if let Some(csv) = &mut csv {
-                csv.write(&name, run, frame).context("the CSV file")?;
+                csv.write(&name, run, frame).with_context(csv_name)?;
             }
         }
         // Evenly spaced, the last frame among them.

@@ -190,8 +190,11 @@ fn a_folder_that_cannot_be_written_to_is_told_of_before_the_work() {
         return;
     }
     for way in ways() {
-        let code = way.run(folder.path(), &format!("closed/{}", way.file), true, "a read-only folder");
+        let out = format!("closed/{}", way.file);
+        let code = way.run(folder.path(), &out, true, "a read-only folder");
         assert_eq!(code, Some(2), "{:?}", way.args);
+        let said = stderr(&osp(folder.path(), way.args(&out, true)));
+        assert!(said.contains("ermission denied") && !said.contains(".unfinished"), "{said}");
     }
 }
 
