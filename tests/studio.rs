@@ -3,6 +3,8 @@
 
 #[path = "studio/drawing.rs"]
 mod drawing;
+#[path = "studio/exporting.rs"]
+mod exporting;
 #[path = "studio/hands.rs"]
 mod hands;
 #[path = "studio/keeping.rs"]

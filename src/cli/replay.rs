@@ -126,7 +126,7 @@ pub(super) struct ReplayArgs {
     draw: Option<super::render::Size>,
     /// Play the session in a window, with its times and counts.
     #[cfg(feature = "window")]
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
     window: bool,
     /// With --window: write one line of JSON for each frame shown.
     #[cfg(feature = "window")]
@@ -404,6 +404,7 @@ fn replay_file(
     let methods = kinds.iter().map(|(_, method)| *method);
     #[cfg(feature = "render")]
     let mut drawing = args.draw.map(|size| super::drawing::Drawing::new(size, methods)).transpose()?;
+    let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
     let pacer = Pacer::new(session, args.pace);
@@ -418,7 +419,7 @@ fn replay_file(
             let Some(frame) = frame else { continue };
             run.add(frame);
             if let Some(csv) = &mut csv {
-                csv.write(&name, run, frame).context("the CSV file")?;
+                csv.write(&name, run, frame).with_context(csv_name)?;
             }
         }
         // Evenly spaced, the last frame among them.
