@@ -62,8 +62,9 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
     }
     // Both erasures can still be taken back.
     let mut whole = scene.clone();
+    assert_eq!(whole.counts().erased_strokes, 2);
     (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut whole, &[undo()])));
-    assert_eq!((whole.counts().visible, ignored(&whole)), (4, 0));
+    assert_eq!((whole.counts().visible, whole.counts().erased_strokes, ignored(&whole)), (4, 0, 0));
     // One more, and the older one cannot; what was freed is told by nobody.
     assert_eq!(play(&mut scene, &[moved(&[2])]).len(), 2);
     let mut less = scene.clone();
