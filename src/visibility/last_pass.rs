@@ -117,7 +117,7 @@ mod tests {
         let views = [Vec3::NEG_Z, Vec3::Z].map(|way| View::look_at(Vec3::ZERO, way, projection));
         let together = at_rest(&scene, &changes, &views);
         for (view, drawn) in views.iter().zip(&together) {
-            assert_eq!(at_rest(&scene, &changes, &[*view]), [drawn.clone()]);
+            assert_eq!(at_rest(&scene, &changes, &[*view]), std::slice::from_ref(drawn));
             assert_eq!(drawn.len(), 1, "only the wall is left");
         }
     }

@@ -65,7 +65,7 @@ struct Outcome {
     notes: Notes,
 }
 
-fn read(path: &PathBuf, lenient: bool) -> Outcome {
+fn read(path: &Path, lenient: bool) -> Outcome {
     let mut outcome = Outcome { events: Vec::new(), error: None, notes: Notes::default() };
     let mut session = match open(path, &OpenOptions { lenient, ..OpenOptions::default() }) {
         Ok(session) => session,
