@@ -101,9 +101,13 @@ mod tests {
             let scale = [1.0, 1.0, 1.0e3, 1.0e6, 1.0e12, 1.0e-38, 1.0e-43][i % 7];
             let (mut p, mut normal) = (vector(scale).as_vec3(), vector(1.0));
             if i % 7 == 0 {
-                // Products just above a half, whose sum is just above 1: nothing is rounded by more.
-                p = Vec3::new(0.707107, 0.707107, 0.0) + p * Vec3::new(1.0e-6, 1.0e-6, 1.0e-3);
-                normal = DVec3::new(1.0, 1.0, 0.0) + normal * DVec3::new(1.0e-6, 1.0e-6, 1.0e-3);
+                // Products just above a half, whose sum is 1 but for a few last bits: nothing is rounded by more, and
+                // the plane's distance by less.
+                normal = DVec3::new(1.0, 1.0, 0.0) + normal * DVec3::new(1.0e-3, 1.0e-3, 1.0e-3);
+                let n = normal.normalize().as_vec3().as_dvec3();
+                let (x, z) = (0.707_107 + 1.0e-3 * p.x, p.z * 1.0e-3);
+                let sum = 1.0 + next(&mut state).abs() * 4.0 * UNIT;
+                p = Vec3::new(x, ((sum - n.x * f64::from(x) - n.z * f64::from(z)) / n.y) as f32, z);
             }
             let corner = p.as_dvec3().extend(1.0);
             let corners = Corners { near: [corner; 4], far: [corner; 4], depth: DVec4::W };
