@@ -105,7 +105,7 @@ mod tests {
                 // the plane's distance by less.
                 normal = DVec3::new(1.0, 1.0, 0.0) + normal * DVec3::new(1.0e-3, 1.0e-3, 1.0e-3);
                 let n = normal.normalize().as_vec3().as_dvec3();
-                let (x, z) = (0.707_107 + 1.0e-3 * p.x, p.z * 1.0e-3);
+                let (x, z) = (std::f32::consts::FRAC_1_SQRT_2 + 1.0e-3 * p.x, p.z * 1.0e-3);
                 let sum = 1.0 + next(&mut state).abs() * 4.0 * UNIT;
                 p = Vec3::new(x, ((sum - n.x * f64::from(x) - n.z * f64::from(z)) / n.y) as f32, z);
             }
