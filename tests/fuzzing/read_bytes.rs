@@ -2,7 +2,10 @@
 //! bounded memory; a lenient reader gives at least what a strict one gives; and every event can be written and read
 //! again.
 
-use std::{io::Write as _, path::{Path, PathBuf}};
+use std::{
+    io::Write as _,
+    path::{Path, PathBuf},
+};
 
 use osp::recording::{
     Event, EventSource as _, Flush, Header, Notes, OpenOptions, RecordingError, RonReader, RonWriter, open,
