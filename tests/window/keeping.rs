@@ -19,7 +19,7 @@ fn line(height: i32) -> Vec<(i32, i32)> {
 
 fn events_in(path: &Path) -> u64 {
     let events = recording::open(path, &OpenOptions::default()).expect("a recording");
-    events.map(|event| event.expect("whole lines")).count() as u64
+    events.inspect(|event| assert!(event.is_ok(), "whole lines: {event:?}")).count() as u64
 }
 
 fn sessions_in(folder: &Path) -> Vec<PathBuf> {
