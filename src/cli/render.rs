@@ -85,7 +85,7 @@ pub(super) struct RenderArgs {
     /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Where the eye is: `whole` shows all of the model, from where the session's own camera looks if it has one;
+    /// Where the eye is: `whole` shows all of the model, from the side that the session's own camera or the head is on;
     /// `recorded` is the recorded head path, else the session's own camera, else `orbit`.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
@@ -145,7 +145,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
     let mut session = OpenSession::open(&args.file, &args.reading)?;
-    let (summary, model, read) = summarize(&mut session, args.pace);
+    // Where the artist looked from last.
+    let mut artist = Moment::default();
+    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
+    let (summary, model, read) = summarize(events, args.pace);
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
@@ -170,7 +173,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let session = OpenSession::open(&args.file, &args.reading)?;
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
         RenderCamera::Whole => {
-            let backwards = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
+            let of_artist = artist.head.map(|(_, q)| {
+                let back = rotate(q, Vec3::Z);
+                // Level, and a little above, wherever the head was bent.
+                Vec3::new(back.x, 0.35 * back.with_y(0.0).length(), back.z)
+            });
+            let backwards = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z)).or(of_artist);
             let view = whole_view(&summary.bounds, backwards, drawer.aspect());
             Box::new(move |_| view)
         }
