@@ -29,6 +29,7 @@ use crate::{
     scene::Scene,
     visibility::{
         AutoBasis, Budget, CameraChoice, CameraPath, Lane, OcclusionChoice, PassConfig, Pipeline, Replay,
+        lost_polygons,
         pvs::{Pvs, PvsPass},
         verify,
     },
@@ -434,15 +435,18 @@ fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    let Some(window) = replay.view().and_then(|view| view.window()) else { return };
+    let Some(view) = replay.view() else { return };
+    let Some(window) = view.window() else { return };
     let mut visible = None;
     for ((lane, run), _) in replay.lanes().iter().zip(runs).zip(looked).filter(|(_, looked)| **looked) {
         let Some(occlusion) = &mut run.occlusion else { continue };
         let pipeline = lane.pipeline();
         // All see the same in the frustum.
         let visible = visible.get_or_insert_with(|| {
-            let ids = pipeline.in_view().ids();
-            verify::visible_polygons(replay.scene(), &window, ids, OracleConfig::default())
+            // What the frustum has culled wrongly is asked about, too.
+            let mut ids = lost_polygons(replay.scene(), view, pipeline.in_view().ids());
+            ids.extend_from_slice(pipeline.in_view().ids());
+            verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
         });
         let missing = verify::missing(visible, pipeline.draw_list().ids());
         *occlusion.false_culls.get_or_insert(0) += missing;

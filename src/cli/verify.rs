@@ -210,6 +210,14 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             true => json(&name, polygons, &verifier, drawn.as_ref())?,
             false => text(&name, polygons, &verifier, drawn.as_ref()),
         })?;
+        if let Some((view, id)) = verifier.views().first_lost {
+            complain(&format!(
+                "{name}: the frustum culled {} polygons that reach into the view; the first is polygon {} in view {view}",
+                verifier.views().lost,
+                id.0,
+            ));
+            outcome = Outcome::CheckFailed;
+        }
         for trial in verifier.trials().iter().filter(|trial| trial.failed()) {
             let totals = trial.totals();
             let first = totals.first_false.map_or(String::new(), |(view, id)| {
@@ -443,6 +451,8 @@ struct JsonVerify<'a> {
     in_view_mean: f64,
     visible_mean: f64,
     hidden_mean: f64,
+    /// Polygons that reach into a view, but that its frustum has culled.
+    lost: u64,
     /// Whether all that was compared with what can be seen.
     truth: bool,
     frustum_us: f64,
@@ -540,6 +550,7 @@ fn json(
         in_view_mean: mean(views.in_view),
         visible_mean: mean(views.visible),
         hidden_mean: mean(views.hidden),
+        lost: views.lost,
         truth: verifier.has_truth(),
         frustum_us: mean(views.frustum_ns) / 1000.0,
         runs: verifier.trials().iter().map(JsonRun::new).collect(),

@@ -11,7 +11,7 @@ use crate::{
         oracle::{Oracle, OracleConfig, Sight, Subject},
     },
     scene::{Change, PolygonId, Scene},
-    visibility::{OcclusionChoice, View, pvs::Pvs},
+    visibility::{OcclusionChoice, View, lost_polygons, pvs::Pvs},
 };
 
 /// Settings of a [`Verifier`].
@@ -151,6 +151,10 @@ pub struct ViewTotals {
     pub visible: u64,
     /// Of these, polygons in the window that cannot be seen.
     pub hidden: u64,
+    /// Polygons that reach into a view, hidden or not, but that its frustum has culled.
+    pub lost: u64,
+    /// The first of them, with the number of its view.
+    pub first_lost: Option<(u64, PolygonId)>,
     /// Culling by the frustum alone, nanoseconds.
     pub frustum_ns: u64,
 }
@@ -270,6 +274,9 @@ impl Verifier {
         self.truth.clear();
         self.truth.resize(scene.polygon_count(), (None, 0));
         if self.has_truth {
+            let lost = lost_polygons(scene, view, self.in_view.ids());
+            self.views.lost += lost.len() as u64;
+            self.views.first_lost = self.views.first_lost.or(lost.first().map(|&id| (self.views.views, id)));
             let oracle = Oracle::new(&window, subjects(scene, self.in_view.ids()), self.config.oracle);
             for (id, sight) in oracle.answers() {
                 self.truth[id.index()].0 = Some(sight);
