@@ -15,10 +15,10 @@ use rand_pcg::{
 /// How far from the origin, metres.
 const PLACES_M: [f32; 9] = [0.0, 1.0, 30.0, 1.0e3, 3.0e3, 1.0e4, 1.0e5, 1.0e6, 1.0e9];
 
-struct Random(Pcg64);
+pub(crate) struct Random(Pcg64);
 
 impl Random {
-    fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(Pcg64::seed_from_u64(seed))
     }
 
@@ -32,7 +32,7 @@ impl Random {
     }
 
     /// As often between 0.1 and 1 as between 1 and 10.
-    fn magnitude(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         self.range(low.ln(), high.ln()).exp()
     }
 
@@ -40,11 +40,11 @@ impl Random {
         if self.0.next_u64() & 1 == 1 { 1.0 } else { -1.0 }
     }
 
-    fn vector(&mut self) -> DVec3 {
+    pub(crate) fn vector(&mut self) -> DVec3 {
         DVec3::new(self.range(-1.0, 1.0), self.range(-1.0, 1.0), self.range(-1.0, 1.0))
     }
 
-    fn turn(&mut self) -> Quat {
+    pub(crate) fn turn(&mut self) -> Quat {
         let [x, y, z] = [(); 3].map(|()| self.range(-3.2, 3.2) as f32);
         Quat::from_euler(EulerRot::XYZ, x, y, z)
     }
@@ -96,7 +96,7 @@ fn is_in_view(view: &View, p: Vec3) -> bool {
 }
 
 /// A point close to a border of the view, or to an edge or corner: as close as `f32` can put it.
-fn border_point(view: &View, random: &mut Random) -> Vec3 {
+pub(crate) fn border_point(view: &View, random: &mut Random) -> Vec3 {
     let Projection { left, right, bottom, top, near_m, far_m } = view.projection;
     let mut tangent = |low: f32, high: f32| {
         let (low, high) = (f64::from(low), f64::from(high));
