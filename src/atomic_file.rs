@@ -44,7 +44,7 @@ impl Destination {
     /// What a path names. The file need not exist, and a link may lead to none.
     ///
     /// # Errors
-    /// The links lead in a circle.
+    /// It names no file, or the links lead in a circle.
     pub fn of(path: &Path) -> io::Result<Self> {
         match path.to_str() {
             Some("-" | "/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1") => return Ok(Self::StandardOutput),
@@ -54,6 +54,10 @@ impl Destination {
         // What these lead to is open already, and need not have a name.
         if path.starts_with("/dev/fd") || path.starts_with("/proc/self/fd") {
             return Ok(Self::Special(path.to_owned()));
+        }
+        // Without a name, or with one that only a folder can have, the end of the work would be an error.
+        if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
+            return Err(io::Error::new(io::ErrorKind::InvalidFilename, "expected the name of a file"));
         }
         let mut target = path.to_owned();
         for _ in 0..MOST_LINKS {
@@ -263,7 +267,9 @@ impl Drop for Unfinished {
 
 /// The error that the system gave: the name that it speaks of means nothing to the reader.
 fn without_path(error: io::Error) -> io::Error {
-    error.raw_os_error().map_or(error, io::Error::from_raw_os_error)
+    let inner = error.get_ref().and_then(std::error::Error::source);
+    let code = inner.and_then(|inner| inner.downcast_ref::<io::Error>()?.raw_os_error());
+    code.map_or(error, io::Error::from_raw_os_error)
 }
 
 fn keep_permissions(file: &File, old: &Metadata) -> io::Result<()> {
@@ -312,12 +318,14 @@ fn own_copy(stream: &impl std::os::windows::io::AsHandle) -> io::Result<File> {
 #[cfg(all(unix, feature = "cli"))]
 pub(crate) fn remove_unfinished_on_signals() -> io::Result<()> {
     use signal_hook::{
-        consts::{SIGHUP, SIGINT, SIGTERM},
+        consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXFSZ},
         iterator::Signals,
         low_level::emulate_default_handler,
     };
     // Whoever started the program with a signal ignored (`nohup`, a shell's background) wants it ignored.
-    let wanted = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|&signal| !is_ignored(signal));
+    // The last one comes where a file becomes larger than the system lets it.
+    let wanted =
+        [SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXFSZ].into_iter().filter(|&signal| !is_ignored(signal));
     let mut signals = Signals::new(wanted)?;
     std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
         for signal in signals.forever() {
@@ -464,6 +472,9 @@ mod tests {
         let full = write_atomically(Path::new("/dev/full"), |out| out.write_all(b"x"));
         assert_eq!(full.expect_err("full").kind(), io::ErrorKind::StorageFull);
         assert_eq!(Destination::of(Path::new("-")).expect("known"), Destination::StandardOutput);
+        for path in ["", "/", "..", "a.csv/"] {
+            assert!(Destination::of(Path::new(path)).is_err(), "{path}");
+        }
         let null = Destination::of(Path::new("/dev/null")).expect("known");
         assert_eq!(null, Destination::Special("/dev/null".into()));
     }

@@ -7,7 +7,7 @@ use std::{
 
 use glam::{Quat, Vec3};
 use osp::{
-    recording::{Event, NormalRule, StrokeId, Tool},
+    recording::{Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
 
@@ -135,4 +135,24 @@ fn moves_of_many_strokes_do_not_pile_up() {
     scene.apply_all(&moves, &mut Vec::new());
     let held = held() - before - of_events;
     assert!(held < 24 * (1 << 20) + ROOM, "{held} bytes for 900 moves of 2,000 strokes");
+}
+
+#[test]
+fn groups_forget_what_is_gone() {
+    let of_twenty_thousand = |group: Option<GroupId>| {
+        let before = held();
+        let mut scene = Scene::new();
+        let then = |stroke, scene: &mut Scene| {
+            let (t, strokes, parent) = (0.0, vec![stroke], None);
+            match group {
+                Some(group) => apply(scene, Event::Group { t, group, strokes, parent }),
+                None => apply(scene, Event::Move { t, strokes, by: Vec3::X }),
+            }
+            apply(scene, Event::Erase { t, stroke });
+        };
+        draw(0..20_000, then, &mut scene);
+        held() - before
+    };
+    let (grouped, alone) = (of_twenty_thousand(Some(GroupId(1))), of_twenty_thousand(None));
+    assert!(grouped < alone + (48 << 10), "{grouped} bytes in a group, {alone} in none");
 }

@@ -12,6 +12,8 @@ mod editor;
 mod groups;
 #[path = "scene/history.rs"]
 mod history;
+#[path = "scene/strokes.rs"]
+mod strokes;
 #[path = "scene/unseen.rs"]
 mod unseen;
 

@@ -65,7 +65,7 @@ pub struct Unwritten {
     /// The session's file.
     pub path: PathBuf,
     /// What is wrong with it.
-    pub trouble: Trouble,
+    pub trouble: Box<Trouble>,
     /// Events that are in memory only.
     pub missing: u64,
     /// A file that holds the whole session.
@@ -467,7 +467,12 @@ impl Journal {
             self.shelter_failed_at = Some(now);
         }
         let kept_in = self.shelter().map(Path::to_owned);
-        Err(Unwritten { path: self.path.clone(), trouble, missing: self.missing(), kept_in })
+        Err(Unwritten {
+            path: self.path.clone(),
+            trouble: Box::new(trouble),
+            missing: self.missing(),
+            kept_in,
+        })
     }
 
     /// Ends the session on purpose: what is left open after this was left by a crash, or could not be written.

@@ -112,7 +112,7 @@ fn wherever_a_replay_is_entered_what_is_drawn_is_the_model() {
                 }
             }
             studio.frame(Vec2::new(64.0, 64.0), 0.016);
-            if random.next_u64() % 3 > 0 {
+            if !random.next_u64().is_multiple_of(3) {
                 sent.follow(&mut studio);
                 sent.check(studio.scene(), &format!("seed {seed}, round {round}"));
                 assert_eq!(studio.culling().index().len() as u64, studio.scene().counts().visible);

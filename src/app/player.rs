@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 use crate::{
     math::Aabb,
     recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
+    render::background_for,
     scene::{Change, PolygonId, Scene},
     visibility::{CameraChoice, CameraPath, Moment, View},
 };
@@ -42,6 +43,7 @@ pub struct Player {
     frame_ends: Vec<usize>,
     snapshots: Vec<Snapshot>,
     bounds: Aabb,
+    background: [f64; 3],
     camera: CameraPath,
     remarks: Vec<String>,
     scene: Scene,
@@ -112,6 +114,7 @@ impl Player {
             frame_ends,
             snapshots: Vec::new(),
             bounds: Aabb::EMPTY,
+            background: background_for(&Scene::new()),
             camera: CameraPath::new(camera, header.camera, &Aabb::EMPTY),
             header,
             remarks: Vec::new(),
@@ -156,6 +159,7 @@ impl Player {
                 }
             }
         }
+        self.background = background_for(&scene);
     }
 
     fn events_of(&self, frame: u64) -> std::ops::Range<usize> {
@@ -177,6 +181,11 @@ impl Player {
     /// What was noticed while it was read, a line each.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
+    }
+
+    /// What the finished model stands out from: linear red, green, blue.
+    pub fn background(&self) -> [f64; 3] {
+        self.background
     }
 
     /// Box of everything in the session.

@@ -129,13 +129,15 @@ impl Question {
                 &[(Answer::Replace, "Replace"), (Answer::Cancel, "Cancel")]
             }
             Self::Unwritten { is_kept: true, .. } => &[
-                (Answer::SaveAs, "Save as…"),
+                (Answer::SaveAs, "Save elsewhere…"),
                 (Answer::GoOn, "Go on, keep it there"),
                 (Answer::Cancel, "Back"),
             ],
-            Self::Unwritten { is_kept: false, .. } => {
-                &[(Answer::SaveAs, "Save as…"), (Answer::GoOn, "Go on, lose them"), (Answer::Cancel, "Back")]
-            }
+            Self::Unwritten { is_kept: false, .. } => &[
+                (Answer::SaveAs, "Save elsewhere…"),
+                (Answer::GoOn, "Go on, lose them"),
+                (Answer::Cancel, "Back"),
+            ],
             Self::Discard { .. } => &[(Answer::Discard, "Discard"), (Answer::Cancel, "Cancel")],
         }
     }

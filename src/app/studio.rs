@@ -25,7 +25,7 @@ use crate::{
     math::{Aabb, Ray},
     metrics::{FrameRecord, StageClock},
     recording::{Event, Limits, StrokeId, Tool},
-    render::{DrawnCounts, LineBatch, PassTimes},
+    render::{DrawnCounts, LineBatch, PassTimes, background_for},
     scene::{Change, PolygonId, Scene},
     visibility::{View, pvs::Pvs},
 };
@@ -54,6 +54,14 @@ pub enum Subject {
 }
 
 impl Subject {
+    /// Linear red, green, blue where nothing is: what the model stood out from when it was opened.
+    pub fn background(&self) -> [f64; 3] {
+        match self {
+            Self::Sketch(document) => background_for(document.scene()),
+            Self::Replay(player) => player.background(),
+        }
+    }
+
     /// The model.
     pub fn scene(&self) -> &Scene {
         match self {

@@ -1,4 +1,5 @@
 use std::{
+    io::{self, Write},
     path::PathBuf,
     sync::Arc,
     time::{Duration, Instant},
@@ -69,7 +70,7 @@ pub enum WindowError {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        cause: std::io::Error,
+        cause: io::Error,
     },
 }
 
@@ -247,7 +248,10 @@ impl App {
         let (Some(trace), Some(studio)) = (&mut self.trace, &mut self.studio) else { return };
         if let Err(error) = trace.write(studio, times, is_shown, window) {
             let path = self.options.trace.clone().unwrap_or_default();
-            studio.say(format!("{}: {error}: no trace from here on", path.display()));
+            let warning = format!("{}: {error}: no trace from here on", path.display());
+            // That standard error is closed is no reason to stop.
+            let _ = writeln!(io::stderr().lock(), "warning: {warning}");
+            studio.say(warning);
             self.trace = None;
         }
     }

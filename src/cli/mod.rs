@@ -4,6 +4,8 @@
 
 mod allocations;
 mod new_recording;
+#[cfg(not(feature = "window"))]
+mod not_built;
 mod numbers;
 mod output;
 mod outputs;
@@ -11,6 +13,7 @@ mod pick;
 mod played;
 mod reading;
 mod session;
+mod version;
 
 mod bake;
 mod bench;
@@ -42,7 +45,7 @@ use clap::{Parser, Subcommand, error::ErrorKind};
 /// Keep a growing, hand-made 3D model drawable in real time: replay recorded sketching sessions through the OSP tree
 /// and its rivals, and see what each frame costs.
 #[derive(Parser, Debug)]
-#[command(name = "osp", version, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(name = "osp", version = version::VERSION.as_str(), arg_required_else_help = true, after_help = EXAMPLES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -74,11 +77,17 @@ enum Command {
     Synth(synth::SynthArgs),
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
+    #[cfg(not(feature = "render"))]
+    Render(not_built::NotBuilt),
     Verify(verify::VerifyArgs),
     #[cfg(feature = "window")]
     Sketch(sketch::SketchArgs),
     #[cfg(feature = "window")]
     Send(send::SendArgs),
+    #[cfg(not(feature = "window"))]
+    Sketch(not_built::NotBuilt),
+    #[cfg(not(feature = "window"))]
+    Send(not_built::NotBuilt),
 }
 
 /// How a command ended, other than by bad input.
@@ -111,11 +120,17 @@ pub fn run() -> ExitCode {
         Command::Synth(args) => synth::run(&args),
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),
+        #[cfg(not(feature = "render"))]
+        Command::Render(_) => not_built::refuse("render", "render"),
         Command::Verify(args) => verify::run(&args),
         #[cfg(feature = "window")]
         Command::Sketch(args) => sketch::run(&args),
         #[cfg(feature = "window")]
         Command::Send(args) => send::run(&args),
+        #[cfg(not(feature = "window"))]
+        Command::Sketch(_) => not_built::refuse("sketch", "window"),
+        #[cfg(not(feature = "window"))]
+        Command::Send(_) => not_built::refuse("send", "window"),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -8,7 +8,11 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use clap::Args;
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
+use glam::Vec3;
 
 use super::{
     Outcome,
@@ -17,18 +21,21 @@ use super::{
     output::{complain, one_line, say},
     outputs::Outputs,
     reading::ReadArgs,
-    replay::{camera_parser, index_parser, occlusion_parser, root_cube},
+    replay::{index_parser, occlusion_parser, root_cube},
     session::OpenSession,
 };
 use crate::{
     index::{IndexConfig, IndexKind},
+    math::{rotate, unit},
     metrics::{StageClock, Summary, summarize},
     output_file::OutputKind,
     recording::{Pace, Pacer},
-    render::{DrawTimes, DrawnOcclusion, Gpu, Image, Layer, Offscreen, RendererConfig},
+    render::{DrawTimes, DrawnOcclusion, Gpu, Image, Layer, Offscreen, RendererConfig, background_for},
     report::thousands,
     scene::{PolygonId, Scene},
-    visibility::{AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, View},
+    visibility::{
+        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, View, whole_view,
+    },
 };
 
 /// Draw frames of a session to PNG files, without a window.
@@ -78,14 +85,40 @@ pub(super) struct RenderArgs {
     /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`.
-    #[arg(long, default_value = "auto", value_parser = camera_parser())]
-    camera: CameraChoice,
+    /// Where the eye is: `whole` shows all of the model, from the side that the session's own camera or the head is on;
+    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`.
+    #[arg(long, default_value = "whole", value_parser = camera_parser())]
+    camera: RenderCamera,
     #[command(flatten)]
     reading: ReadArgs,
     /// Let a picture replace a file of another kind; never the session.
     #[arg(long)]
     force: bool,
+}
+
+/// Where the eye of a picture is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum RenderCamera {
+    /// Where it sees the whole model.
+    Whole,
+    /// As in a replay.
+    Path(CameraChoice),
+}
+
+fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
+    // What a replay calls `auto` is recorded; the name is taken here, too.
+    let names = ["whole", "recorded", "orbit", "follow", "inside"].map(PossibleValue::new);
+    let names = names.into_iter().chain([PossibleValue::new("auto").hide(true)]);
+    PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
+        "whole" => Ok(RenderCamera::Whole),
+        "recorded" => Ok(RenderCamera::Path(CameraChoice::Auto)),
+        name => {
+            let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
+            found
+                .map(|choice| RenderCamera::Path(*choice))
+                .ok_or_else(|| format!("no camera is called {name}"))
+        }
+    })
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -111,19 +144,24 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
-    let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &RendererConfig::default())?;
-    drawer.set_occlusion(DrawnOcclusion::of(args.occlusion))?;
-    // A second drawer, so that what one remembers cannot hide a fault of the other.
-    let mut uncut = match args.check {
-        true => Some(Offscreen::on(gpu, width, height, &RendererConfig::default())?),
-        false => None,
-    };
     let mut session = OpenSession::open(&args.file, &args.reading)?;
-    let (summary, _, read) = summarize(&mut session, args.pace);
+    // Where the artist looked from last.
+    let mut artist = Moment::default();
+    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
+    let (summary, model, read) = summarize(events, args.pace);
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
     read?;
+    let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
+    drop(model);
+    let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &config)?;
+    drawer.set_occlusion(DrawnOcclusion::of(args.occlusion))?;
+    // A second drawer, so that what one remembers cannot hide a fault of the other.
+    let mut uncut = match args.check {
+        true => Some(Offscreen::on(gpu, width, height, &config)?),
+        false => None,
+    };
     let wanted = Wanted::new(args, &summary)?;
     if let Some(folder) = &args.to {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -133,7 +171,23 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
     let session = OpenSession::open(&args.file, &args.reading)?;
-    let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
+    let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
+        RenderCamera::Whole => {
+            let of_artist = artist.head.map(|(_, q)| {
+                let back = rotate(q, Vec3::Z);
+                // Level, and a little above, wherever the head was bent.
+                Vec3::new(back.x, 0.35 * back.with_y(0.0).length(), back.z)
+            });
+            let backwards = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z)).or(of_artist);
+            let view = whole_view(&summary.bounds, backwards, drawer.aspect());
+            Box::new(move |_| view)
+        }
+        RenderCamera::Path(choice) => {
+            let path = CameraPath::new(choice, session.header.camera, &summary.bounds);
+            let aspect = drawer.aspect();
+            Box::new(move |moment| path.view(moment).with_aspect(aspect))
+        }
+    };
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
@@ -158,7 +212,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             uncut.follow(&changes);
         }
         if wanted.has(moment.frame) {
-            let view = camera.view(&moment).with_aspect(drawer.aspect());
+            let view = camera(&moment);
             pipeline.frame(&scene, &changes, &view);
             let every: Vec<PolygonId>;
             let ids = if args.no_cull {
@@ -193,7 +247,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             compare(&image, "");
         } else if has_occlusion {
             // As a replay does: which polygons may hide others, it learns from frame to frame.
-            pipeline.frame(&scene, &changes, &camera.view(&moment).with_aspect(drawer.aspect()));
+            pipeline.frame(&scene, &changes, &camera(&moment));
         } else {
             pipeline.skip(&scene, &changes);
         }

@@ -32,6 +32,7 @@ use crate::{
     scene::Scene,
     visibility::{
         AutoBasis, Budget, CameraChoice, CameraPath, Lane, OcclusionChoice, PassConfig, Pipeline, Replay,
+        lost_polygons,
         pvs::{Pvs, PvsPass},
         verify,
     },
@@ -126,7 +127,7 @@ pub(super) struct ReplayArgs {
     draw: Option<super::render::Size>,
     /// Play the session in a window, with its times and counts.
     #[cfg(feature = "window")]
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
     window: bool,
     /// With --window: write one line of JSON for each frame shown.
     #[cfg(feature = "window")]
@@ -404,6 +405,7 @@ fn replay_file(
     let methods = kinds.iter().map(|(_, method)| *method);
     #[cfg(feature = "render")]
     let mut drawing = args.draw.map(|size| super::drawing::Drawing::new(size, methods)).transpose()?;
+    let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
     let pacer = Pacer::new(session, args.pace);
@@ -418,7 +420,7 @@ fn replay_file(
             let Some(frame) = frame else { continue };
             run.add(frame);
             if let Some(csv) = &mut csv {
-                csv.write(&name, run, frame).context("the CSV file")?;
+                csv.write(&name, run, frame).with_context(csv_name)?;
             }
         }
         // Evenly spaced, the last frame among them.
@@ -467,15 +469,18 @@ fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    let Some(window) = replay.view().and_then(|view| view.window()) else { return };
+    let Some(view) = replay.view() else { return };
+    let Some(window) = view.window() else { return };
     let mut visible = None;
     for ((lane, run), _) in replay.lanes().iter().zip(runs).zip(looked).filter(|(_, looked)| **looked) {
         let Some(occlusion) = &mut run.occlusion else { continue };
         let pipeline = lane.pipeline();
         // All see the same in the frustum.
         let visible = visible.get_or_insert_with(|| {
-            let ids = pipeline.in_view().ids();
-            verify::visible_polygons(replay.scene(), &window, ids, OracleConfig::default())
+            // What the frustum has culled wrongly is asked about, too.
+            let mut ids = lost_polygons(replay.scene(), view, pipeline.in_view().ids());
+            ids.extend_from_slice(pipeline.in_view().ids());
+            verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
         });
         let missing = verify::missing(visible, pipeline.draw_list().ids());
         *occlusion.false_culls.get_or_insert(0) += missing;

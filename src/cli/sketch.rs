@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use clap::Args;
 
 use super::{
@@ -19,6 +20,7 @@ use crate::{
     },
     index::IndexKind,
     output_file::OutputKind,
+    small_file::open_regular,
     visibility::{OcclusionChoice, Rig},
 };
 
@@ -177,6 +179,10 @@ impl WindowArgs {
 
 pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     args.window.check_trace(args.file.as_ref(), args.tracker.as_ref())?;
+    if let Some(TrackerAddress::File(path)) = &args.tracker {
+        // Before there is a window.
+        open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
+    }
     let room = args.window.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
     let (document, opened, held) = match &args.file {

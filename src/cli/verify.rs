@@ -9,8 +9,6 @@ use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
-#[cfg(feature = "render")]
-use super::verify_drawn::{DrawnArgs, DrawnRun, DrawnTrials};
 use super::{
     Outcome, allocations, numbers,
     output::{complain, one_line, say},
@@ -18,6 +16,11 @@ use super::{
     replay::{camera_parser, index_parser, root_cube},
     session::OpenSession,
     verify_method::{Method, method_parser},
+};
+#[cfg(feature = "render")]
+use super::{
+    render::Size,
+    verify_drawn::{DrawnRun, DrawnTrials},
 };
 use crate::{
     index::{IndexConfig, IndexKind},
@@ -32,7 +35,7 @@ use crate::{
     visibility::{
         CameraChoice, CameraPath, Moment, View,
         pvs::Pvs,
-        verify::{Totals, Trial, Verifier, VerifyConfig},
+        verify::{AtRest, Totals, Trial, Verifier, VerifyConfig},
     },
 };
 
@@ -51,19 +54,22 @@ use crate::{
   osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
 
 The table, a line for each method and number of occluders (times of this machine, one thread):
-  wrong    visible polygons that were culled, all views together
+  wrong    visible polygons that were culled, all frames together
   hidden   share of the really hidden polygons that was culled
   tests    boxes tested in a view; planes: splitting planes of the tree, or tiles covered
   select, build, query: choosing the occluders, building the culler, walking the index; microseconds a view
-depth-last (what was visible in the last frame hides what is behind it now) sees each view four times, as a camera at
-rest does: nothing visible may be culled in any of them, the other figures are of the last. Its occluders are outlines.
-With hzb (a build with the feature `render`), each view is drawn four times (--settle, --frames) with each method and
-without, in turns; a pixel that differs gives exit code 1. `auto` takes hzb where that is faster (--settle 24). hzb-16,
+All figures of all methods are of the same frames. The camera rests at each view for --settle frames, whose figures do not
+count, and --frames frames, whose figures do: means of these frames of all views. Methods that go by the last frames (depth-last,
+hzb, queries, auto) go through all of them; the others do the same in each, and are asked once. What must not happen
+(a visible polygon culled, a pixel that differs) counts in the frames before, too.
+depth-last hides by what was visible in the last frame. Its occluders are outlines.
+With hzb (a build with the feature `render`), each of these frames is drawn with each method and without, in turns; a
+pixel that differs gives exit code 1. `auto` takes hzb where that is faster (--settle 24). hzb-16,
 hzb-4 and hzb-1 test groups of so many polygons by the rectangle around their corners, with -box by that around their box, with -fine and then each polygon by its triangles; hzb is hzb-1-fine.
-  pixels   that differ from the picture without culling, all views together
+  pixels   that differ from the picture without culling, all frames together
   hidden   share of the really hidden polygons that was left out
   below a sample  visible polygons that were left out because no sample of a pixel shows them
-  depth pass, colour pass: polygons drawn; draw, GPU: milliseconds a view, from the second frame on, medians; mean of draw
+  depth pass, colour pass: polygons drawn; draw, GPU: milliseconds a frame, medians; mean of draw
 Instead of a file, `scene:NAME` takes a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.")]
 pub(super) struct VerifyArgs {
     /// The sessions, or `scene:NAME`.
@@ -75,9 +81,18 @@ pub(super) struct VerifyArgs {
     /// The methods, separated by commas [default: all that are sound].
     #[arg(long, value_delimiter = ',', value_parser = method_parser())]
     occlusion: Vec<Method>,
+    /// Width and height of what is drawn for hzb, pixels.
     #[cfg(feature = "render")]
-    #[command(flatten)]
-    draw: DrawnArgs,
+    #[arg(long, default_value = "1920x1080")]
+    size: Size,
+    /// Frames of each view whose figures count.
+    #[arg(long, default_value_t = AtRest::default().frames, value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    frames: u32,
+    /// Frames of each view before; the first has nothing to go by, and `auto` tries the other way after 16.
+    #[arg(long, default_value_t = AtRest::default().settle, value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    settle: u32,
     /// Most occluders of a view; several numbers, separated by commas, are tried one after the other.
     #[arg(long, value_delimiter = ',', default_value = "64", value_parser = numbers::occluders)]
     occluders: Vec<usize>,
@@ -206,6 +221,14 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             true => json(&name, polygons, &verifier, drawn.as_ref())?,
             false => text(&name, polygons, &verifier, drawn.as_ref()),
         })?;
+        if let Some((view, id)) = verifier.views().first_lost {
+            complain(&format!(
+                "{name}: the frustum culled {} polygons that reach into the view; the first is polygon {} in view {view}",
+                verifier.views().lost,
+                id.0,
+            ));
+            outcome = Outcome::CheckFailed;
+        }
         for trial in verifier.trials().iter().filter(|trial| trial.failed()) {
             let totals = trial.totals();
             let first = totals.first_false.map_or(String::new(), |(view, id)| {
@@ -293,7 +316,9 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let index = args.index.create(&IndexConfig { root: root_cube(&header, &summary.bounds), capacity });
-    let mut verifier = Verifier::new(index, config(args), StageClock::counting(allocations::count));
+    let at_rest = AtRest { settle: args.settle, frames: args.frames };
+    let mut verifier =
+        Verifier::new(index, config(args), StageClock::counting(allocations::count)).with_rest(at_rest);
     if args.no_truth {
         verifier = verifier.without_truth();
     }
@@ -302,7 +327,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     }
 
     #[cfg(feature = "render")]
-    let mut drawn = DrawnTrials::new(&args.occlusion, args.draw)?;
+    let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
     #[cfg(not(feature = "render"))]
     let mut drawn = None;
     let mut scene = Scene::new();
@@ -440,6 +465,8 @@ struct JsonVerify<'a> {
     in_view_mean: f64,
     visible_mean: f64,
     hidden_mean: f64,
+    /// Polygons that reach into a view, but that its frustum has culled.
+    lost: u64,
     /// Whether all that was compared with what can be seen.
     truth: bool,
     frustum_us: f64,
@@ -537,6 +564,7 @@ fn json(
         in_view_mean: mean(views.in_view),
         visible_mean: mean(views.visible),
         hidden_mean: mean(views.hidden),
+        lost: views.lost,
         truth: verifier.has_truth(),
         frustum_us: mean(views.frustum_ns) / 1000.0,
         runs: verifier.trials().iter().map(JsonRun::new).collect(),

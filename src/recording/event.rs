@@ -184,17 +184,20 @@ pub enum Event {
         /// The stroke.
         stroke: StrokeId,
     },
-    /// The last edit is taken back.
+    /// The last edit (a stroke begun, erased, moved, grouped, a group placed) is taken back. Of the edits before it the
+    /// last thousand are remembered ([`Scene::UNDO_DEPTH`](crate::scene::Scene::UNDO_DEPTH)), everywhere the same; an undo
+    /// beyond changes nothing.
     Undo {
         /// Time, seconds.
         t: f64,
     },
-    /// The edit last taken back is made again.
+    /// The edit last taken back is made again, if there was no other edit since.
     Redo {
         /// Time, seconds.
         t: f64,
     },
-    /// Strokes are moved.
+    /// Strokes are moved, by a way in world space as it is now. A stroke in a group keeps it in the group's space: when
+    /// the group is placed anew, the way turns and scales with it. In a group of no extent nothing can be moved.
     Move {
         /// Time, seconds.
         t: f64,
@@ -203,7 +206,8 @@ pub enum Event {
         /// By how much, metres.
         by: Vec3,
     },
-    /// Strokes become (also) a group's members; a group that does not exist yet is made.
+    /// Strokes become a group's members; a group that does not exist yet is made. What they are made of, moved or not, is
+    /// in the group's space from now on: in a group that was placed, they go to that place.
     Group {
         /// Time, seconds.
         t: f64,

@@ -104,12 +104,14 @@ impl Scene {
         for Untold { stroke: at, was_visible, first_new } in to_tell.drain(..) {
             let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
             stroke.is_untold = false;
-            let ids = stroke.polygon_ids();
-            match (was_visible, stroke.is_visible()) {
-                (true, false) => changes.extend(ids.filter(|id| id.0 < first_new).map(Change::Remove)),
-                (true, true) => changes.extend(ids.filter(|id| id.0 >= first_new).map(Change::Insert)),
-                (false, true) => changes.extend(ids.map(Change::Insert)),
-                (false, false) => {}
+            {
+                let ids = stroke.polygon_ids();
+                match (was_visible, stroke.is_visible()) {
+                    (true, false) => changes.extend(ids.filter(|id| id.0 < first_new).map(Change::Remove)),
+                    (true, true) => changes.extend(ids.filter(|id| id.0 >= first_new).map(Change::Insert)),
+                    (false, true) => changes.extend(ids.map(Change::Insert)),
+                    (false, false) => {}
+                }
             }
             // Whoever has kept its polygons from before has them at the old place.
             if stroke.is_visible() && std::mem::take(&mut stroke.was_displaced_unseen) {

@@ -197,9 +197,9 @@ mod tests {
                 // Runs, as strokes are, and single ones.
                 let first = below(plain.len());
                 let end = (first + 1 + below(12)).min(plain.len());
-                for i in first..end {
+                for (i, entry) in plain.iter_mut().enumerate().take(end).skip(first) {
                     paged.release(i);
-                    plain[i] = None;
+                    *entry = None;
                 }
             }
             let i = below(plain.len());

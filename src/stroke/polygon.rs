@@ -114,3 +114,26 @@ fn is_flat_and_convex([a, b, c, d]: [Vec3; 4]) -> bool {
     let corner = |p: Vec3, q: Vec3, r: Vec3| (q - p).cross(r - q).dot(normal) >= 0.0;
     flat && corner(a, b, c) && corner(b, c, d) && corner(c, d, a) && corner(d, a, b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quad_is_one_polygon_only_if_no_corner_of_it_turns_in() {
+        let square = [Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y];
+        for inward in 0..4 {
+            // The corner is drawn beyond the diagonal of its neighbours: what is left is three eighths.
+            let mut arrow = square;
+            arrow[inward] = arrow[inward].lerp(arrow[(inward + 2) % 4], 0.625);
+            let (mut out, mut drops) = (Vec::new(), Drops::default());
+            ConvexPolygon::push_quad(arrow, &mut out, &mut drops);
+            assert_eq!((out.len(), drops), (2, Drops::default()), "corner {inward}");
+            let area: f32 = out.iter().map(ConvexPolygon::area_m2).sum();
+            assert!((area - 0.375).abs() < 1.0e-6, "corner {inward}: {area} square metres");
+            out.clear();
+            ConvexPolygon::push_quad(square, &mut out, &mut drops);
+            assert_eq!(out.len(), 1);
+        }
+    }
+}

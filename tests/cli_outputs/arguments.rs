@@ -160,12 +160,39 @@ fn what_has_no_end_is_refused_wherever_a_file_is_read() {
         ];
         if cfg!(feature = "window") {
             cases.push(vec!["sketch", "--autosave", "autosaves", "--rig", file]);
+            cases.push(vec!["sketch", "--autosave", "autosaves", "--tracker", file]);
         }
         for args in cases {
             assert_refused(&ends(command(folder, &args)), &[file]);
         }
     }
     let _ = fs::remove_dir_all(folder.join("autosaves"));
+}
+
+/// The window's own way to a tracker.
+#[cfg(all(unix, feature = "window"))]
+#[test]
+fn a_tracker_that_is_a_pipe_does_not_wait() {
+    use osp::app::tracker::{Tracker, TrackerAddress, TrackerOptions};
+    let folder = temp();
+    let pipe = folder.path().join("pipe");
+    if !Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
+        eprintln!("skipped: no mkfifo");
+        return;
+    }
+    for path in [pipe, "/dev/zero".into()] {
+        let (sender, opened) = std::sync::mpsc::channel();
+        let address = TrackerAddress::File(path);
+        thread::spawn(move || {
+            sender.send(
+                Tracker::open(&address, &TrackerOptions::default(), || {})
+                    .map_err(|error| error.to_string())
+                    .err(),
+            )
+        });
+        let said = opened.recv_timeout(Duration::from_secs(60)).expect("it does not wait").expect("an error");
+        assert!(said.contains("a regular file"), "{said}");
+    }
 }
 
 #[test]

@@ -48,7 +48,7 @@ fn errors() -> Vec<(&'static str, Box<dyn Error + Send + Sync>)> {
     {
         use osp::{
             app::{
-                WindowError,
+                OpenError, SaveError, Trouble, WindowError,
                 tracker::{Tracker, TrackerAddress, TrackerOptions},
             },
             render::RenderError,
@@ -60,6 +60,14 @@ fn errors() -> Vec<(&'static str, Box<dyn Error + Send + Sync>)> {
         errors.extend([
             ("TrackerError", Box::new(tracker()) as Box<dyn Error + Send + Sync>),
             ("WindowError", Box::new(WindowError::Tracker(tracker()))),
+            ("OpenError", Box::new(OpenError::Recording(RecordingError::io("some/file".as_ref(), system())))),
+            (
+                "SaveError",
+                Box::new(SaveError::Failed {
+                    path: "some/file".into(),
+                    cause: Trouble::CannotWrite(system().to_string()),
+                }),
+            ),
             ("WindowError", Box::new(WindowError::Render(RenderError::NoAdapter))),
             ("WindowError", Box::new(WindowError::Trace { path: "some/file".into(), cause: system() })),
         ]);

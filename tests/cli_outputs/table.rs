@@ -154,6 +154,16 @@ fn every_output_against_everything_in_its_place() {
         fs::remove_dir(&path).expect("removed");
         // A folder that is not there.
         of(way.run(folder, &format!("none/{out}"), true, "no folder"), 2, "no folder");
+        // Names of folders, and none.
+        for name in [format!("{out}/"), String::new()] {
+            let output = osp(folder, way.args(&name, true));
+            of(output.status.code(), 2, "no name of a file");
+            assert!(
+                !names(folder).iter().any(|name| name == out || name.starts_with('.')),
+                "{}",
+                stderr(&output)
+            );
+        }
         // Write-protected.
         fs::write(&path, &made).expect("written");
         fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).expect("set");
@@ -180,8 +190,11 @@ fn a_folder_that_cannot_be_written_to_is_told_of_before_the_work() {
         return;
     }
     for way in ways() {
-        let code = way.run(folder.path(), &format!("closed/{}", way.file), true, "a read-only folder");
+        let out = format!("closed/{}", way.file);
+        let code = way.run(folder.path(), &out, true, "a read-only folder");
         assert_eq!(code, Some(2), "{:?}", way.args);
+        let said = stderr(&osp(folder.path(), way.args(&out, true)));
+        assert!(said.contains("ermission denied") && !said.contains(".unfinished"), "{said}");
     }
 }
 

@@ -7,7 +7,7 @@ use std::{
 
 use osp::recording::{Flush, RonWriter, SynthKind, synthesize};
 
-use crate::{fuzzing::known, generator::Generator};
+use crate::generator::Generator;
 
 const NUMBERS: &[&str] = &[
     "NaN",
@@ -67,9 +67,6 @@ const ASKED: &[(&str, &str)] = &[
     ("synth grow --polygons 20 O.ron", "--seed"),
 ];
 
-/// Known to be without a limit, or to be taken as they are.
-const WITHOUT_LIMIT: &[&str] = &["--occluders", "--threads", "--least-share", "--polygon-ns", "--pixels x"];
-
 #[test]
 fn command_line() {
     let folder = tempfile::tempdir().unwrap();
@@ -82,9 +79,6 @@ fn command_line() {
     let cases = std::env::var("OSP_FUZZ_CASES").ok().map_or(1, |text| text.parse::<usize>().unwrap()) * 80;
     for case in 0..cases {
         let (asked, option) = ASKED[case % ASKED.len()];
-        if WITHOUT_LIMIT.contains(&option) && !known::NUMBERS_WITHOUT_LIMIT.is_on() {
-            continue;
-        }
         let mut number = || NUMBERS[generator.below(NUMBERS.len())].to_owned();
         let (option, value) = match option.split_once(' ') {
             Some((option, between)) => (option, format!("{}{between}{}", number(), number())),

@@ -4,8 +4,7 @@ use std::{fs, path::Path};
 
 use osp::{
     glam::{UVec3, Vec3},
-    recording::{Flush, Header, RonWriter, SynthKind, synthesize},
-    scene::Scene,
+    recording::{Flush, Header, RonWriter},
     visibility::pvs::{GROUP, Pvs, ViewCells},
 };
 use zip::CompressionMethod;
@@ -71,12 +70,9 @@ fn events() -> Vec<u8> {
 
 /// Sets of a small model: as a file, and what is packed in it.
 pub fn sets() -> Vec<Vec<u8>> {
-    let (mut scene, mut changes) = (Scene::new(), Vec::new());
-    for event in synthesize(SynthKind::Scribble, 300, 1) {
-        scene.apply(&event.expect("a synthetic event"), &mut changes);
-    }
+    let scene = crate::fuzzing::pvs::model();
     let cells = ViewCells { min: Vec3::splat(-1.0), side_m: 0.5, count: UVec3::new(3, 2, 4) };
-    let mut sets = Pvs::new(&scene, cells, 3);
+    let mut sets = Pvs::new(&scene, cells, 3).expect("a small model");
     let words = sets.bytes() / 8 / cells.len();
     let groups = sets.polygons().div_ceil(GROUP);
     assert!(words == 1 && groups < 64, "a small model: {groups} groups");
@@ -87,9 +83,8 @@ pub fn sets() -> Vec<Vec<u8>> {
     let path = folder.path().join("a.pvs");
     sets.write(&path).expect("written");
     let file = fs::read(&path).expect("the sets");
-    let start = file.iter().position(|&b| b == b'\n').expect("a first line") + 1;
-    let content = zstd::decode_all(&file[start..]).unwrap_or_default();
-    vec![[&[0], file.as_slice()].concat(), [&[1], content.as_slice()].concat()]
+    let content = zstd::decode_all(&file[62..file.len() - 8]).expect("what was packed");
+    vec![[&[0], file.as_slice()].concat(), [&[1], &file[26..62], content.as_slice()].concat()]
 }
 
 #[cfg(feature = "cli")]

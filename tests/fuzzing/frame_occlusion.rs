@@ -11,10 +11,7 @@ use osp::{
     visibility::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, View, verify::visible_polygons},
 };
 
-use super::{
-    input::{self, Input, below, chance, signed, unit},
-    known,
-};
+use super::input::{self, Input, below, chance, signed, unit};
 
 const MOST_FRAMES: usize = 4;
 const MOST_POLYGONS: usize = 120;
@@ -112,8 +109,6 @@ fn events(u: &mut Input<'_>, view: &View, scene: &Scene) -> Vec<Event> {
             2 => polygons.push(vec![at, at + a, at + a * 0.8 + b, at + a * 0.2 + b]),
             3 => {
                 let bend = a.cross(b).normalize_or_zero() * size_m.min(b.length()) * 0.009 * signed(u);
-                let may_bend = known::BENT_QUADS_AT_THE_NEAR_PLANE.is_on() || !is_at_the_near_plane(view, at);
-                let bend = if may_bend { bend } else { Vec3::ZERO };
                 polygons.push(vec![at, at + a, at + a + b + bend, at + b]);
             }
             // A wall of tiles that share corners bit for bit; every other row may be shifted, so that corners meet edges.
@@ -198,10 +193,6 @@ fn ahead(u: &mut Input<'_>, view: &View) -> Vec3 {
     let near_m = view.projection.near_m;
     let t = [near_m, near_m * 1.001, 0.5, 1.0, 2.0, 3.0 + 20.0 * unit(u)][below(u, 6)];
     ray.origin + ray.direction * t
-}
-
-fn is_at_the_near_plane(view: &View, p: Vec3) -> bool {
-    (p - view.eye_in_world).dot(view.forward_in_world()) < view.projection.near_m * 2.0
 }
 
 /// Two directions across each other: the world's, the screen's, or any.

@@ -8,8 +8,6 @@ use osp::{
     visibility::{Projection, View},
 };
 
-use super::known;
-
 pub type Input<'a> = Unstructured<'a>;
 
 /// A number from 0 to below `n`.
@@ -55,9 +53,6 @@ pub fn near_point(u: &mut Input<'_>) -> Vec3 {
 
 pub fn direction(u: &mut Input<'_>) -> Vec3 {
     let v = Vec3::new(signed(u), signed(u), signed(u));
-    if !known::AXIS_PARALLEL_RAYS.is_on() && v.abs().min_element() == 0.0 {
-        return Vec3::new(0.3, -0.5, 0.7) + v * 0.1;
-    }
     if v == Vec3::ZERO { Vec3::X } else { v }
 }
 
@@ -89,12 +84,12 @@ pub fn view(u: &mut Input<'_>) -> View {
     if chance(u, 8) {
         eye = eye.round();
     }
-    if known::EYES_FAR_AWAY.is_on() && chance(u, 8) {
+    if chance(u, 8) {
         eye += Vec3::new(signed(u), signed(u), signed(u)) * 10_000.0;
     }
     let near_m = [0.01, 0.05, 0.25][below(u, 3)];
     // Beyond everything: what lies behind the far plane is not drawn.
-    let far_m = if known::EYES_FAR_AWAY.is_on() { 1.0e5 } else { 1000.0 };
+    let far_m = 1.0e5;
     let projection = match below(u, 4) {
         0 => {
             let (left, bottom) = (signed(u), signed(u));

@@ -6,7 +6,6 @@ pub mod arguments;
 pub mod frame_occlusion;
 pub mod input;
 pub mod journal;
-pub mod known;
 pub mod memory;
 pub mod pvs;
 pub mod rays;

@@ -60,7 +60,7 @@ fn begin(tool: &str) -> String {
 
 /// Files that would take hundreds of megabytes or gigabytes, and what their own bytes are at most.
 fn bombs(folder: &Path) -> Vec<(PathBuf, u64)> {
-    let points = vec![([0.0; 3], [0.0, 0.0, 0.0, 1.0], 1.0, 0), ([1.0; 3], [0.0, 0.0, 0.0, 1.0], 1.0, 0)];
+    let points = [([0.0; 3], [0.0, 0.0, 0.0, 1.0], 1.0, 0), ([1.0; 3], [0.0, 0.0, 0.0, 1.0], 1.0, 0)];
     let sketch = sketch(5, &[sketch_stroke([1.0; 4], 0.5, 2.0, &points.repeat(250_000))]).0;
     let sketch = tilt(&[("data.sketch", &sketch)], zip::CompressionMethod::Deflated);
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";

@@ -127,6 +127,36 @@ fn a_group_without_extent_cannot_be_moved_in() {
 }
 
 #[test]
+fn a_chain_of_groups_is_64_long_at_most_wherever_it_grows() {
+    // From above, from below, and where two chains of 32 are joined.
+    let chain = |first: u32, length: u32| {
+        (first + 1..first + length).map(|number| group(number, &[], Some(number - 1))).collect::<Vec<_>>()
+    };
+    let mut scene = Scene::new();
+    play(&mut scene, &[group(0, &[], None)]);
+    play(&mut scene, &chain(0, 64));
+    assert_eq!(scene.counts().ignored_events, 0);
+    play(&mut scene, &[group(64, &[], Some(63))]);
+    assert_eq!(scene.counts().ignored_events, 1, "a 65th below");
+    play(&mut scene, &[group(100, &[], None), group(0, &[], Some(100))]);
+    assert_eq!(scene.counts().ignored_events, 2, "a 65th above");
+    play(&mut scene, &[group(200, &[], None)]);
+    play(&mut scene, &chain(200, 32));
+    play(&mut scene, &[group(300, &[], None)]);
+    play(&mut scene, &chain(300, 33));
+    play(&mut scene, &[group(300, &[], Some(231))]);
+    assert_eq!(scene.counts().ignored_events, 3, "32 and 33");
+    // One shorter, and it goes; the undo makes it long again.
+    play(&mut scene, &[group(332, &[], None), group(300, &[], Some(231))]);
+    assert_eq!(scene.counts().ignored_events, 3);
+    play(&mut scene, &[undo(), undo(), group(300, &[], Some(231))]);
+    assert_eq!(scene.counts().ignored_events, 4);
+    // A second, shorter child does not hide the longer one.
+    play(&mut scene, &[group(400, &[], Some(300)), group(400, &[], None), group(300, &[], Some(231))]);
+    assert_eq!(scene.counts().ignored_events, 5);
+}
+
+#[test]
 fn undo_and_redo_of_a_move_in_a_turned_group_give_the_same_bits() {
     let mut scene = grouped();
     play(&mut scene, &[place(1, Vec3::new(0.1, 7.3, 0.0), Quat::from_xyzw(0.36, 0.48, 0.0, 0.8), 1.7)]);
@@ -152,13 +182,15 @@ fn every_way_back_and_forth_leads_through_the_same_bits() {
         let mut states = vec![(bits(&scene), scene.visible_ids().collect::<Vec<_>>())];
         while states.len() < 60 {
             let events = editor.edit();
-            let ignored = scene.counts().ignored_events;
             if matches!(events[0], Event::Undo { .. } | Event::Redo { .. } | Event::Begin { .. }) {
                 continue;
             }
-            play(&mut scene, &events);
-            if scene.counts().ignored_events == ignored {
-                states.push((bits(&scene), scene.visible_ids().collect()));
+            for event in events {
+                let ignored = scene.counts().ignored_events;
+                play(&mut scene, &[event]);
+                if scene.counts().ignored_events == ignored {
+                    states.push((bits(&scene), scene.visible_ids().collect()));
+                }
             }
         }
         let mut at = states.len() - 1;

@@ -71,7 +71,7 @@ impl Editor {
         };
         let (a, b) = (some(self), some(self));
         let group = GroupId(self.below(GROUPS));
-        vec![match self.below(16) {
+        vec![match self.below(18) {
             0..=2 => Event::Erase { t, stroke: a },
             3..=5 => Event::Move { t, strokes: vec![a, b], by: self.way() },
             6..=7 => {
@@ -84,7 +84,19 @@ impl Editor {
             }
             10..=12 => Event::Undo { t },
             13..=14 => Event::Redo { t },
-            _ => return self.stroke(),
+            15 => return self.stroke(),
+            // Nobody sees it move, and only the erasure may be taken back.
+            16 => {
+                return vec![
+                    Event::Move { t, strokes: vec![a], by: self.way() },
+                    Event::Erase { t, stroke: a },
+                ];
+            }
+            _ => {
+                let to = Transform { p: self.way() * 0.3, q: self.turn(), s: self.between(0.7, 1.4) };
+                let erased = [a, b].map(|stroke| Event::Erase { t, stroke });
+                return [Event::Place { t, group, to }].into_iter().chain(erased).collect();
+            }
         }]
     }
 

@@ -254,14 +254,14 @@ impl Document {
         session: Session,
         journal: Journal,
         opened: &mut Opened,
-    ) -> Result<Self, (RecordingError, Journal)> {
+    ) -> Result<Self, (RecordingError, Box<Journal>)> {
         let mut document = Self::around(journal);
         match document.read_whole(session, opened).and_then(|()| document.journal.start()) {
             Ok(()) => {
                 document.end_open_strokes();
                 Ok(document)
             }
-            Err(error) => Err((error, document.journal)),
+            Err(error) => Err((error, Box::new(document.journal))),
         }
     }
 

@@ -55,7 +55,7 @@ fn draw(document: &mut Document, events: u32) {
 
 fn events_in(path: &Path) -> usize {
     let events = recording::open(path, &OpenOptions::default()).expect("a recording");
-    events.map(|event| event.expect("whole lines")).count()
+    events.inspect(|event| assert!(event.is_ok(), "whole lines: {event:?}")).count()
 }
 
 fn header() -> Header {
@@ -78,7 +78,7 @@ fn every_event_is_in_the_file_at_once_and_a_crash_is_found() {
         assert_eq!(events_in(journal.path()), count);
     }
     let path = journal.path().to_owned();
-    assert_eq!(autosaves.marked(), [path.clone()]);
+    assert_eq!(autosaves.marked(), std::slice::from_ref(&path));
     assert!(SessionLock::take_over(&path).is_none(), "its program lives");
     // A crash: the lock goes with the program, the mark stays.
     drop(journal);
@@ -87,7 +87,7 @@ fn every_event_is_in_the_file_at_once_and_a_crash_is_found() {
     draw(&mut document, 1);
     assert_eq!(events_in(&path), 5);
     document.close().expect("written");
-    assert_eq!(autosaves.marked(), [PathBuf::new(); 0], "closed on purpose");
+    assert_eq!(autosaves.marked(), Vec::<PathBuf>::new(), "closed on purpose");
     assert!(path.exists());
 }
 
@@ -185,7 +185,9 @@ fn another_name_of_the_file_is_no_way_around() {
 }
 
 /// What may happen to a file while it is open.
-fn accidents() -> [(&'static str, fn(&Path)); 5] {
+type Accident = (&'static str, fn(&Path));
+
+fn accidents() -> [Accident; 5] {
     [
         ("removed", |path| fs::remove_file(path).expect("removed")),
         ("replaced", |path| {
@@ -312,7 +314,7 @@ fn a_session_without_a_name_goes_on_in_another_file() {
     let third = document.journal().path().to_owned();
     document.discard().expect("read again");
     document.close().expect("written");
-    assert_eq!(desk.autosaved(), [third.clone()]);
+    assert_eq!(desk.autosaved(), std::slice::from_ref(&third));
     assert_eq!(events_in(&third), 3);
 }
 
@@ -449,10 +451,7 @@ fn a_full_disk_loses_nothing() {
     }
     let has_limits = Command::new("prlimit").arg("--version").output().is_ok_and(|run| run.status.success());
     if !has_limits {
-        #[expect(clippy::print_stderr, reason = "a test that is left out says why")]
-        {
-            eprintln!("skipped: there is no `prlimit` here to make a disk small");
-        }
+        eprintln!("skipped: there is no `prlimit` here to make a disk small");
         return;
     }
     // Beyond the limit the system would end the program, not refuse the write.
@@ -526,7 +525,7 @@ fn of_sessions_left_open_the_newest_that_can_be_read_is_brought_back() {
         "{said}"
     );
     document.close().expect("unchanged");
-    assert_eq!(desk.autosaves().marked(), [newest.clone()], "it is not forgotten");
+    assert_eq!(desk.autosaves().marked(), std::slice::from_ref(newest), "it is not forgotten");
     assert_eq!(fs::read_to_string(newest).expect("text"), damaged);
     // What can be read of it is drawn on as a copy.
     let lenient = Opening { lenient: true, ..Opening::default() };

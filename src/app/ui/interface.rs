@@ -91,7 +91,9 @@ impl Interface {
         if wishes.help {
             help(ui, &mut wishes.help);
         }
-        questions::trouble(ui.ctx(), studio, &mut wishes);
+        if studio.question().is_none() {
+            questions::trouble(ui.ctx(), studio, &mut wishes);
+        }
         self.question(ui.ctx(), studio, &mut wishes);
         self.take_wishes(ui, studio, wishes);
         area

@@ -26,6 +26,7 @@ mod encode;
 mod pipelines;
 mod pyramid;
 mod queries;
+mod samples;
 mod span;
 mod state;
 

@@ -288,6 +288,12 @@ fn read_sets(head: &Head, packed: impl Read, path: &Path) -> Result<Vec<u64>, Pv
         unpacked.read_exact(chunk).map_err(|error| damaged(path, HEAD_BYTES, expected(), error))?;
         sets.extend(chunk.as_chunks().0.iter().map(|word| u64::from_le_bytes(*word)));
     }
+    let groups = (head.polygons as usize).div_ceil(GROUP);
+    let beyond = u64::MAX.checked_shl(groups as u32 % 64).filter(|_| !groups.is_multiple_of(64)).unwrap_or(0);
+    let last_words = sets.chunks(words_of(head.polygons as usize).max(1)).filter_map(<[u64]>::last);
+    if last_words.into_iter().any(|last| last & beyond != 0) {
+        return Err(damaged(path, HEAD_BYTES, format!("sets of {groups} groups"), "a bit for another group"));
+    }
     match unpacked.read(&mut chunk[..1]) {
         Ok(0) => Ok(sets),
         Ok(_) => Err(damaged(path, HEAD_BYTES, expected(), "more")),
