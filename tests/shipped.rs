@@ -110,3 +110,31 @@ fn the_readme_of_the_recordings_names_their_fingerprints() {
         assert!(row.expect("a row").contains(&pin.fingerprint), "{}", pin.recording);
     }
 }
+
+#[test]
+fn the_readme_of_the_recordings_counts_as_info_does() {
+    let readme = fs::read_to_string("recordings/README.md").expect("recordings/README.md");
+    for name in shipped() {
+        let row = readme.lines().find(|line| line.starts_with(&format!("| {name} | ")) && line.contains("MB"));
+        let cells: Vec<String> =
+            row.expect("a row").split('|').map(|cell| cell.trim().replace([',', '`'], "")).collect();
+        let path = format!("recordings/{name}");
+        let output = osp().args(["info", "--json", &path]).output().expect("the program starts");
+        let info: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+        let count = |keys: &[&str]| keys.iter().filter_map(|key| info[key].as_u64()).sum::<u64>().to_string();
+        let counted = [
+            count(&["strokes"]),
+            count(&["points"]),
+            count(&["polygons"]),
+            count(&["polygons_visible_at_end"]),
+            count(&["erase_events", "undo_redo_events", "move_events"]),
+            count(&["head_poses"]),
+        ];
+        assert_eq!(cells[2..8], counted, "{name}");
+        let text = fs::read_to_string(&path).expect("text");
+        assert_eq!(cells[8], (text.lines().count() - 1).to_string(), "{name}: events, all lines but the header");
+        let secs = info["duration_secs"].as_f64().expect("a number");
+        assert_eq!(cells[9], format!("{secs:.0} s"), "{name}");
+        assert_eq!(cells[10], format!("{:.1} MB", text.len() as f64 * 1.0e-6), "{name}");
+    }
+}

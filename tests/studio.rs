@@ -5,6 +5,8 @@
 mod drawing;
 #[path = "studio/exporting.rs"]
 mod exporting;
+#[path = "studio/limits.rs"]
+mod limits;
 #[path = "studio/hands.rs"]
 mod hands;
 #[path = "studio/keeping.rs"]

@@ -32,3 +32,26 @@ fn an_export_replaces_models_and_nothing_else() {
     });
     assert_eq!(left.count(), 0);
 }
+
+/// A group may be placed so that its strokes are beyond all numbers.
+#[test]
+fn an_export_tells_of_what_it_leaves_out() {
+    let mut table = Table::new();
+    let folder = table.folder.path().to_owned();
+    let face = |stroke: u32| {
+        format!("Polygon(stroke:{stroke},vertices:[(1,0,0),(2,0,0),(1,1,0)],color:(1,1,1,1))\n")
+    };
+    let mut session = format!("Header(format:1,name:\"x\",source:\"y\")\n{}{}", face(1), face(2));
+    for (group, parent) in [(1, ""), (2, ",parent:1"), (3, ",parent:2")] {
+        session += &format!("Group(t:0,group:{group},strokes:[1]{parent})\n");
+        session += &format!("Place(t:0,group:{group},to:(p:(0,0,0),q:(0,0,0,1),s:1e15))\n");
+    }
+    let (path, model) = (folder.join("far.ron"), folder.join("far.glb"));
+    fs::write(&path, session).expect("written");
+    table.studio.command(Command::Open(path));
+    table.studio.command(Command::ExportGltf(model.clone()));
+    let said = table.studio.messages().last().cloned().expect("a message");
+    assert!(said.starts_with("1 polygons exported to") && said.ends_with("beyond all range"), "{said}");
+    assert!(said.contains("1 left out"), "{said}");
+    assert!(!fs::read(&model).expect("there").windows(4).any(|word| word == b"null"));
+}
