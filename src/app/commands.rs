@@ -142,7 +142,12 @@ impl Studio {
             Ok(counts)
         };
         match export() {
-            Ok(counts) => self.say(format!("{} polygons exported to {}", counts.polygons, path.display())),
+            Ok(counts) => {
+                self.say(format!("{} polygons exported to {}", counts.polygons, path.display()));
+                if counts.not_finite > 0 {
+                    self.say(format!("{} polygons at infinity were left out", counts.not_finite));
+                }
+            }
             Err(error) => self.say(format!("{}: {error}", path.display())),
         }
     }
