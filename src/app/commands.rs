@@ -142,12 +142,11 @@ impl Studio {
             Ok(counts)
         };
         match export() {
-            Ok(GltfCounts { polygons, left_out, .. }) => {
-                let left_out = match left_out {
-                    0 => String::new(),
-                    n => format!("; {n} left out, which were moved beyond all range"),
-                };
-                self.say(format!("{polygons} polygons exported to {}{left_out}", path.display()));
+            Ok(counts) => {
+                self.say(format!("{} polygons exported to {}", counts.polygons, path.display()));
+                if counts.not_finite > 0 {
+                    self.say(format!("{} polygons at infinity were left out", counts.not_finite));
+                }
             }
             Err(error) => self.say(format!("{}: {error}", path.display())),
         }
