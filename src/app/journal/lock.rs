@@ -306,7 +306,7 @@ mod tests {
         for round in 0..50 {
             let session = folder.path().join(format!("{round}.ron"));
             let start = std::sync::Barrier::new(8);
-            let locks: Vec<_> = std::thread::scope(|scope| {
+            let locks: Vec<_> = thread::scope(|scope| {
                 let takers: Vec<_> = (0..8)
                     .map(|_| {
                         scope.spawn(|| {
