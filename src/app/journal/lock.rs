@@ -3,6 +3,8 @@ use std::{
     fs::{self, File, Metadata, TryLockError},
     io::{self, ErrorKind, Read, Seek, Write},
     path::{Path, PathBuf},
+    thread,
+    time::Duration,
 };
 
 use serde::{Deserialize, Serialize};
@@ -136,7 +138,7 @@ impl SessionLock {
                 Err(error) => return Err(NotTaken::Failed(error)),
             };
             let held = |word| OpenElsewhere { session: session.to_owned(), word };
-            match file.try_lock() {
+            match try_lock_patiently(&file) {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Err(NotTaken::Held(held(read_word(&mut file)))),
                 Err(TryLockError::Error(_)) => {
@@ -230,6 +232,20 @@ impl Identity {
     }
 }
 
+/// Locks a file. A program that is just being started from this one has our open files for a moment, with their locks:
+/// so who has a lock is asked again before anybody is told.
+fn try_lock_patiently(file: &File) -> Result<(), TryLockError> {
+    const TRIES: u32 = 10;
+    const PAUSE: Duration = Duration::from_millis(10);
+    for _ in 1..TRIES {
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
+            outcome => return outcome,
+        }
+    }
+    file.try_lock()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -290,7 +306,7 @@ mod tests {
         for round in 0..50 {
             let session = folder.path().join(format!("{round}.ron"));
             let start = std::sync::Barrier::new(8);
-            let locks: Vec<_> = std::thread::scope(|scope| {
+            let locks: Vec<_> = thread::scope(|scope| {
                 let takers: Vec<_> = (0..8)
                     .map(|_| {
                         scope.spawn(|| {
