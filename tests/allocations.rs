@@ -127,7 +127,10 @@ fn no_frame_allocates_when_all_is_in_view_and_the_room_is_just_enough() {
             let index = kind.create(&IndexConfig { root, capacity });
             let mut pipeline = Pipeline::new(index, capacity, StageClock::default());
             let made = play(&events, &mut pipeline, seen);
-            assert_eq!(pipeline.in_view_lists()[0].len() == capacity, seen.len() != 1 || seen[0] == views()[0]);
+            assert_eq!(
+                pipeline.in_view_lists()[0].len() == capacity,
+                seen.len() != 1 || seen[0] == views()[0]
+            );
             // The first frame has the lists of the views to make.
             let late = made.iter().skip(1).position(|&n| n > 0);
             assert_eq!(late, None, "{}, {} views: {made:?}", kind.name(), seen.len());
