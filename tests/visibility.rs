@@ -4,6 +4,10 @@
 mod everything_asked;
 #[path = "visibility/far_from_origin.rs"]
 mod far_from_origin;
+#[path = "visibility/fingerprints.rs"]
+mod fingerprints;
+#[path = "visibility/margins.rs"]
+mod margins;
 #[path = "visibility/volumes.rs"]
 mod volumes;
 

@@ -1,3 +1,4 @@
+use super::simd::ROOM_BEHIND;
 use crate::scene::PolygonId;
 
 /// The polygons to draw, in the order in which a query found them. Kept from frame to frame: it allocates only
@@ -13,14 +14,21 @@ impl DrawList {
         Self { ids: Vec::new() }
     }
 
+    /// An empty list with room for this many, see [`DrawList::reserve`].
+    pub fn with_capacity(polygons: usize) -> Self {
+        let mut list = Self::new();
+        list.reserve(polygons);
+        list
+    }
+
     /// Empties it; keeps the memory.
     pub fn clear(&mut self) {
         self.ids.clear();
     }
 
-    /// Makes room for this many more.
+    /// Makes room for this many more, however they are written: a query that finds no more does not allocate.
     pub fn reserve(&mut self, additional: usize) {
-        self.ids.reserve(additional);
+        self.ids.reserve(additional.saturating_add(ROOM_BEHIND));
     }
 
     /// Appends one polygon.

@@ -15,6 +15,8 @@ pub struct TimeOrder {
     backend: Backend,
     /// Level 0 holds the polygons' boxes, every further level the boxes of the groups of the level below.
     levels: Vec<Vec<Boxes<16>>>,
+    /// Memory of further levels, the lowest last, for as many polygons as there is to be room for.
+    spare: Vec<Vec<Boxes<16>>>,
     /// Per block of polygons the ids that are filed.
     filed: Vec<u16>,
     len: usize,
@@ -24,12 +26,16 @@ impl TimeOrder {
     /// An empty index.
     pub fn new(config: &IndexConfig) -> Self {
         let blocks = config.capacity.div_ceil(16);
-        Self {
-            backend: Backend::detect(),
-            levels: vec![Vec::with_capacity(blocks)],
-            filed: Vec::with_capacity(blocks),
-            len: 0,
+        let mut spare: Vec<Vec<Boxes<16>>> = Vec::new();
+        let mut groups = blocks;
+        while groups > 1 || spare.is_empty() {
+            groups = groups.div_ceil(16);
+            spare.push(Vec::with_capacity(groups));
         }
+        spare.reverse();
+        let mut levels = Vec::with_capacity(1 + spare.len());
+        levels.push(Vec::with_capacity(blocks));
+        Self { backend: Backend::detect(), levels, spare, filed: Vec::with_capacity(blocks), len: 0 }
     }
 
     fn holds(&self, id: PolygonId) -> bool {
@@ -48,7 +54,7 @@ impl TimeOrder {
             if level == self.levels.len() {
                 // A new top holds what was the top so far.
                 let below = self.levels[level - 1].first().map_or(Aabb::EMPTY, |top| top.around(0xFFFF));
-                let mut boxes = Vec::with_capacity(self.levels[level - 1].capacity().div_ceil(16));
+                let mut boxes = self.spare.pop().unwrap_or_default();
                 boxes.push(Boxes::EMPTY);
                 boxes[0].set(0, &below);
                 self.levels.push(boxes);
@@ -276,7 +282,7 @@ impl SpatialIndex for TimeOrder {
     }
 
     fn bytes(&self) -> usize {
-        let boxes: usize = self.levels.iter().map(Vec::capacity).sum();
+        let boxes: usize = self.levels.iter().chain(&self.spare).map(Vec::capacity).sum();
         boxes * size_of::<Boxes<16>>() + self.filed.capacity() * size_of::<u16>()
     }
 

@@ -13,6 +13,8 @@ pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
     /// What the frustum of each view may see.
     in_view: Vec<DrawList>,
+    /// Polygons that each of these has room for.
+    capacity: usize,
     occlusion: Option<OcclusionPass>,
     pvs: Option<PvsPass>,
     last: Option<LastPass>,
@@ -33,13 +35,13 @@ impl std::fmt::Debug for Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline around an empty index. `capacity` is the number of polygons that the draw list has room for.
+    /// A pipeline around an empty index. `capacity` is the number of polygons that the draw list of each view has room for:
+    /// as long as there are no more, no list grows after the first frame with its view.
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
-        let mut first = DrawList::new();
-        first.reserve(capacity);
         Self {
             index,
-            in_view: vec![first],
+            in_view: vec![DrawList::with_capacity(capacity)],
+            capacity,
             occlusion: None,
             pvs: None,
             last: None,
@@ -91,7 +93,7 @@ impl Pipeline {
     /// together.
     pub fn frame_of_views(&mut self, scene: &Scene, changes: &[Change], views: &[View]) -> FrameRecord {
         let mut record = FrameRecord { frame: self.frame, ..FrameRecord::default() };
-        self.in_view.resize_with(views.len(), DrawList::new);
+        self.in_view.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
         self.in_view.iter_mut().for_each(DrawList::clear);
 
         let stage = self.clock.start();

@@ -11,14 +11,15 @@ use crate::{
 pub struct LastPass {
     culling: LastVisible,
     drawn: Vec<DrawList>,
+    /// Polygons that each of these has room for.
+    capacity: usize,
 }
 
 impl LastPass {
     /// A stage that has seen nothing yet, with room for this many polygons.
     pub fn new(capacity: usize) -> Self {
-        let mut first = DrawList::new();
-        first.reserve(capacity);
-        Self { culling: LastVisible::new(DepthConfig::default(), capacity), drawn: vec![first] }
+        let drawn = vec![DrawList::with_capacity(capacity)];
+        Self { culling: LastVisible::new(DepthConfig::default(), capacity), drawn, capacity }
     }
 
     /// Before a frame: takes all that is in view for what was visible in the last one.
@@ -39,7 +40,7 @@ impl LastPass {
     ) -> (OcclusionRecord, f64) {
         let mut work_ns = 0.0;
         let mut record = OcclusionRecord { used: true, by_last: true, ..OcclusionRecord::default() };
-        self.drawn.resize_with(views.len(), DrawList::new);
+        self.drawn.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
         for (i, ((view, seen), drawn)) in views.iter().zip(in_view).zip(&mut self.drawn).enumerate() {
             drawn.clear();
             let Some(window) = view.window() else {

@@ -143,6 +143,8 @@ pub struct OcclusionPass {
     by_last: bool,
     /// What is left of each view.
     drawn: Vec<DrawList>,
+    /// Polygons that each of these has room for.
+    capacity: usize,
 }
 
 impl OcclusionPass {
@@ -151,8 +153,6 @@ impl OcclusionPass {
         let select = SelectConfig { occluders: config.occluders(), ..SelectConfig::default() };
         let cull = CullConfig::for_drawing(config.polygon_ns);
         let stage = OcclusionConfig { select, cull, ..OcclusionConfig::default() };
-        let mut drawn = DrawList::new();
-        drawn.reserve(capacity);
         let mut stage = OcclusionStage::new(config.choice.kind(), stage);
         stage.reserve(capacity);
         let auto = AutoConfig { polygon_ns: config.polygon_ns, ..AutoConfig::default() };
@@ -166,7 +166,8 @@ impl OcclusionPass {
             since_last: u32::MAX,
             by_last: false,
             config,
-            drawn: vec![drawn],
+            drawn: vec![DrawList::with_capacity(capacity)],
+            capacity,
         }
     }
 
@@ -272,7 +273,7 @@ impl OcclusionPass {
             self.note(&record, work_ns);
             return record;
         }
-        self.drawn.resize_with(views.len(), DrawList::new);
+        self.drawn.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
         let mut work_cost_ns = 0.0;
         // The first view last: what is left in the stage is then the first view's.
         for (i, view) in views.iter().enumerate().rev() {

@@ -24,8 +24,9 @@ pub(in crate::index) struct IdWriter<'a> {
     capacity: usize,
 }
 
-/// Room that a page takes at most.
-const PAGE_ROOM: usize = 16 * 17;
+/// Room that a page takes at most, and that is kept free behind the ids that a list gets: they are written in steps that
+/// are longer than what they write.
+pub(in crate::index) const ROOM_BEHIND: usize = 16 * 17;
 
 impl<'a> IdWriter<'a> {
     pub(in crate::index) fn new(list: &'a mut Vec<PolygonId>) -> Self {
@@ -57,7 +58,7 @@ impl<'a> IdWriter<'a> {
     /// Makes room for sixteen runs of sixteen, some that are clobbered, and so many more.
     #[inline(always)]
     fn make_room(&mut self, more: usize) {
-        if self.capacity - self.len < more + PAGE_ROOM {
+        if self.capacity - self.len < more + ROOM_BEHIND {
             (self.start, self.capacity) = grow(self.list, self.len, more);
         }
     }
@@ -191,6 +192,6 @@ impl<'a> IdWriter<'a> {
 fn grow(list: &mut Vec<PolygonId>, len: usize, more: usize) -> (*mut MaybeUninit<u32>, usize) {
     // SAFETY: the first `len` places were filled, each within the capacity.
     unsafe { list.set_len(len) };
-    list.reserve(len.max(more + PAGE_ROOM));
+    list.reserve(len.max(more + ROOM_BEHIND));
     (list.as_mut_ptr().cast(), list.capacity())
 }

@@ -1,0 +1,175 @@
+//! Frames allocate nothing as long as the capacity given at creation suffices: no index that grows in place, and no list of
+//! what is in view, whatever is in view.
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+};
+
+use glam::Vec3;
+use osp::{
+    index::{DrawList, IndexConfig, IndexKind},
+    math::{Aabb, Frustum},
+    metrics::StageClock,
+    occlusion::CullerKind,
+    recording::{Event, NormalRule, StrokeId, Tool},
+    scene::{PolygonId, Scene},
+    visibility::{OcclusionChoice, PassConfig, Pipeline, Projection, View},
+};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+#[allow(unsafe_code, reason = "a global allocator cannot be written without; it only counts and passes on")]
+// SAFETY: every call is handed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|n| n.set(n.get() + 1));
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, ptr: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.dealloc(ptr, layout) }
+    }
+
+    unsafe fn realloc(&self, ptr: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
+        ALLOCATIONS.with(|n| n.set(n.get() + 1));
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.realloc(ptr, layout, new_size) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+fn allocations() -> u64 {
+    ALLOCATIONS.with(Cell::get)
+}
+
+const IN_PLACE: [IndexKind; 6] = [
+    IndexKind::BruteForce,
+    IndexKind::BruteSimd,
+    IndexKind::TimeOrder,
+    IndexKind::Osp,
+    IndexKind::DynamicBvh,
+    IndexKind::LooseOctree,
+];
+
+/// A ribbon that winds through the room, sample by sample, in strokes of a few hundred.
+fn session(samples: u32) -> Vec<Event> {
+    let mut events = Vec::new();
+    for i in 0..samples {
+        let stroke = StrokeId(i / 300);
+        if i.is_multiple_of(300) {
+            events.push(Event::Begin {
+                t: 0.0,
+                stroke,
+                tool: Tool::Ribbon,
+                width: 0.02,
+                color: (0.5, 0.5, 0.5, 1.0),
+                normal: NormalRule::Transport,
+                thinnest: 1.0,
+            });
+        }
+        let (angle, turns) = (i as f32 * 0.02, (i / 300) as f32 * 0.7);
+        let p = Vec3::new(angle.cos() * (1.0 + turns.sin() * 0.5), 1.5 + angle * 0.7 % 1.0, angle.sin());
+        events.push(Event::Point { t: 0.0, stroke, p, q: glam::Quat::IDENTITY, pressure: 1.0 });
+        if i % 300 == 299 {
+            events.push(Event::End { t: 0.0, stroke });
+        }
+    }
+    events
+}
+
+fn polygons_of(events: &[Event]) -> usize {
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    events.iter().for_each(|event| scene.apply(event, &mut changes));
+    scene.polygon_count()
+}
+
+/// From so far away that the whole model is in view, from inside it, and away from it.
+fn views() -> [View; 3] {
+    let projection = Projection::symmetric(60.0, 1.5, 0.05, 50.0);
+    let middle = Vec3::new(0.0, 1.5, 0.0);
+    [
+        View::look_at(Vec3::new(0.0, 2.0, 9.0), middle, projection),
+        View::look_at(middle, Vec3::new(1.0, 1.5, 0.3), projection),
+        View::look_at(Vec3::new(0.0, 2.0, 9.0), Vec3::new(0.0, 2.0, 20.0), projection),
+    ]
+}
+
+/// Plays a session of 16 events a frame; what each frame allocated beyond the scene's own.
+fn play(events: &[Event], pipeline: &mut Pipeline, views: &[View]) -> Vec<u64> {
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    let frame = |batch: &[Event]| {
+        changes.clear();
+        batch.iter().for_each(|event| scene.apply(event, &mut changes));
+        let before = allocations();
+        pipeline.frame_of_views(&scene, &changes, views);
+        allocations() - before
+    };
+    events.chunks(16).map(frame).collect()
+}
+
+#[test]
+fn no_frame_allocates_when_all_is_in_view_and_the_room_is_just_enough() {
+    let events = session(6000);
+    let capacity = polygons_of(&events);
+    assert!(capacity > 5000, "{capacity}");
+    let root = Aabb::cube(Vec3::new(0.0, 1.5, 0.0), 4.0);
+    for kind in IN_PLACE {
+        for seen in [&views()[..1], &views()[1..2], &views()] {
+            let index = kind.create(&IndexConfig { root, capacity });
+            let mut pipeline = Pipeline::new(index, capacity, StageClock::default());
+            let made = play(&events, &mut pipeline, seen);
+            assert_eq!(
+                pipeline.in_view_lists()[0].len() == capacity,
+                seen.len() != 1 || seen[0] == views()[0]
+            );
+            // The first frame has the lists of the views to make.
+            let late = made.iter().skip(1).position(|&n| n > 0);
+            assert_eq!(late, None, "{}, {} views: {made:?}", kind.name(), seen.len());
+        }
+    }
+}
+
+/// The later half of a session, after what is kept from frame to frame has grown.
+#[test]
+fn frames_with_occlusion_culling_allocate_nothing_once_a_session_runs() {
+    let events = session(3000);
+    let capacity = polygons_of(&events);
+    for choice in [OcclusionChoice::Always(CullerKind::Msvbsp), OcclusionChoice::DepthLast] {
+        let index = IndexKind::Osp.create(&IndexConfig { capacity, ..IndexConfig::default() });
+        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let mut pipeline = pipeline.with_choice(PassConfig::new(choice), capacity);
+        let made = play(&events, &mut pipeline, &views()[..1]);
+        let steady: u64 = made[made.len() / 2..].iter().sum();
+        assert_eq!(steady, 0, "{}: {made:?}", choice.name());
+    }
+}
+
+/// A list with room for what a query finds is not grown by it.
+#[test]
+fn a_query_that_finds_no_more_than_there_is_room_for_does_not_allocate() {
+    let root = Aabb::cube(Vec3::ZERO, 4.0);
+    for count in [1u32, 15, 16, 17, 255, 256, 257, 300, 1000, 4096, 5000] {
+        for kind in IN_PLACE {
+            let mut index = kind.create(&IndexConfig { root, capacity: count as usize });
+            for i in 0..count {
+                let at = Vec3::new((i % 40) as f32 * 0.02, (i / 40) as f32 * 0.01, (i % 7) as f32 * 0.1);
+                index.insert(PolygonId(i), &Aabb::cube(at - Vec3::ONE, 0.02)).expect("a good box");
+            }
+            index.commit();
+            let mut list = DrawList::with_capacity(count as usize);
+            let before = allocations();
+            index.frustum_cull(&Frustum::everything(), &mut list);
+            assert_eq!(allocations() - before, 0, "{}, {count} polygons", kind.name());
+            assert_eq!(list.len(), count as usize);
+        }
+    }
+}
