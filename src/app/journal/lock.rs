@@ -14,6 +14,8 @@ use super::calendar::Moment;
 
 /// Bytes of a mark that are read: whatever else lies there is no word of ours.
 const MOST_MARK_BYTES: u64 = 4096;
+/// How every word in a mark begins.
+const WORD_START: &[u8] = b"Open(";
 /// Marks that may vanish under our hands, one after the other, before we give up.
 const MOST_ATTEMPTS: u32 = 100;
 
@@ -100,8 +102,49 @@ pub(in crate::app) enum NotTaken {
 /// within the same instant may both believe that they were first.
 #[derive(Debug)]
 pub(in crate::app) struct SessionLock {
-    /// The mark, with the handle that holds its lock. None where the folder takes no files.
-    mark: Option<(PathBuf, File)>,
+    /// None where the folder takes no files.
+    mark: Option<Mark>,
+}
+
+#[derive(Debug)]
+struct Mark {
+    path: PathBuf,
+    /// Holds the lock.
+    file: File,
+    /// It is not our file, it only has the mark's name: it is locked, but neither written to nor removed.
+    is_foreign: bool,
+}
+
+/// What a mark holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Content {
+    /// The last holder's word, if it is whole.
+    Ours(Option<Word>),
+    /// Something else that somebody may miss.
+    Foreign,
+}
+
+impl Content {
+    fn of(file: &mut File) -> Self {
+        let mut bytes = Vec::new();
+        if file.rewind().is_err() || file.take(MOST_MARK_BYTES + 1).read_to_end(&mut bytes).is_err() {
+            return Self::Foreign;
+        }
+        // After a power failure a file may be there without its contents: empty, or of zeros.
+        let is_blank = bytes.iter().all(|&byte| byte == 0);
+        let is_ours = is_blank || (bytes.starts_with(WORD_START) && bytes.len() as u64 <= MOST_MARK_BYTES);
+        match is_ours {
+            true => Self::Ours(str::from_utf8(&bytes).ok().and_then(Word::parse)),
+            false => Self::Foreign,
+        }
+    }
+
+    fn word(self) -> Option<Word> {
+        match self {
+            Self::Ours(word) => word,
+            Self::Foreign => None,
+        }
+    }
 }
 
 impl SessionLock {
@@ -128,7 +171,7 @@ impl SessionLock {
         for _ in 0..MOST_ATTEMPTS {
             let mut options = File::options();
             options.create(may_make).truncate(false).read(true).write(true);
-            let (mut file, is_ours_to_write) = match options.open(&mark) {
+            let (mut file, is_writable) = match options.open(&mark) {
                 Ok(file) => (file, true),
                 Err(error) if is_forbidden(&error) => match File::open(&mark) {
                     // Another person's mark, in a folder that we may not write to.
@@ -137,33 +180,41 @@ impl SessionLock {
                 },
                 Err(error) => return Err(NotTaken::Failed(error)),
             };
-            let held = |word| OpenElsewhere { session: session.to_owned(), word };
-            match try_lock_patiently(&file) {
-                Ok(()) => {}
-                Err(TryLockError::WouldBlock) => return Err(NotTaken::Held(held(read_word(&mut file)))),
-                Err(TryLockError::Error(_)) => {
-                    if let Some(word) = read_word(&mut file).filter(|word| !word.is_gone()) {
-                        return Err(NotTaken::Held(held(Some(word))));
-                    }
+            if !file.metadata().is_ok_and(|data| data.is_file()) {
+                let not_a_file = format!("{}: expected a file", mark.display());
+                return Err(NotTaken::Failed(io::Error::other(not_a_file)));
+            }
+            let has_lock = match try_lock_patiently(&file) {
+                Ok(()) => true,
+                Err(TryLockError::WouldBlock) => {
+                    let word = Content::of(&mut file).word();
+                    return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), word }));
                 }
+                Err(TryLockError::Error(_)) => false,
+            };
+            let content = Content::of(&mut file);
+            let is_foreign = content == Content::Foreign;
+            if !has_lock && let Some(word) = content.word().filter(|word| !word.is_gone()) {
+                let word = Some(word);
+                return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), word }));
             }
             // Whoever had the mark may have removed it between our opening and our locking it: then we hold a file
             // without a name, and the next one to come makes a new mark.
             if !is_at(&file, &mark) {
                 continue;
             }
-            if is_ours_to_write {
+            if is_writable && !is_foreign {
                 // That the mark cannot say who we are is no reason not to draw.
                 let _ = write_word(&mut file);
             }
-            return Ok(Self { mark: Some((mark, file)) });
+            return Ok(Self { mark: Some(Mark { path: mark, file, is_foreign }) });
         }
         Err(NotTaken::Failed(io::Error::other("its mark comes and goes")))
     }
 
     /// Gives the lock back on purpose.
     pub(in crate::app) fn release(self) {
-        if let Some((path, file)) = self.mark
+        if let Some(Mark { path, file, is_foreign: false }) = self.mark
             && is_at(&file, &path)
         {
             // If it stays, the session is offered once more: nothing is lost.
@@ -183,12 +234,6 @@ fn is_at(file: &File, path: &Path) -> bool {
     let identity = |data: io::Result<Metadata>| data.map(|data| Identity::of(&data)).ok();
     let held = identity(file.metadata());
     held.is_some() && held == identity(fs::metadata(path))
-}
-
-fn read_word(file: &mut File) -> Option<Word> {
-    let mut text = String::new();
-    file.take(MOST_MARK_BYTES).read_to_string(&mut text).ok()?;
-    Word::parse(&text)
 }
 
 fn write_word(file: &mut File) -> io::Result<()> {
@@ -322,16 +367,30 @@ mod tests {
     }
 
     #[test]
-    fn a_mark_may_hold_anything() {
+    fn a_mark_may_hold_anything_and_what_is_not_ours_stays() {
         let folder = tempfile::tempdir().expect("a folder");
         let session = folder.path().join("a.ron");
-        for text in [&b""[..], b"\xff\xfe", b"Open(process:1)", &[b'x'; 100_000]] {
-            fs::write(SessionLock::mark_of(&session), text).expect("a mark");
+        let mark = SessionLock::mark_of(&session);
+        for (content, is_ours) in [
+            (&b""[..], true),
+            (&[0; 60], true),
+            (b"Open(process:1", true),
+            (b"\xff\xfe", false),
+            (b"Opening hours", false),
+            (&[b'x'; 100_000], false),
+        ] {
+            fs::write(&mark, content).expect("a mark");
             let lock = SessionLock::take(&session).expect("free");
-            assert!(held(&session).to_string().contains("process"), "the holder's word replaces it");
-            lock.leave();
+            assert_eq!(held(&session).to_string().contains("process"), is_ours, "who has it is said");
+            lock.release();
+            assert_eq!(fs::read(&mark).ok().as_deref(), (!is_ours).then_some(content));
         }
-        assert_eq!(Word::parse("Open(process:1,host:\"a\\u{1b}[31m\",since:\"b\")"), None);
+        let escapes = "Open(process:1,host:\"a\\u{1b}[31m\",since:\"b\")";
+        assert!(escapes.as_bytes().starts_with(WORD_START));
+        assert_eq!(Word::parse(escapes), None, "nothing of it controls a terminal");
+        fs::remove_file(&mark).expect("a mark");
+        fs::create_dir(&mark).expect("a folder");
+        assert!(matches!(SessionLock::take(&session), Err(NotTaken::Failed(_))));
     }
 
     #[test]

@@ -177,9 +177,7 @@ fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             (None, missing) => format!("{missing} events are NOT saved"),
         };
         ui.label(RichText::new(text).color(ALARM).small());
-    } else if !journal.is_changed() && !journal.is_named() && document.event_count() > 0 {
-        line(ui, format!("a copy, {name}: saves itself as you draw"));
-    } else if document.event_count() == 0 {
+    } else if document.event_count() == 0 || !(journal.is_changed() || journal.is_named()) {
         line(ui, "saves itself as you draw".to_owned());
     } else {
         line(ui, format!("saved: {name}"));
