@@ -40,6 +40,8 @@ pub use glam;
 
 #[cfg(feature = "window")]
 pub mod app;
+#[cfg(any(feature = "formats", feature = "render"))]
+pub mod atomic_file;
 #[cfg(feature = "cli")]
 pub mod bench;
 #[cfg(feature = "cli")]
@@ -50,12 +52,15 @@ pub mod index;
 pub mod math;
 pub mod metrics;
 pub mod occlusion;
+#[cfg(any(feature = "cli", feature = "window"))]
+mod output_file;
 pub mod recording;
 #[cfg(feature = "render")]
 pub mod render;
 #[cfg(feature = "cli")]
 pub mod report;
 pub mod scene;
+mod small_file;
 pub mod stroke;
 pub mod visibility;
 

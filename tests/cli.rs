@@ -413,3 +413,21 @@ fn picking_finds_the_same_polygon_in_every_index() {
     assert_eq!(outside.status.code(), Some(2));
     assert!(stderr(&outside).contains("from 0 to 1"), "{}", stderr(&outside));
 }
+
+#[test]
+fn the_version_names_the_features_and_a_missing_command_what_it_needs() {
+    let output = osp(&["--version"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.starts_with(concat!("osp ", env!("CARGO_PKG_VERSION"))), "{text}");
+    let features = text.lines().nth(1).expect("a second line");
+    assert!(features.starts_with("features: ") && features.contains("cli"), "{text}");
+    assert_eq!(features.contains("window"), cfg!(feature = "window"), "{text}");
+    if cfg!(feature = "window") {
+        eprintln!("not looked at here: what a build without `window` says of `osp sketch`");
+        return;
+    }
+    let output = osp(&["sketch", "a.ron", "--unheard-of"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("feature `window`") && said.lines().count() == 1, "{said}");
+}

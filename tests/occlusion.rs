@@ -12,25 +12,37 @@
 //! | no input of occluders hides what is visible or panics | `occluders::no_occluder_input_…` |
 //! | no allocation, bounded trees | `allocations::…`, `culling::steady_frames_…` |
 //! | `auto` never changes what can be seen | `pipeline::…` |
+//! | every guard and margin matters | `guards::…`, `near_limits::…`, `window_margin::…` |
+//! | what is edited hides only where it is now | `edits::…` |
 
 #[path = "occlusion/allocations.rs"]
 mod allocations;
+#[cfg(feature = "cli")]
 #[path = "occlusion/command.rs"]
 mod command;
 #[path = "occlusion/counterexamples.rs"]
 mod counterexamples;
 #[path = "occlusion/culling.rs"]
 mod culling;
+#[path = "occlusion/edits.rs"]
+mod edits;
+#[path = "occlusion/guards.rs"]
+mod guards;
 #[path = "occlusion/judge.rs"]
 mod judge;
+#[path = "occlusion/near_limits.rs"]
+mod near_limits;
 #[path = "occlusion/occluders.rs"]
 mod occluders;
 #[path = "occlusion/pipeline.rs"]
 mod pipeline;
 #[path = "occlusion/pool.rs"]
 mod pool;
+#[cfg(feature = "cli")]
 #[path = "occlusion/pvs.rs"]
 mod pvs;
+#[path = "occlusion/pvs_file.rs"]
+mod pvs_file;
 #[path = "occlusion/random.rs"]
 mod random;
 #[path = "occlusion/session.rs"]
@@ -39,3 +51,5 @@ mod session;
 mod stress;
 #[path = "occlusion/truth.rs"]
 mod truth;
+#[path = "occlusion/window_margin.rs"]
+mod window_margin;

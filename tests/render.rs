@@ -12,6 +12,10 @@ mod editor;
 mod hzb;
 #[path = "render/identity.rs"]
 mod identity;
+#[path = "render/large.rs"]
+mod large;
+#[path = "render/margins.rs"]
+mod margins;
 #[path = "render/pictures.rs"]
 mod pictures;
 #[path = "support/required.rs"]
@@ -20,5 +24,9 @@ mod required;
 mod scenes;
 #[path = "render/shaders.rs"]
 mod shaders;
+#[path = "render/stale.rs"]
+mod stale;
 #[path = "render/unseen.rs"]
 mod unseen;
+#[path = "render/wgsl_grammar.rs"]
+mod wgsl_grammar;

@@ -3,8 +3,12 @@
 
 #[path = "studio/drawing.rs"]
 mod drawing;
+#[path = "studio/exporting.rs"]
+mod exporting;
 #[path = "studio/hands.rs"]
 mod hands;
+#[path = "studio/keeping.rs"]
+mod keeping;
 #[path = "studio/panel.rs"]
 mod panel;
 #[path = "studio/tracker.rs"]

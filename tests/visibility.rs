@@ -1,5 +1,9 @@
 //! Views, frusta, cameras, pacing and fingerprints.
 
+#[path = "visibility/everything_asked.rs"]
+mod everything_asked;
+#[path = "visibility/far_from_origin.rs"]
+mod far_from_origin;
 #[path = "visibility/volumes.rs"]
 mod volumes;
 

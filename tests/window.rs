@@ -5,6 +5,8 @@
 
 #[path = "window/desk.rs"]
 mod desk;
+#[path = "window/keeping.rs"]
+mod keeping;
 #[path = "window/replaying.rs"]
 mod replaying;
 #[path = "support/required.rs"]

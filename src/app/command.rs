@@ -1,6 +1,8 @@
 use std::path::PathBuf;
 
-use super::{culling::Stages, layers::LayerChoice, pen::Snap, studio::ToolChoice};
+use super::{
+    culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, studio::ToolChoice,
+};
 use crate::{index::IndexKind, visibility::OcclusionChoice};
 
 /// What a person can ask for, by key, button or menu.
@@ -46,10 +48,22 @@ pub enum Command {
     New,
     /// Open a session.
     Open(PathBuf),
-    /// Put the session at a place of its own.
+    /// Open a session to draw on it, to look at it, or in part.
+    OpenAs(PathBuf, Opening),
+    /// Put the session at a place of its own; ask before a file there is replaced.
     SaveAs(PathBuf),
-    /// Write the model as glTF.
+    /// Put the session at a place of its own, whatever is there.
+    SaveOver(PathBuf),
+    /// Try at once to write what could not be written.
+    RetrySaving,
+    /// Ask whether what was drawn since the session was opened, or saved under a name, is to be thrown away.
+    Discard,
+    /// Write the model as glTF; ask before a file there is replaced.
     ExportGltf(PathBuf),
+    /// Write the model as glTF, whatever is there.
+    ExportOver(PathBuf),
+    /// Answer the question that the window asks.
+    Answer(Answer),
     /// Replay: run or stand.
     Play(bool),
     /// Replay: go to a frame.

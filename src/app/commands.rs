@@ -1,12 +1,20 @@
-use std::{fs::File, io::BufWriter, path::Path};
+use std::path::Path;
 
 use super::{
     command::Command,
-    document::Document,
+    document::Opening,
     player::Jump,
+    question::Then,
     studio::{Studio, Subject},
 };
-use crate::{export::write_glb, index::IndexKind, recording::Event, visibility::OcclusionChoice};
+use crate::{
+    atomic_file::AtomicFile,
+    export::{ExportError, GltfCounts, write_glb},
+    index::IndexKind,
+    output_file::{OutputKind, check_output},
+    recording::Event,
+    visibility::OcclusionChoice,
+};
 
 impl Studio {
     /// Does what a person asked for; what went wrong is told in [`Studio::messages`].
@@ -64,14 +72,20 @@ impl Studio {
             Command::Occluders(most) => self.culling.set_occluders(most),
             Command::Stages(stages) => self.culling.set_stages(stages),
             Command::Layers(layers) => self.layers = layers,
-            Command::New => self.replace(Subject::Sketch(Box::new(Document::new(&self.autosaves)))),
-            Command::Open(path) => {
-                if let Err(error) = self.open(&path) {
-                    self.say(error.to_string());
+            Command::New => self.leave(Then::New),
+            Command::Open(path) => self.leave(Then::Open(path, Opening::default())),
+            Command::OpenAs(path, how) => self.leave(Then::Open(path, how)),
+            Command::SaveAs(path) => self.ask_to_save_as(path),
+            Command::SaveOver(path) => self.save_as(&path),
+            Command::RetrySaving => {
+                if let Subject::Sketch(document) = &mut self.subject {
+                    document.journal_mut().retry();
                 }
             }
-            Command::SaveAs(path) => self.save_as(&path),
-            Command::ExportGltf(path) => self.export_gltf(&path),
+            Command::Discard => self.ask_to_discard(),
+            Command::ExportGltf(path) => self.ask_to_export(path),
+            Command::ExportOver(path) => self.export_gltf(&path),
+            Command::Answer(answer) => self.answer(answer),
             Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {
                 self.control(&command)
             }
@@ -99,10 +113,10 @@ impl Studio {
         }
     }
 
-    fn save_as(&mut self, path: &Path) {
+    pub(super) fn save_as(&mut self, path: &Path) {
         self.finish_gestures();
         let outcome = match &mut self.subject {
-            Subject::Sketch(document) => document.save_as(path).map(|_| ()),
+            Subject::Sketch(document) => document.save_as(path),
             Subject::Replay(_) => {
                 self.say("a replay is saved already: open it with `osp sketch` to change it".to_owned());
                 return;
@@ -114,13 +128,26 @@ impl Studio {
         }
     }
 
-    fn export_gltf(&mut self, path: &Path) {
+    pub(super) fn export_gltf(&mut self, path: &Path) {
+        // A model is replaced by a model, nothing else.
+        if let Err(error) = check_output(path, OutputKind::Glb, false) {
+            self.say(error.to_string());
+            return;
+        }
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let outcome = File::create(path)
-            .map_err(Into::into)
-            .and_then(|file| write_glb(self.subject.scene(), &name, BufWriter::new(file)));
-        match outcome {
-            Ok(counts) => self.say(format!("{} polygons exported to {}", counts.polygons, path.display())),
+        let export = || -> Result<GltfCounts, ExportError> {
+            let mut file = AtomicFile::create(path)?;
+            let counts = write_glb(self.subject.scene(), &name, &mut file)?;
+            file.commit()?;
+            Ok(counts)
+        };
+        match export() {
+            Ok(counts) => {
+                self.say(format!("{} polygons exported to {}", counts.polygons, path.display()));
+                if counts.not_finite > 0 {
+                    self.say(format!("{} polygons at infinity were left out", counts.not_finite));
+                }
+            }
             Err(error) => self.say(format!("{}: {error}", path.display())),
         }
     }

@@ -216,7 +216,9 @@ impl Studio {
             && by != Vec3::ZERO
             && !self.selection.is_empty()
         {
-            self.events.push(Event::Move { t, strokes: self.selection.strokes().to_vec(), by });
+            // One edit, unless they are more than a line of the file can name.
+            let parts = self.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
+            self.events.extend(parts.map(|strokes| Event::Move { t, strokes: strokes.to_vec(), by }));
         }
         self.gestures.pressure = None;
         self.apply_events();

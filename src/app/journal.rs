@@ -1,389 +1,498 @@
+//! Where a session is kept while it is drawn.
+//!
+//! ```text
+//! event ──> History (its whole text, in memory) ──> SessionFile (at the place that was chosen)
+//!                                               └─> SessionFile (a shelter among the autosaves, while the first fails)
+//! ```
+
+mod autosaves;
+mod calendar;
+mod history;
+mod lock;
+mod session_file;
+
 use std::{
-    fs::{self, File},
-    io,
+    mem::discriminant,
     path::{Path, PathBuf},
-    time::{Duration, Instant, SystemTime},
+    time::{Duration, Instant},
 };
 
-use crate::recording::{Event, Flush, Header, RecordingError, RecordingFile, RonWriter};
+use thiserror::Error;
+
+use crate::recording::{Event, EventSource, Header, RecordingError};
+use history::History;
+
+pub use autosaves::Autosaves;
+pub use lock::OpenElsewhere;
+pub(super) use lock::{NotTaken, SessionLock};
+pub(super) use session_file::SessionFile;
+pub use session_file::Trouble;
 
 /// How long to wait before a failed file is tried again.
 const RETRY: Duration = Duration::from_secs(3);
 
-/// The file of a session being drawn: every event is in it, as a line of its own, before the next one comes.
+/// What keeps a session that is being drawn: every event is in its file, as a line of its own, before the next one
+/// comes.
 ///
-/// When the disk is full or gone, events wait in memory and the file is tried again from time to time.
+/// One program at a time has the file. When it is removed, replaced, changed by others, or takes nothing more, nothing
+/// of it is touched any more: the session is in memory, whole, and goes on in a shelter among the autosaves until the
+/// file is what it was or another place is chosen.
 #[derive(Debug)]
 pub struct Journal {
+    history: History,
+    /// None: the session is only looked at.
+    file: Option<SessionFile>,
     path: PathBuf,
-    header: Header,
-    writer: Option<RonWriter<RecordingFile>>,
-    /// Not in the file yet.
-    waiting: Vec<Event>,
-    failure: Option<(String, Instant)>,
-    mark: Option<OpenMark>,
+    is_named: bool,
+    /// Events that the session had when it was opened, or saved under a name.
+    first_events: u64,
+    /// Whether there have been events since.
+    is_changed: bool,
+    /// The file that the session was opened from is gone: what it held is only here.
+    has_lost_origin: bool,
+    trouble: Option<Trouble>,
+    tried_at: Instant,
+    shelter: Option<SessionFile>,
+    shelter_failed_at: Option<Instant>,
+    autosaves: Autosaves,
+    news: Vec<String>,
+}
+
+/// Events of a session are not where they should be.
+#[derive(Debug, Error)]
+#[error("{}: {trouble}; {}", path.display(), rest(*missing, kept_in.as_deref()))]
+pub struct Unwritten {
+    /// The session's file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub trouble: Box<Trouble>,
+    /// Events that are in memory only.
+    pub missing: u64,
+    /// A file that holds the whole session.
+    pub kept_in: Option<PathBuf>,
+}
+
+fn rest(missing: u64, kept_in: Option<&Path>) -> String {
+    match kept_in {
+        Some(path) => {
+            format!("the whole session is in {}, and the next `osp sketch` brings it back", path.display())
+        }
+        None => format!("{missing} events are in no file"),
+    }
+}
+
+/// Why a session was not saved at a place.
+#[derive(Debug, Error)]
+pub enum SaveError {
+    /// A session that can go on has another name.
+    #[error("{}: expected a name that ends in .ron", .0.display())]
+    Name(PathBuf),
+    /// Another window has the session that is there.
+    #[error(transparent)]
+    Held(OpenElsewhere),
+    /// The file cannot be written.
+    #[error("{}: {cause}", path.display())]
+    Failed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: Trouble,
+    },
 }
 
 impl Journal {
-    /// A journal that will make `path` with its first event, or go on with it if it is there.
-    pub fn new(path: PathBuf, header: Header) -> Self {
-        Self { path, header, writer: None, waiting: Vec::new(), failure: None, mark: None }
+    fn new(
+        file: Option<SessionFile>,
+        path: PathBuf,
+        header: Header,
+        autosaves: &Autosaves,
+    ) -> Result<Self, RecordingError> {
+        Ok(Self {
+            history: History::new(header)?,
+            file,
+            path,
+            is_named: true,
+            first_events: 0,
+            is_changed: false,
+            has_lost_origin: false,
+            trouble: None,
+            tried_at: Instant::now(),
+            shelter: None,
+            shelter_failed_at: None,
+            autosaves: autosaves.clone(),
+            news: Vec::new(),
+        })
     }
 
-    /// The file.
+    /// Of a session that nobody has named yet. Its file is made with the first event.
+    ///
+    /// # Errors
+    /// The header holds a number that no recording may hold.
+    pub fn unnamed(autosaves: &Autosaves, stem: &str, header: Header) -> Result<Self, RecordingError> {
+        let file = autosaves.new_file(stem);
+        let path = file.path().to_owned();
+        Ok(Self { is_named: false, ..Self::new(Some(file), path, header, autosaves)? })
+    }
+
+    /// Of a session at a place that somebody chose.
+    pub(super) fn named(
+        file: SessionFile,
+        header: Header,
+        autosaves: &Autosaves,
+    ) -> Result<Self, RecordingError> {
+        let path = file.path().to_owned();
+        Self::new(Some(file), path, header, autosaves)
+    }
+
+    /// Of a session that is only looked at.
+    pub(super) fn of_reader(
+        path: &Path,
+        header: Header,
+        autosaves: &Autosaves,
+    ) -> Result<Self, RecordingError> {
+        Self::new(None, path.to_owned(), header, autosaves)
+    }
+
+    /// Takes an event that was read from the session's file, or one that is to be written with the first that is drawn.
+    pub(super) fn note(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.history.push(event)
+    }
+
+    /// Everything that was noted so far is what the session was when it was opened, and what its file holds if it has
+    /// one already.
+    pub(super) fn start(&mut self) -> Result<(), RecordingError> {
+        self.first_events = self.history.events();
+        match &mut self.file {
+            Some(file) => file.follow_from_here(&self.history),
+            None => Ok(()),
+        }
+    }
+
+    /// Lets go of the file without a word.
+    pub(super) fn give_back(self, how: fn(SessionFile)) {
+        if let Some(file) = self.file {
+            how(file);
+        }
+    }
+
+    /// The session is one that nobody has named.
+    pub(super) fn forget_name(&mut self) {
+        self.is_named = false;
+    }
+
+    /// The session's file; of a session that is only looked at, the one that was read.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
+    /// What the session says of itself.
+    pub fn header(&self) -> &Header {
+        self.history.header()
+    }
+
     /// Whether the session has a place that a person chose.
     pub fn is_named(&self) -> bool {
-        self.mark.is_none()
+        self.is_named
     }
 
-    /// Why the last events are not in the file, if they are not.
-    pub fn failure(&self) -> Option<&str> {
-        self.failure.as_ref().map(|(reason, _)| reason.as_str())
+    /// Whether the session is only looked at.
+    pub fn is_read_only(&self) -> bool {
+        self.file.is_none()
     }
 
-    /// Events that are not in the file.
-    pub fn waiting(&self) -> usize {
-        self.waiting.len()
+    /// Whether something was drawn since the session was opened, or saved under a name.
+    pub fn is_changed(&self) -> bool {
+        self.is_changed
+    }
+
+    /// Events since the session was opened, or saved under a name.
+    pub fn new_events(&self) -> u64 {
+        if self.is_changed { self.history.events() - self.first_events } else { 0 }
+    }
+
+    /// What is wrong with the file.
+    pub fn trouble(&self) -> Option<&Trouble> {
+        self.trouble.as_ref()
+    }
+
+    /// Where the whole session is while its file fails.
+    pub fn shelter(&self) -> Option<&Path> {
+        let shelter = self.shelter.as_ref().filter(|_| self.trouble.is_some())?;
+        (shelter.missing(&self.history) == 0).then(|| shelter.path())
+    }
+
+    /// Events that are in no file.
+    pub fn missing(&self) -> u64 {
+        let Some(trouble) = &self.trouble else { return 0 };
+        let file = self.file.as_ref().filter(|_| !trouble.is_lost());
+        let of = |file: &SessionFile| file.missing(&self.history);
+        let least = file.map(of).into_iter().chain(self.shelter.as_ref().map(of)).min();
+        least.unwrap_or_else(|| self.history.events())
+    }
+
+    /// Whether what was written is on the disk, too, and not only with the system.
+    pub fn is_synced(&self) -> bool {
+        self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
+    }
+
+    /// What there is to tell since this was last called.
+    pub(super) fn take_news(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// Whether an address leads to the session's file.
+    pub(super) fn is_at(&self, path: &Path) -> bool {
+        self.file.as_ref().is_some_and(|file| file.is_at(path))
     }
 
     /// Writes an event, now or, if the file fails, later.
-    pub fn write(&mut self, event: &Event) {
-        if self.waiting.is_empty()
-            && let Some(writer) = &mut self.writer
-        {
-            match writer.write(event) {
-                Ok(()) => return,
-                Err(error) => self.fail(&error),
-            }
-        }
-        self.waiting.push(event.clone());
-        if self.failure.is_none() {
-            self.catch_up();
-        }
-    }
-
-    /// Tries a failed file again if it is time.
-    pub fn retry(&mut self) {
-        if self.failure.as_ref().is_some_and(|(_, at)| at.elapsed() >= RETRY) {
-            self.catch_up();
-        }
-    }
-
-    fn catch_up(&mut self) {
-        let outcome = self.open_writer().and_then(|mut writer| {
-            let written = self.waiting.iter().take_while(|event| writer.write(event).is_ok()).count();
-            self.waiting.drain(..written);
-            // An error of the file shows here once more.
-            writer.flush()?;
-            Ok(writer)
-        });
-        match outcome {
-            Ok(writer) => {
-                self.writer = Some(writer);
-                self.failure = None;
-            }
-            Err(error) => self.fail(&error),
-        }
-    }
-
-    fn open_writer(&mut self) -> Result<RonWriter<RecordingFile>, RecordingError> {
-        // A writer that failed may have left half a line; appending cuts it off.
-        self.writer = None;
-        let is_there = fs::metadata(&self.path).is_ok_and(|data| data.len() > 0);
-        if is_there {
-            return Ok(RonWriter::append(&self.path, Flush::EachEvent)?.0);
-        }
-        if let Some(folder) = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            fs::create_dir_all(folder).map_err(|error| RecordingError::io(folder, error))?;
-        }
-        RonWriter::create(&self.path, &self.header, Flush::EachEvent)
-    }
-
-    fn fail(&mut self, error: &RecordingError) {
-        self.writer = None;
-        self.failure = Some((error.to_string(), Instant::now()));
-    }
-
-    /// Puts a copy of the session at `to` and goes on there.
     ///
     /// # Errors
-    /// The file cannot be written, or its name does not end in `.ron`; the session goes on where it was.
-    pub fn move_to(&mut self, to: &Path, events_so_far: u64) -> Result<(), RecordingError> {
-        if to.extension().is_none_or(|ending| ending != "ron") {
-            return Err(RecordingError::Unknown {
-                path: to.to_owned(),
-                expected: "a name that ends in .ron".to_owned(),
-                found: to.extension().unwrap_or_default().to_string_lossy().into_owned(),
-            });
-        }
-        self.catch_up();
-        if let Some((reason, _)) = &self.failure {
-            return Err(RecordingError::io(&self.path, io::Error::other(reason.clone())));
-        }
-        let is_same =
-            fs::canonicalize(to).ok().is_some_and(|to| fs::canonicalize(&self.path).is_ok_and(|at| at == to));
-        if is_same {
-            return Ok(());
-        }
-        copy_whole(&self.path, to)?;
-        let old = std::mem::replace(self, Self::new(to.to_owned(), self.header.clone()));
-        self.catch_up();
-        // Nobody chose the old place, and everything in it is at the new one.
-        if let Some(mark) = old.mark
-            && self.failure.is_none()
-            && events_so_far > 0
-        {
-            drop(old.writer);
-            // A copy too many does no harm.
-            let _ = fs::remove_file(&old.path);
-            mark.remove();
+    /// No recording can hold the event; it is left out.
+    pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.history.push(event)?;
+        self.is_changed = true;
+        match &self.trouble {
+            None => self.catch_up(Instant::now()),
+            Some(_) => self.take_shelter(Instant::now()),
         }
         Ok(())
     }
 
-    /// Ends the session on purpose: what is left open after this was left by a crash.
-    pub fn close(mut self) {
-        if self.failure.is_some() {
-            self.catch_up();
+    /// What has to be done from time to time, whether something is drawn or not: looks after the file, brings it to the
+    /// disk at pauses, and tries one that failed again.
+    pub fn tend(&mut self, now: Instant) {
+        let Some(file) = &mut self.file else { return };
+        if self.trouble.is_none() {
+            if let Err(trouble) = file.check().and_then(|()| file.sync_at_pauses(now)) {
+                self.meet(trouble, now);
+            }
+            return;
         }
-        let is_complete = self.waiting.is_empty();
-        if let Some(mark) = self.mark.take()
-            && is_complete
+        if now.saturating_duration_since(self.tried_at) >= RETRY {
+            self.catch_up(now);
+        }
+        if let Some(shelter) = &mut self.shelter
+            && shelter.sync_at_pauses(now).is_err()
         {
-            mark.remove();
+            self.shelter_failed_at = Some(now);
         }
     }
-}
 
-/// Copies a file so that `to` is either the old one or the whole new one.
-fn copy_whole(from: &Path, to: &Path) -> Result<(), RecordingError> {
-    let mut part = to.as_os_str().to_owned();
-    part.push(".part");
-    let part = PathBuf::from(part);
-    fs::copy(from, &part).and_then(|_| fs::rename(&part, to)).map_err(|error| {
-        // The error that counts is the one at hand.
-        let _ = fs::remove_file(&part);
-        RecordingError::io(to, error)
-    })
-}
-
-/// A file beside a session that nobody has named: it exists while the session is open, and is locked while its
-/// program lives.
-#[derive(Debug)]
-struct OpenMark {
-    path: PathBuf,
-    /// Holds the lock.
-    _file: File,
-}
-
-impl OpenMark {
-    fn path_of(session: &Path) -> PathBuf {
-        let mut name = session.as_os_str().to_owned();
-        name.push(".open");
-        PathBuf::from(name)
+    /// Tries a failed file again at once.
+    pub fn retry(&mut self) {
+        self.catch_up(Instant::now());
     }
 
-    /// Makes or takes over the mark; `None` where a living program holds it.
-    fn take(session: &Path) -> Option<Self> {
-        let path = Self::path_of(session);
-        let file = File::options().create(true).truncate(false).write(true).open(&path).ok()?;
-        file.try_lock().ok()?;
-        Some(Self { path, _file: file })
+    fn catch_up(&mut self, now: Instant) {
+        let Some(file) = &mut self.file else { return };
+        // The ends of strokes that a crash left open are no reason to write to a session that is only looked at.
+        let outcome = if self.is_changed { file.catch_up(&self.history) } else { file.check() };
+        match outcome {
+            Ok(()) => self.leave_shelter(),
+            Err(trouble) => self.meet(trouble, now),
+        }
     }
 
-    fn remove(self) {
-        // If it stays, the session is offered once more: nothing is lost.
-        let _ = fs::remove_file(&self.path);
-    }
-}
-
-/// Sessions that nobody has named yet, in a folder of their own.
-#[derive(Clone, Debug)]
-pub struct Autosaves {
-    folder: PathBuf,
-}
-
-impl Autosaves {
-    /// In this folder, or in the user's own.
-    pub fn new(folder: Option<PathBuf>) -> Self {
-        Self { folder: folder.unwrap_or_else(default_folder) }
+    /// The file holds everything: the shelter is not needed any more, once the disk has it.
+    fn leave_shelter(&mut self) {
+        if self.trouble.is_none() {
+            return;
+        }
+        if let Some(Err(trouble)) = self.file.as_mut().map(SessionFile::sync) {
+            self.trouble = Some(trouble);
+            return;
+        }
+        self.trouble = None;
+        self.news.push(format!("{}: everything is in it again", self.path.display()));
+        if let Some(shelter) = self.shelter.take() {
+            shelter.remove();
+        }
     }
 
-    /// The folder.
-    pub fn folder(&self) -> &Path {
-        &self.folder
+    fn meet(&mut self, trouble: Trouble, now: Instant) {
+        self.tried_at = now;
+        let is_new = self.trouble.as_ref().is_none_or(|old| discriminant(old) != discriminant(&trouble));
+        if is_new {
+            self.news.push(format!("{}: {trouble}", self.path.display()));
+        }
+        self.trouble = Some(trouble);
+        self.take_shelter(now);
     }
 
-    /// A journal under a new name. Its file is made with the first event.
-    pub fn create(&self, stem: &str, header: Header) -> Journal {
-        // Without a folder the mark cannot be made; the journal says why when the first event comes.
-        let _ = fs::create_dir_all(&self.folder);
-        let stamp = time_stamp(SystemTime::now());
-        for number in 1..1000 {
-            let name = if number == 1 {
-                format!("{stem}-{stamp}.ron")
-            } else {
-                format!("{stem}-{stamp}-{number}.ron")
-            };
-            let path = self.folder.join(name);
-            if !path.exists()
-                && !OpenMark::path_of(&path).exists()
-                && let Some(mark) = OpenMark::take(&path)
+    /// Writes the session among the autosaves while its own file fails.
+    fn take_shelter(&mut self, now: Instant) {
+        let Some(trouble) = &self.trouble else { return };
+        let is_on_the_same_disk = self.path.parent() == Some(self.autosaves.folder());
+        if !trouble.is_lost() && is_on_the_same_disk {
+            return;
+        }
+        if self.shelter_failed_at.is_some_and(|at| now.saturating_duration_since(at) < RETRY) {
+            return;
+        }
+        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
+        let shelter = self.shelter.get_or_insert_with(|| self.autosaves.new_file(&stem));
+        match shelter.catch_up(&self.history) {
+            Ok(()) if !self.is_named => self.stay_in_shelter(),
+            Ok(()) => self.shelter_failed_at = None,
+            Err(trouble) => {
+                self.shelter_failed_at = Some(now);
+                if trouble.is_lost() {
+                    self.shelter = None;
+                }
+            }
+        }
+    }
+
+    /// Nobody has chosen the place that was lost: any other is as good.
+    fn stay_in_shelter(&mut self) {
+        let Some(shelter) = self.shelter.take() else { return };
+        self.path = shelter.path().to_owned();
+        self.news.push(format!("the session goes on in {}", self.path.display()));
+        if let Some(lost) = self.file.replace(shelter) {
+            lost.release();
+        }
+        (self.trouble, self.shelter_failed_at) = (None, None);
+        self.has_lost_origin = true;
+    }
+
+    /// Writes the whole session at `to` and goes on there. A file that is there is replaced.
+    ///
+    /// # Errors
+    /// The file cannot be written, or its name does not end in `.ron`; the session goes on where it was.
+    pub fn save_as(&mut self, to: &Path) -> Result<(), SaveError> {
+        if to.extension().is_none_or(|ending| ending != "ron") {
+            return Err(SaveError::Name(to.to_owned()));
+        }
+        let failed = |cause| SaveError::Failed { path: to.to_owned(), cause };
+        let is_own = self.is_at(to);
+        if is_own {
+            self.catch_up(Instant::now());
+            if self.trouble.is_none() && self.file.as_ref().is_some_and(SessionFile::is_made) {
+                self.call_it(to);
+                return Ok(());
+            }
+        }
+        let own_lock = self.file.as_mut().filter(|_| is_own).and_then(SessionFile::take_lock);
+        let lock = match own_lock.map_or_else(|| SessionLock::take(to), Ok) {
+            Ok(lock) => lock,
+            Err(NotTaken::Held(held)) => return Err(SaveError::Held(held)),
+            Err(NotTaken::Failed(error)) => return Err(failed(Trouble::CannotWrite(error.to_string()))),
+        };
+        let saved = SessionFile::replace(to, lock, &self.history).and_then(|mut file| match file.sync() {
+            Ok(()) => Ok(file),
+            Err(trouble) => {
+                file.release();
+                Err(trouble)
+            }
+        });
+        let file = match saved {
+            Ok(file) => file,
+            Err(trouble) => {
+                if let Some(file) = self.file.as_mut().filter(|_| is_own) {
+                    file.put_lock(SessionLock::take(to).ok());
+                }
+                return Err(failed(trouble));
+            }
+        };
+        if let Some(old) = self.file.replace(file) {
+            // Nobody chose the old place, and everything in it is at the new one.
+            if self.is_named || is_own { old.release() } else { old.remove() }
+        }
+        if let Some(shelter) = self.shelter.take() {
+            shelter.remove();
+        }
+        self.call_it(to);
+        Ok(())
+    }
+
+    /// The session was saved under a name: from here on something else is new.
+    fn call_it(&mut self, to: &Path) {
+        self.path = to.to_owned();
+        (self.is_named, self.is_changed, self.has_lost_origin) = (true, false, false);
+        self.first_events = self.history.events();
+        (self.trouble, self.shelter_failed_at) = (None, None);
+    }
+
+    /// Makes the session, and its file, what it was when it was opened or saved under a name. Returns its events.
+    ///
+    /// # Errors
+    /// There is no memory for them; nothing has changed.
+    pub(super) fn discard(&mut self) -> Result<Vec<Event>, RecordingError> {
+        let mut history = History::new(self.history.header().clone())?;
+        let mut events = Vec::new();
+        let mut reader = self.history.read()?;
+        while history.events() < self.first_events
+            && let Some(event) = reader.next_event()?
+        {
+            history.push(&event)?;
+            events.push(event);
+        }
+        self.history = history;
+        self.is_changed = false;
+        if let Some(shelter) = self.shelter.take() {
+            shelter.remove();
+        }
+        let now = Instant::now();
+        match self.file.as_mut().map(SessionFile::revert) {
+            Some(Err(trouble)) if self.history.events() > 0 => self.meet(trouble, now),
+            Some(Err(trouble)) => self.trouble = Some(trouble),
+            Some(Ok(())) | None => self.trouble = None,
+        }
+        if self.has_lost_origin && self.history.events() > 0 {
+            self.is_changed = true;
+            self.catch_up(now);
+        }
+        Ok(events)
+    }
+
+    /// Brings everything to where it should be, and to the disk.
+    ///
+    /// # Errors
+    /// Something is not there.
+    pub fn settle(&mut self) -> Result<(), Unwritten> {
+        let now = Instant::now();
+        if self.history.events() > 0 || self.is_changed {
+            self.catch_up(now);
+            if self.trouble.is_none()
+                && let Some(Err(trouble)) = self.file.as_mut().map(SessionFile::sync)
             {
-                return Journal { mark: Some(mark), ..Journal::new(path, header) };
+                self.meet(trouble, now);
+            }
+        } else {
+            self.trouble = None;
+        }
+        let Some(trouble) = self.trouble.clone() else { return Ok(()) };
+        if let Some(Err(_)) = self.shelter.as_mut().map(SessionFile::sync) {
+            self.shelter_failed_at = Some(now);
+        }
+        let kept_in = self.shelter().map(Path::to_owned);
+        Err(Unwritten {
+            path: self.path.clone(),
+            trouble: Box::new(trouble),
+            missing: self.missing(),
+            kept_in,
+        })
+    }
+
+    /// Ends the session on purpose: what is left open after this was left by a crash, or could not be written.
+    ///
+    /// # Errors
+    /// Something is not where it should be.
+    pub fn close(mut self) -> Result<(), Unwritten> {
+        let settled = self.settle();
+        if let Some(shelter) = self.shelter.take() {
+            shelter.leave();
+        }
+        if let Some(file) = self.file.take() {
+            match &settled {
+                Err(_) if !self.is_named => file.leave(),
+                _ => file.release(),
             }
         }
-        Journal::new(self.folder.join(format!("{stem}-{stamp}-{}.ron", std::process::id())), header)
+        settled
     }
-
-    /// The newest session that was left open by a program that is gone.
-    pub fn left_open(&self) -> Option<PathBuf> {
-        let entries = fs::read_dir(&self.folder).ok()?;
-        let mut found: Vec<(SystemTime, PathBuf)> = Vec::new();
-        for mark in entries.flatten().map(|entry| entry.path()) {
-            if mark.extension().is_none_or(|ending| ending != "open") {
-                continue;
-            }
-            let session = mark.with_extension("");
-            let Some(held) = OpenMark::take(&session) else { continue };
-            match fs::metadata(&session).and_then(|data| data.modified()) {
-                Ok(modified) => found.push((modified, session)),
-                // Nothing was drawn: the mark is all there is.
-                Err(_) => held.remove(),
-            }
-        }
-        found.into_iter().max().map(|(_, session)| session)
-    }
-
-    /// A journal that goes on with a session of this folder.
-    pub fn resume(&self, session: &Path, header: Header) -> Journal {
-        Journal { mark: OpenMark::take(session), ..Journal::new(session.to_owned(), header) }
-    }
-}
-
-fn default_folder() -> PathBuf {
-    let from = |name: &str, rest: &str| {
-        std::env::var_os(name).filter(|value| !value.is_empty()).map(|value| PathBuf::from(value).join(rest))
-    };
-    from("XDG_DATA_HOME", "osp/sketches")
-        .or_else(|| from("APPDATA", "osp/sketches"))
-        .or_else(|| from("HOME", ".local/share/osp/sketches"))
-        .unwrap_or_else(|| PathBuf::from(".osp/sketches"))
-}
-
-/// `20260131-235959`, in universal time. The date from the number of days: Howard Hinnant, "chrono-Compatible
-/// Low-Level Date Algorithms", 2013.
-fn time_stamp(now: SystemTime) -> String {
-    let secs = now.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    let (days, second_of_day) = (secs / 86_400, secs % 86_400);
-    // Eras of 400 years that begin in March, so that the leap day is the last of a year.
-    let shifted = days + 719_468;
-    let (era, day_of_era) = (shifted / 146_097, shifted % 146_097);
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let march_month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * march_month + 2) / 5 + 1;
-    let month = if march_month < 10 { march_month + 3 } else { march_month - 9 };
-    let year = year_of_era + era * 400 + u64::from(month <= 2);
-    let (hour, minute, second) = (second_of_day / 3600, second_of_day / 60 % 60, second_of_day % 60);
-    format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::recording::{self, OpenOptions};
-
-    fn events_in(path: &Path) -> usize {
-        recording::open(path, &OpenOptions::default()).expect("a recording").flatten().count()
-    }
-
-    fn header() -> Header {
-        Header::new("test", "a test")
-    }
-
-    #[test]
-    fn dates_are_dates() {
-        let at = |secs| time_stamp(SystemTime::UNIX_EPOCH + Duration::from_secs(secs));
-        assert_eq!(at(0), "19700101-000000");
-        assert_eq!(at(951_782_400), "20000229-000000");
-        assert_eq!(at(1_767_225_599), "20251231-235959");
-        assert_eq!(at(1_767_225_600), "20260101-000000");
-    }
-
-    #[test]
-    fn every_event_is_in_the_file_at_once_and_a_crash_is_found() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-        let mut journal = autosaves.create("sketch", header());
-        assert!(!journal.path().exists(), "nothing is written before the first event");
-        assert!(!journal.is_named());
-        for count in 1..5 {
-            journal.write(&Event::Undo { t: 0.0 });
-            assert_eq!(events_in(journal.path()), count);
-        }
-        assert_eq!(autosaves.left_open(), None, "its program lives");
-        let path = journal.path().to_owned();
-        // A crash: the lock goes with the program, the mark stays.
-        drop(journal);
-        assert_eq!(autosaves.left_open(), Some(path.clone()));
-        let mut journal = autosaves.resume(&path, header());
-        journal.write(&Event::Redo { t: 1.0 });
-        assert_eq!(events_in(&path), 5);
-        journal.close();
-        assert_eq!(autosaves.left_open(), None, "closed on purpose");
-        assert!(path.exists());
-    }
-
-    #[test]
-    fn a_session_without_events_leaves_no_file() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-        let (first, second) = (autosaves.create("sketch", header()), autosaves.create("sketch", header()));
-        assert_ne!(first.path(), second.path());
-        first.close();
-        drop(second);
-        assert_eq!(autosaves.left_open(), None);
-        assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 0);
-    }
-
-    #[test]
-    fn saving_elsewhere_moves_the_session() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let autosaves = Autosaves::new(Some(folder.path().join("auto")));
-        let mut journal = autosaves.create("sketch", header());
-        journal.write(&Event::Undo { t: 0.0 });
-        let old = journal.path().to_owned();
-        let refused = journal.move_to(&folder.path().join("no/such/folder.ron"), 1);
-        assert!(refused.expect_err("no folder").to_string().contains("folder.ron"));
-        assert_eq!(journal.path(), old);
-        let new = folder.path().join("mine.ron");
-        journal.move_to(&new, 1).expect("a copy");
-        journal.write(&Event::Redo { t: 0.0 });
-        assert_eq!(events_in(&new), 2);
-        assert!(!old.exists() && journal.is_named());
-        journal.move_to(&new, 2).expect("to the same place");
-        assert_eq!(events_in(&new), 2);
-    }
-
-    #[test]
-    fn events_wait_where_the_file_cannot_be_written() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("blocked").join("a.ron");
-        // A file where a folder should be.
-        fs::write(folder.path().join("blocked"), "").expect("a file");
-        let mut journal = Journal::new(path.clone(), header());
-        journal.write(&Event::Undo { t: 0.0 });
-        journal.write(&Event::Redo { t: 0.0 });
-        assert_eq!(journal.waiting(), 2);
-        assert!(journal.failure().is_some());
-        fs::remove_file(folder.path().join("blocked")).expect("removed");
-        journal.catch_up();
-        assert_eq!((journal.waiting(), journal.failure()), (0, None));
-        assert_eq!(events_in(&path), 2);
-    }
-}
+mod tests;

@@ -34,6 +34,9 @@ impl Studio {
             messages += 1;
             let message = self.room.message_to_world(&self.navigator, message);
             let Subject::Sketch(document) = &mut self.subject else { continue };
+            if document.is_read_only() {
+                continue;
+            }
             let erased = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
             if matches!(message, Message::Erase { .. } | Message::Undo | Message::Redo) {
                 edits += 1;

@@ -236,6 +236,7 @@ impl Painter {
         let pending = studio.take_pending();
         if pending.is_other_scene {
             self.renderer.forget_from(0);
+            self.renderer.set_background(studio.subject().background());
         }
         if let Some(keep) = pending.keep {
             self.renderer.forget_from(keep);

@@ -3,14 +3,15 @@ use std::path::{Path, PathBuf};
 use crate::{
     math::Aabb,
     recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
+    render::background_for,
     scene::{Change, PolygonId, Scene},
     visibility::{CameraChoice, CameraPath, Moment, View},
 };
 
 /// Snapshots kept at most.
 const MAX_SNAPSHOTS: usize = 32;
-/// Polygons in all snapshots together, at most; one takes about a hundred bytes.
-const MAX_SNAPSHOT_POLYGONS: usize = 4_000_000;
+/// What all snapshots may weigh together; 1 is about a hundred bytes.
+const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 
 /// What a jump to another frame means for an index and for a GPU scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -29,6 +30,7 @@ struct Snapshot {
     frames: u64,
     scene: Scene,
     moment: Moment,
+    weight: usize,
 }
 
 /// A recorded session that can be played, stopped, and entered at any frame.
@@ -41,6 +43,7 @@ pub struct Player {
     frame_ends: Vec<usize>,
     snapshots: Vec<Snapshot>,
     bounds: Aabb,
+    background: [f64; 3],
     camera: CameraPath,
     remarks: Vec<String>,
     scene: Scene,
@@ -59,7 +62,20 @@ impl Player {
     /// # Errors
     /// The file cannot be read, or is of no known format.
     pub fn open(path: &Path, pace: Pace, camera: CameraChoice) -> Result<Self, RecordingError> {
-        let mut session = recording::open(path, &OpenOptions::default())?;
+        Self::open_with(path, pace, camera, &OpenOptions::default())
+    }
+
+    /// [`Player::open`] with options for the reader.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is of no known format.
+    pub fn open_with(
+        path: &Path,
+        pace: Pace,
+        camera: CameraChoice,
+        options: &OpenOptions,
+    ) -> Result<Self, RecordingError> {
+        let mut session = recording::open(path, options)?;
         let header = session.header.clone();
         let (mut events, mut frame_ends) = (Vec::new(), Vec::new());
         let mut remarks = Vec::new();
@@ -98,6 +114,7 @@ impl Player {
             frame_ends,
             snapshots: Vec::new(),
             bounds: Aabb::EMPTY,
+            background: background_for(&Scene::new()),
             camera: CameraPath::new(camera, header.camera, &Aabb::EMPTY),
             header,
             remarks: Vec::new(),
@@ -116,21 +133,24 @@ impl Player {
     /// Plays the whole session once; keeps the model at evenly spaced frames and the box of everything.
     fn take_snapshots(&mut self) {
         let (mut scene, mut moment, mut changes) = (Scene::new(), Moment::default(), Vec::new());
-        let mut spacing = 1;
-        let mut kept_polygons = 0;
+        let (mut spacing, mut kept_weight, mut edit_weight) = (1, 0, 0);
         for frame in 0..self.frame_count() {
             if frame.is_multiple_of(spacing) {
-                kept_polygons += scene.polygon_count();
-                self.snapshots.push(Snapshot { frames: frame, scene: scene.clone(), moment });
+                // A stroke weighs as much as three polygons, and what undo keeps of an edit a part of one.
+                let weight = scene.polygon_count() + 3 * scene.strokes().len() + edit_weight;
+                kept_weight += weight;
+                self.snapshots.push(Snapshot { frames: frame, scene: scene.clone(), moment, weight });
             }
             while self.snapshots.len() > 2
-                && (self.snapshots.len() > MAX_SNAPSHOTS || kept_polygons > MAX_SNAPSHOT_POLYGONS)
+                && (self.snapshots.len() > MAX_SNAPSHOTS || kept_weight > MAX_SNAPSHOT_WEIGHT)
             {
                 spacing *= 2;
                 self.snapshots.retain(|snapshot| snapshot.frames.is_multiple_of(spacing));
-                kept_polygons = self.snapshots.iter().map(|s| s.scene.polygon_count()).sum();
+                kept_weight = self.snapshots.iter().map(|snapshot| snapshot.weight).sum();
             }
             changes.clear();
+            let events = &self.events[self.events_of(frame)];
+            edit_weight += events.iter().map(kept_by_undo).sum::<usize>();
             scene.let_go();
             play(&self.events[self.events_of(frame)], &mut scene, &mut moment, &mut changes);
             for change in &changes {
@@ -139,6 +159,7 @@ impl Player {
                 }
             }
         }
+        self.background = background_for(&scene);
     }
 
     fn events_of(&self, frame: u64) -> std::ops::Range<usize> {
@@ -160,6 +181,11 @@ impl Player {
     /// What was noticed while it was read, a line each.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
+    }
+
+    /// What the finished model stands out from: linear red, green, blue.
+    pub fn background(&self) -> [f64; 3] {
+        self.background
     }
 
     /// Box of everything in the session.
@@ -235,6 +261,18 @@ impl Player {
         true
     }
 
+    /// The model as it is after the last frame.
+    pub fn finished_model(&self) -> Scene {
+        let (mut scene, mut moment) =
+            self.snapshots.last().map_or_else(Default::default, |last| (last.scene.clone(), last.moment));
+        let mut changes = Vec::new();
+        while moment.frame < self.frame_count() {
+            changes.clear();
+            play(&self.events[self.events_of(moment.frame)], &mut scene, &mut moment, &mut changes);
+        }
+        scene
+    }
+
     /// Goes to the model as it is after `frames` frames.
     pub fn seek(&mut self, frames: u64) -> Jump {
         let frames = frames.min(self.frame_count());
@@ -247,8 +285,9 @@ impl Player {
             _ if is_ahead => (self.scene.clone(), self.moment),
             _ => (Scene::new(), Moment::default()),
         };
-        self.changes.clear();
         while moment.frame < frames {
+            // What changes on the way is in the difference.
+            self.changes.clear();
             let range = self.events_of(moment.frame);
             scene.let_go();
             play(&self.events[range], &mut scene, &mut moment, &mut self.changes);
@@ -256,6 +295,16 @@ impl Player {
         let jump = difference(&self.scene, &scene);
         (self.scene, self.moment, self.due) = (scene, moment, 0.0);
         jump
+    }
+}
+
+/// What an undo step of an event weighs.
+fn kept_by_undo(event: &Event) -> usize {
+    match event {
+        Event::Erase { .. } | Event::Move { .. } | Event::Group { .. } | Event::Place { .. } => {
+            1 + event.list_len() / 4
+        }
+        _ => 0,
     }
 }
 

@@ -8,13 +8,14 @@ use glam::{Quat, Vec2, Vec3};
 
 use super::{
     culling::Culling,
-    document::{Document, Opened},
+    document::{Document, OpenError, Opened, Opening},
     gestures::Gestures,
-    journal::Autosaves,
+    journal::{Autosaves, Unwritten},
     layers::{self, LayerChoice},
     navigator::Navigator,
     pen::{Brush, Pen, Snap},
     player::Player,
+    question::Question,
     room::{Room, RoomView},
     selection::Selection,
     tracker::{Hands, Tracker},
@@ -23,11 +24,14 @@ use crate::{
     index::IndexKind,
     math::{Aabb, Ray},
     metrics::{FrameRecord, StageClock},
-    recording::{Event, StrokeId, Tool},
-    render::{DrawnCounts, LineBatch, PassTimes},
+    recording::{Event, Limits, StrokeId, Tool},
+    render::{DrawnCounts, LineBatch, PassTimes, background_for},
     scene::{Change, PolygonId, Scene},
     visibility::{View, pvs::Pvs},
 };
+
+/// What a hand hears that draws where it may not.
+const LOOKED_AT: &str = "this session is only looked at: draw on a copy, or save it elsewhere first";
 
 /// What the pointer does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +54,14 @@ pub enum Subject {
 }
 
 impl Subject {
+    /// Linear red, green, blue where nothing is: what the model stood out from when it was opened.
+    pub fn background(&self) -> [f64; 3] {
+        match self {
+            Self::Sketch(document) => background_for(document.scene()),
+            Self::Replay(player) => player.background(),
+        }
+    }
+
     /// The model.
     pub fn scene(&self) -> &Scene {
         match self {
@@ -98,6 +110,7 @@ pub(super) struct Pending {
 pub struct Studio {
     pub(super) subject: Subject,
     pub(super) autosaves: Autosaves,
+    limits: Limits,
     pub(super) culling: Culling,
     pub(super) navigator: Navigator,
     pub(super) frozen: Option<Vec<View>>,
@@ -131,6 +144,11 @@ pub struct Studio {
     culled: Vec<PolygonId>,
     hidden: Vec<PolygonId>,
     pub(super) last_aspect: f32,
+    pub(super) question: Option<Question>,
+    /// A person has asked for the end, and nothing keeps it.
+    pub(super) is_closing: bool,
+    /// A session was left although something of it was not written.
+    unwritten: Option<Unwritten>,
 }
 
 impl Studio {
@@ -143,6 +161,7 @@ impl Studio {
         let mut studio = Self {
             subject,
             autosaves,
+            limits: Limits::DEFAULT,
             culling: Culling::new(index),
             navigator: Navigator::default(),
             frozen: None,
@@ -174,6 +193,9 @@ impl Studio {
             culled: Vec::new(),
             hidden: Vec::new(),
             last_aspect: 1.0,
+            question: None,
+            is_closing: false,
+            unwritten: None,
         };
         studio.meet_subject();
         studio
@@ -203,12 +225,13 @@ impl Studio {
         }
     }
 
-    /// Opens a session for drawing in the place of the one at hand.
+    /// Opens a session in the place of the one at hand.
     ///
     /// # Errors
-    /// The file cannot be read; the session at hand stays.
-    pub fn open(&mut self, path: &Path) -> Result<(), crate::recording::RecordingError> {
-        let (document, opened) = Document::open(path, &self.autosaves)?;
+    /// The file cannot be read, or another window has it; the session at hand stays.
+    pub(super) fn open(&mut self, path: &Path, how: Opening) -> Result<(), OpenError> {
+        let (document, opened) =
+            Document::open_as(path, &self.autosaves, Opening { limits: self.limits, ..how })?;
         self.tell(opened);
         self.replace(Subject::Sketch(Box::new(document)));
         Ok(())
@@ -216,15 +239,39 @@ impl Studio {
 
     pub(super) fn replace(&mut self, subject: Subject) {
         self.finish_gestures();
-        if let Subject::Sketch(old) = std::mem::replace(&mut self.subject, subject) {
-            old.close();
+        if let Subject::Sketch(old) = std::mem::replace(&mut self.subject, subject)
+            && let Err(unwritten) = old.close()
+        {
+            self.say(unwritten.to_string());
+            self.unwritten.get_or_insert(unwritten);
         }
+        self.take_up_time();
+        self.meet_subject();
+    }
+
+    /// The session's time goes on from its last event.
+    pub(super) fn take_up_time(&mut self) {
         self.started = Instant::now();
         self.resumed_secs = match &self.subject {
             Subject::Sketch(document) => document.last_secs(),
             Subject::Replay(_) => 0.0,
         };
-        self.meet_subject();
+    }
+
+    /// Whether what the hand does becomes part of the session.
+    pub fn can_draw(&self) -> bool {
+        matches!(&self.subject, Subject::Sketch(document) if !document.is_read_only())
+    }
+
+    /// What has to be done from time to time, frame or not: looks after the session's file. Returns whether there is
+    /// something new to show.
+    pub fn tend(&mut self) -> bool {
+        let Subject::Sketch(document) = &mut self.subject else { return false };
+        document.journal_mut().tend(Instant::now());
+        let news = document.take_news();
+        let is_news = !news.is_empty();
+        news.into_iter().for_each(|line| self.say(line));
+        is_news
     }
 
     pub(super) fn tell(&mut self, opened: Opened) {
@@ -239,6 +286,11 @@ impl Studio {
     /// Takes the sets of what can be seen from where in the finished model.
     pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
         self.culling.set_pvs(pvs);
+    }
+
+    /// How much a session may hold that is opened from now on.
+    pub fn set_limits(&mut self, limits: Limits) {
+        self.limits = limits;
     }
 
     /// Shows the model on the screens of a rig.
@@ -336,6 +388,13 @@ impl Studio {
         self.messages.push(message);
     }
 
+    /// Adds something to tell, unless it was told last.
+    fn say_once(&mut self, message: &str) {
+        if self.messages.last().is_none_or(|last| last != message) {
+            self.say(message.to_owned());
+        }
+    }
+
     /// What the last frame was.
     pub fn report(&self) -> FrameReport {
         self.report
@@ -383,11 +442,9 @@ impl Studio {
         is_playing || self.tracker_waits || self.gestures.flight != Vec3::ZERO
     }
 
-    /// When a frame is due even if nothing comes: a tracker's stroke may have to be ended, a file be tried again.
+    /// When a frame is due even if nothing comes: a tracker's stroke may have to be ended.
     pub fn next_frame_in(&self) -> Option<Duration> {
-        let is_failing =
-            matches!(&self.subject, Subject::Sketch(document) if document.journal().failure().is_some());
-        (self.hands.is_drawing() || is_failing).then_some(Duration::from_millis(300))
+        self.hands.is_drawing().then_some(Duration::from_millis(300))
     }
 
     /// Whether the pointer is dragging something.
@@ -400,13 +457,18 @@ impl Studio {
         let start = self.clock.start();
         let mut events = std::mem::take(&mut self.events);
         match &mut self.subject {
-            Subject::Sketch(document) => {
+            Subject::Sketch(document) if !document.is_read_only() => {
                 for event in events.drain(..) {
                     self.samples += u64::from(event.is_sample());
                     if !document.apply(event) {
                         self.samples -= 1;
                     }
                 }
+            }
+            Subject::Sketch(_) if events.is_empty() => {}
+            Subject::Sketch(_) => {
+                events.clear();
+                self.say_once(LOOKED_AT);
             }
             // Nothing is drawn into a recording that is being replayed.
             Subject::Replay(_) => events.clear(),
@@ -417,7 +479,11 @@ impl Studio {
 
     pub(super) fn new_stroke(&mut self) -> Option<StrokeId> {
         match &mut self.subject {
-            Subject::Sketch(document) => Some(document.new_stroke()),
+            Subject::Sketch(document) if !document.is_read_only() => Some(document.new_stroke()),
+            Subject::Sketch(_) => {
+                self.say_once(LOOKED_AT);
+                None
+            }
             Subject::Replay(_) => None,
         }
     }
@@ -441,6 +507,7 @@ impl Studio {
     /// what to draw in each.
     pub fn frame(&mut self, size_px: Vec2, frame_secs: f32) -> FrameReport {
         self.listen();
+        self.tend();
         self.fly(frame_secs);
         let aspect = size_px.x / size_px.y.max(1.0);
         self.last_aspect = aspect;
@@ -448,7 +515,6 @@ impl Studio {
         let start = self.clock.start();
         match &mut self.subject {
             Subject::Sketch(document) => {
-                document.retry();
                 document.take_changes(&mut self.changes);
             }
             Subject::Replay(player) => {
@@ -540,8 +606,7 @@ impl Studio {
 
     fn draw_pen(&mut self, view: &View, size_px: Vec2) {
         let aspect = size_px.x / size_px.y.max(1.0);
-        let is_sketch = matches!(self.subject, Subject::Sketch(_));
-        let Some(at) = self.gestures.pointer().filter(|_| is_sketch) else { return };
+        let Some(at) = self.gestures.pointer().filter(|_| self.can_draw()) else { return };
         let Some((_, aim)) = self.aim(at, size_px.y, aspect) else { return };
         let [r, g, b, _] = self.brush.color.map(|c| (c.clamp(0.0, 1.0) * 255.0) as u8);
         match self.tool {
@@ -581,11 +646,15 @@ impl Studio {
     }
 
     /// Ends the session on purpose.
-    pub fn close(mut self) {
+    ///
+    /// # Errors
+    /// Something of it, or of one that was left for another, is not where it should be.
+    pub fn close(mut self) -> Result<(), Unwritten> {
         self.finish_gestures();
         if let Subject::Sketch(document) = self.subject {
-            document.close();
+            document.close()?;
         }
+        self.unwritten.map_or(Ok(()), Err)
     }
 
     /// The pose of the tracked head, world space.

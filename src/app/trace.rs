@@ -7,9 +7,11 @@ use std::{
 use serde_json::json;
 
 use super::{
+    question::Question,
     stats::{FrameStage, FrameTimes},
     studio::{Studio, Subject, ToolChoice},
 };
+use crate::atomic_file::open_stream;
 
 /// Writes one line of JSON for each frame: for measurements, and for tests that drive the window from outside.
 #[derive(Debug)]
@@ -20,7 +22,7 @@ pub(super) struct Trace {
 
 impl Trace {
     pub(super) fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self { out: File::create(path)?, frame: 0 })
+        Ok(Self { out: open_stream(path)?, frame: 0 })
     }
 
     pub(super) fn write(
@@ -32,9 +34,11 @@ impl Trace {
     ) -> io::Result<()> {
         let report = studio.report();
         let counts = studio.scene().counts();
-        let (events, position) = match studio.subject() {
-            Subject::Sketch(document) => (document.event_count(), 0),
-            Subject::Replay(player) => (0, player.position()),
+        let (events, position, trouble) = match studio.subject() {
+            Subject::Sketch(document) => {
+                (document.event_count(), 0, document.journal().trouble().map(ToString::to_string))
+            }
+            Subject::Replay(player) => (0, player.position(), None),
         };
         let tool = match studio.tool() {
             ToolChoice::Draw(tool) => format!("{tool:?}").to_lowercase(),
@@ -81,6 +85,8 @@ impl Trace {
             "tool": tool,
             "selected": studio.selection().strokes().len(),
             "message": studio.messages().last(),
+            "question": studio.question().map(Question::title),
+            "trouble": trouble,
             "ms": stages,
         });
         self.frame += 1;

@@ -1,4 +1,9 @@
-use std::{path::PathBuf, sync::Arc, time::Instant};
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use glam::Vec2;
 use thiserror::Error;
@@ -11,6 +16,7 @@ use winit::{
 };
 
 use super::{
+    journal::Unwritten,
     painter::{PaintError, PaintTimes, Painter, Panels},
     stats::{FrameStage, FrameTimes},
     studio::{Studio, Subject},
@@ -26,6 +32,9 @@ use crate::{
 
 /// Devices opened anew after a loss, at most, before the window gives up.
 const MAX_RECOVERIES: u32 = 5;
+
+/// How often the session's file is looked after while nothing happens.
+const TEND: Duration = Duration::from_millis(500);
 
 /// How the window is opened.
 #[derive(Clone, Debug, Default)]
@@ -52,13 +61,16 @@ pub enum WindowError {
     /// The tracker cannot be listened to.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
+    /// Something of a session is not where it should be.
+    #[error(transparent)]
+    Unwritten(#[from] Unwritten),
     /// The trace cannot be written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", path.display())]
     Trace {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        cause: io::Error,
     },
 }
 
@@ -69,40 +81,16 @@ struct Wake;
 /// Opens a window for a studio and runs it until it is closed.
 ///
 /// # Errors
-/// There is no display, nothing that can draw, or something in the options cannot be had.
-pub fn run(mut studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
-    let event_loop = open_event_loop()?;
-    if let Some(address) = &options.tracker {
-        let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
-        // A window that is closing does not hear it any more.
-        let tracker = Tracker::open(address, &options.tracker_options, move || {
-            let _ = proxy.send_event(Wake);
-        })?;
-        if let Some(address) = tracker.local_address() {
-            studio.say(format!("listening to a tracker at udp://{address}"));
-        }
-        if let Some(warning) = address.warning(&options.tracker_options) {
-            studio.say(warning);
-        }
-        studio.set_tracker(tracker);
-    }
-    let trace = match &options.trace {
-        Some(path) => {
-            let trace = Trace::create(path);
-            Some(trace.map_err(|source| WindowError::Trace { path: path.clone(), source })?)
-        }
-        None => None,
-    };
-    let mut app = App { studio: Some(studio), options, trace, live: None, failure: None, recoveries: 0 };
-    let outcome = event_loop.run_app(&mut app);
-    if let Some(studio) = app.studio.take() {
-        studio.close();
-    }
-    match (app.failure, outcome) {
-        (Some(failure), _) => Err(failure),
-        (None, Err(error)) => Err(WindowError::NoDisplay(error.to_string())),
-        (None, Ok(())) => Ok(()),
-    }
+/// There is no display, nothing that can draw, or something in the options cannot be had; or something of the session
+/// could not be written.
+pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
+    let mut app =
+        App { studio: Some(studio), options, trace: None, live: None, failure: None, recoveries: 0 };
+    let outcome = app.run();
+    let closed = app.studio.take().map_or(Ok(()), Studio::close);
+    // What was not written is the worse news.
+    closed?;
+    outcome
 }
 
 /// A system without a display gives an error; one without a keyboard library makes winit panic, which is caught.
@@ -142,6 +130,8 @@ struct Live {
     clock: StageClock,
     last_frame: Instant,
     repaint_at: Option<Instant>,
+    /// When the session's file is looked after, frame or not.
+    tend_at: Instant,
     #[cfg(feature = "gamepad")]
     gamepad: Option<super::gamepad::Gamepad>,
 }
@@ -179,7 +169,15 @@ impl ApplicationHandler<Wake> for App {
             live.window.request_redraw();
         }
         match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::CloseRequested => {
+                live.window.request_redraw();
+                if let Some(studio) = &mut self.studio {
+                    studio.ask_to_close();
+                    if studio.is_closing() {
+                        event_loop.exit();
+                    }
+                }
+            }
             WindowEvent::Resized(size) => {
                 live.painter.resize(size.width, size.height);
                 live.window.request_redraw();
@@ -196,15 +194,19 @@ impl ApplicationHandler<Wake> for App {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         let Some(live) = &mut self.live else { return };
-        match live.repaint_at {
-            Some(at) if at <= Instant::now() => {
-                live.repaint_at = None;
+        let now = Instant::now();
+        if live.tend_at <= now {
+            live.tend_at = now + TEND;
+            if self.studio.as_mut().is_some_and(Studio::tend) {
                 live.window.request_redraw();
-                event_loop.set_control_flow(ControlFlow::Wait);
             }
-            Some(at) => event_loop.set_control_flow(ControlFlow::WaitUntil(at)),
-            None => event_loop.set_control_flow(ControlFlow::Wait),
         }
+        if live.repaint_at.is_some_and(|at| at <= now) {
+            live.repaint_at = None;
+            live.window.request_redraw();
+        }
+        let next = live.repaint_at.map_or(live.tend_at, |at| at.min(live.tend_at));
+        event_loop.set_control_flow(ControlFlow::WaitUntil(next));
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
@@ -213,6 +215,47 @@ impl ApplicationHandler<Wake> for App {
 }
 
 impl App {
+    fn run(&mut self) -> Result<(), WindowError> {
+        let event_loop = open_event_loop()?;
+        if let Some(path) = &self.options.trace {
+            let trace = Trace::create(path);
+            self.trace = Some(trace.map_err(|cause| WindowError::Trace { path: path.clone(), cause })?);
+        }
+        if let (Some(address), Some(studio)) = (&self.options.tracker, &mut self.studio) {
+            let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
+            // A window that is closing does not hear it any more.
+            let tracker = Tracker::open(address, &self.options.tracker_options, move || {
+                let _ = proxy.send_event(Wake);
+            })?;
+            if let Some(address) = tracker.local_address() {
+                studio.say(format!("listening to a tracker at udp://{address}"));
+            }
+            if let Some(warning) = address.warning(&self.options.tracker_options) {
+                studio.say(warning);
+            }
+            studio.set_tracker(tracker);
+        }
+        let outcome = event_loop.run_app(self);
+        match (self.failure.take(), outcome) {
+            (Some(failure), _) => Err(failure),
+            (None, Err(error)) => Err(WindowError::NoDisplay(error.to_string())),
+            (None, Ok(())) => Ok(()),
+        }
+    }
+
+    /// A trace that cannot go on is given up: what is drawn matters more.
+    fn trace(&mut self, times: &FrameTimes, is_shown: bool, window: (u32, u32)) {
+        let (Some(trace), Some(studio)) = (&mut self.trace, &mut self.studio) else { return };
+        if let Err(error) = trace.write(studio, times, is_shown, window) {
+            let path = self.options.trace.clone().unwrap_or_default();
+            let warning = format!("{}: {error}: no trace from here on", path.display());
+            // That standard error is closed is no reason to stop.
+            let _ = writeln!(io::stderr().lock(), "warning: {warning}");
+            studio.say(warning);
+            self.trace = None;
+        }
+    }
+
     fn fail(&mut self, event_loop: &ActiveEventLoop, error: WindowError) {
         self.failure.get_or_insert(error);
         event_loop.exit();
@@ -252,6 +295,7 @@ impl App {
             clock: StageClock::default(),
             last_frame: Instant::now(),
             repaint_at: None,
+            tend_at: Instant::now(),
             #[cfg(feature = "gamepad")]
             gamepad: super::gamepad::Gamepad::open(),
         })
@@ -312,11 +356,6 @@ impl App {
         times.set(FrameStage::Panel, panel_ns - drawn_ns);
         times.set(FrameStage::Draw, painted.draw_ns);
         live.interface.note_frame(times);
-        if let (Some(trace), Some(path)) = (&mut self.trace, &self.options.trace) {
-            trace
-                .write(studio, &times, painted.is_shown, (window_size.width, window_size.height))
-                .map_err(|source| WindowError::Trace { path: path.clone(), source })?;
-        }
         set_title(&live.window, studio);
 
         let delay =
@@ -332,6 +371,10 @@ impl App {
             let soon = Instant::now() + std::time::Duration::from_millis(16);
             live.repaint_at = Some(live.repaint_at.map_or(soon, |at| at.min(soon)));
         }
+        if studio.is_closing() {
+            event_loop.exit();
+        }
+        self.trace(&times, painted.is_shown, (window_size.width, window_size.height));
         Ok(())
     }
 

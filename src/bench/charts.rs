@@ -12,7 +12,7 @@ use super::{BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile, s
 use crate::{
     index::IndexKind,
     metrics::FrameRecord,
-    report::{COLORS, register_font, thousands},
+    report::{GREEN, INK, LineStyle, ORANGE, VERMILION, register_font, thousands},
 };
 
 /// Size of a chart, pixels.
@@ -29,6 +29,11 @@ const SHOWN: [IndexKind; 7] = [
     IndexKind::BvhSah,
     IndexKind::BruteSimd,
 ];
+
+/// What the lines of a flight look like: they are no structures.
+const NO_CULLING: LineStyle = LineStyle::plain(INK);
+const FRUSTUM: LineStyle = LineStyle::plain(ORANGE);
+const BOTH: LineStyle = LineStyle::plain(GREEN);
 
 type Points = Vec<(f64, f64)>;
 type Figure = fn(&GrowthRow) -> f64;
@@ -51,15 +56,20 @@ enum Axis {
 
 struct Line {
     name: String,
-    color: RGBColor,
+    style: LineStyle,
     /// Points of the line itself, and of a thin one beside it (the slowest of a group).
     points: Points,
     thin: Points,
 }
 
 impl Line {
-    fn new(name: &str, number: usize, points: Points) -> Self {
-        Self { name: name.to_owned(), color: COLORS[number % COLORS.len()], points, thin: Vec::new() }
+    /// The line of a structure.
+    fn of_structure(name: &str, points: Points) -> Self {
+        Self::new(name, LineStyle::of_structure(name), points)
+    }
+
+    fn new(name: &str, style: LineStyle, points: Points) -> Self {
+        Self { name: name.to_owned(), style, points, thin: Vec::new() }
     }
 }
 
@@ -107,13 +117,13 @@ fn session_lines(
     value: impl Fn(&FrameRecord) -> Option<(f64, f64)>,
 ) -> Vec<(Line, Vec<f64>)> {
     let mut lines = Vec::new();
-    for (number, kind) in kinds.iter().enumerate() {
+    for kind in kinds {
         let values: Vec<(f64, f64)> = records_of(session, *kind).iter().filter_map(&value).collect();
         if !values.is_empty() {
             let (points, thin) = grouped(&values);
             let mut sorted: Vec<f64> = values.iter().map(|&(_, y)| y).collect();
             sorted.sort_unstable_by(f64::total_cmp);
-            lines.push((Line { thin, ..Line::new(kind.name(), number, points) }, sorted));
+            lines.push((Line { thin, ..Line::of_structure(kind.name(), points) }, sorted));
         }
     }
     lines
@@ -271,13 +281,12 @@ fn growth(rows: &[GrowthRow], reference: &str) -> Vec<Chart> {
         {
             let mut lines = Vec::new();
             for name in names.iter().filter(|name| **name == reference || in_place.contains(name) == grows) {
-                // In all charts the reference has the same colour.
                 let points = rows
                     .iter()
                     .filter(|row| row.index == **name)
                     .map(|row| (f64::from(row.polygons), value(row)))
                     .collect();
-                lines.push(Line::new(name, lines.len(), points));
+                lines.push(Line::of_structure(name, points));
             }
             charts.push(Chart {
                 title: format!("{title}: {group}"),
@@ -351,9 +360,9 @@ fn flight(flight: &Flight) -> Vec<Chart> {
             x: Axis::Linear("frame"),
             y: Axis::Linear("polygons a frame"),
             lines: vec![
-                Line::new("no culling", 0, series(&|_| flight.polygons as f64)),
-                Line::new("frustum", 1, series(&|i| frames[i].in_view as f64)),
-                Line::new("frustum and occlusion", 2, series(&|i| frames[i].drawn as f64)),
+                Line::new("no culling", NO_CULLING, series(&|_| flight.polygons as f64)),
+                Line::new("frustum", FRUSTUM, series(&|i| frames[i].in_view as f64)),
+                Line::new("frustum and occlusion", BOTH, series(&|i| frames[i].drawn as f64)),
             ],
         },
         Chart {
@@ -362,8 +371,8 @@ fn flight(flight: &Flight) -> Vec<Chart> {
             x: Axis::Linear("frame"),
             y: Axis::Log("µs"),
             lines: vec![
-                Line::new("frustum", 1, series(&|i| us(frames[i].frustum_ns))),
-                Line::new("frustum and occlusion", 2, series(&|i| us(frames[i].both_ns))),
+                Line::new("frustum", FRUSTUM, series(&|i| us(frames[i].frustum_ns))),
+                Line::new("frustum and occlusion", BOTH, series(&|i| us(frames[i].both_ns))),
             ],
         },
         Chart {
@@ -376,7 +385,7 @@ fn flight(flight: &Flight) -> Vec<Chart> {
             y: Axis::Log("ns for drawing a polygon"),
             lines: vec![Line::new(
                 "break-even",
-                3,
+                LineStyle::plain(VERMILION),
                 frames.iter().enumerate().filter_map(|(i, frame)| Some((i as f64, saved(frame)?))).collect(),
             )],
         },
@@ -388,13 +397,10 @@ impl Chart {
         self.lines.iter().all(|line| line.points.is_empty())
     }
 
-    /// Names and colours (CSS) of the lines.
-    pub(super) fn legend(&self) -> impl Iterator<Item = (&str, String)> {
+    /// Names and looks of the lines.
+    pub(super) fn legend(&self) -> impl Iterator<Item = (&str, LineStyle)> {
         let drawn = self.lines.iter().filter(|line| !line.points.is_empty());
-        drawn.map(|line| {
-            let RGBColor(r, g, b) = line.color;
-            (line.name.as_str(), format!("rgb({r},{g},{b})"))
-        })
+        drawn.map(|line| (line.name.as_str(), line.style))
     }
 
     /// The picture.
@@ -445,13 +451,11 @@ impl Chart {
             .axis_desc_style(("sans-serif", 16))
             .draw()?;
         for line in &self.lines {
-            let thin = line.thin.iter().copied();
-            chart.draw_series(LineSeries::new(thin, line.color.mix(0.3)))?;
-            let points = line.points.iter().copied();
-            chart.draw_series(LineSeries::new(points.clone(), line.color.stroke_width(2)))?;
-            if line.points.len() <= 12 {
-                chart.draw_series(points.map(|point| Circle::new(point, 3, line.color.filled())))?;
-            }
+            chart.draw_series(LineSeries::new(line.thin.iter().copied(), line.style.faint()))?;
+        }
+        // The first line lies on top.
+        for line in self.lines.iter().rev() {
+            line.style.draw(&mut chart, &line.points, 2)?;
         }
         Ok(())
     }

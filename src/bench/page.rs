@@ -5,14 +5,15 @@ use super::{
     charts::{Chart, charts},
     table::{Grid, flight_grid, growth_grid, session_grid},
 };
-use crate::report::{short, thousands};
+use crate::report::{printable, short, thousands};
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:1240px;margin:2em auto;padding:0 1em;color:#222}\
 table{border-collapse:collapse;font-size:13px;margin:1em 0;display:block;overflow-x:auto}\
 th,td{padding:.2em .7em;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}\
 th:first-child,td:first-child{text-align:left}\
 figure{margin:2em 0}figcaption{font-weight:600}svg{max-width:100%;height:auto}\
-.legend span{margin-right:1.2em;white-space:nowrap}.legend i{display:inline-block;width:1.6em;height:.3em;margin-right:.4em;vertical-align:middle}\
+.legend span{margin-right:1.2em;white-space:nowrap}.legend i{display:inline-block;width:2em;height:.2em;margin-right:.4em;vertical-align:middle}\
+.legend b{display:block;font:16px/.2em sans-serif;text-align:center}\
 code{background:#f4f4f4;padding:.1em .3em}p.remark{margin:.2em 0;color:#444}";
 
 /// The report as one HTML page that needs no other file: tables, charts (SVG), and beside each chart what the paper
@@ -84,7 +85,7 @@ impl Page {
 
     /// Text, whatever is in it.
     fn text(&mut self, text: &str) {
-        for c in text.chars() {
+        for c in printable(text).chars() {
             match c {
                 '<' => self.raw("&lt;"),
                 '>' => self.raw("&gt;"),
@@ -127,9 +128,13 @@ impl Page {
 
     fn chart(&mut self, chart: &Chart) -> Result<(), Box<dyn Error>> {
         self.element("<figure><figcaption>", &chart.title, "</figcaption><p class=\"legend\">");
-        for (name, color) in chart.legend() {
+        for (name, style) in chart.legend() {
+            let (color, mark) = (style.css_color(), style.mark_character());
             // Writing to a string does not fail.
-            let _ = write!(self.0, "<span><i style=\"background:{color}\"></i>");
+            let _ = write!(
+                self.0,
+                "<span><i style=\"background:{color}\"><b style=\"color:{color}\">{mark}</b></i>"
+            );
             self.element("", name, "</span>");
         }
         self.raw("</p>");

@@ -1,7 +1,7 @@
 use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 
 use super::{BenchReport, Estimate, Flight, GrowthRow, SessionResult};
-use crate::report::{short, thousands};
+use crate::report::{one_line, short, thousands};
 
 /// A table before it is drawn, as text or as HTML.
 pub(super) struct Grid {
@@ -121,7 +121,7 @@ pub(super) fn flight_grid(flights: &[Flight]) -> Grid {
         .iter()
         .map(|flight| {
             vec![
-                flight.recording.clone(),
+                one_line(&flight.recording).into_owned(),
                 flight.camera.clone(),
                 thousands(flight.polygons),
                 short(flight.in_view),
@@ -143,7 +143,7 @@ impl BenchReport {
             parts.push(format!(
                 "\n{}: {} polygons, {} frames ({}, camera {}); insertion and culling, no drawing; ratio: a frame against \
                  the same frame of {}",
-                session.recording,
+                one_line(&session.recording),
                 thousands(session.polygons),
                 thousands(session.frames),
                 session.pace,

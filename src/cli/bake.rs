@@ -9,19 +9,22 @@ use std::{
     time::Instant,
 };
 
-use anyhow::{bail, ensure};
+use anyhow::bail;
 use clap::Args;
 use glam::Vec3;
 use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 
 use super::{
     Outcome,
-    output::{complain, say},
+    output::{complain, one_line, say},
+    outputs::Outputs,
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
     index::{IndexConfig, IndexKind},
     math::Aabb,
+    output_file::OutputKind,
     recording::Event,
     report::thousands,
     scene::{PolygonId, Scene},
@@ -54,20 +57,17 @@ pub(super) struct BakeArgs {
     #[arg(long, default_value_t = BakeConfig::default().pixels, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
     pixels: u32,
     /// Threads [default: one for each processor].
-    #[arg(long, value_name = "N")]
-    threads: Option<NonZero<usize>>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
     /// Replace the file if it exists.
     #[arg(long)]
     force: bool,
-    /// Skip damaged pieces, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
-    let is_pvs = args.out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pvs"));
-    ensure!(is_pvs, "{}: expected a name that ends in .pvs", args.out.display());
-    ensure!(args.force || !args.out.exists(), "{}: exists already; --force replaces it", args.out.display());
+    let output = Outputs::new(args.force).reads([&args.file]).add("OUT", &args.out, OutputKind::Pvs)?;
     let start = Instant::now();
     let (scene, heads) = model(args)?;
     let ids: Vec<PolygonId> = scene.visible_ids().collect();
@@ -83,14 +83,15 @@ pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
     let cells = ViewCells::filling(&space, args.cells);
     let config = BakeConfig { samples: args.samples, pixels: args.pixels };
     let baker = Baker::new(&scene, &bounds, cells, config);
-    let mut pvs = Pvs::new(&scene, cells, args.samples);
+    let mut pvs = Pvs::new(&scene, cells, args.samples)?;
     for (cell, groups) in bake(&baker, &scene, &ids, &cells, args) {
         pvs.set_cell(cell, &groups);
     }
-    pvs.write(&args.out)?;
+    output.check()?;
+    pvs.write(output.path())?;
     say(&format!(
         "{}: {} cells of {:.2} m, {} samples each, {} polygons; {:.1} % of the groups in a set, mean; {} in memory; {:.1} s",
-        args.out.display(),
+        one_line(&args.out.to_string_lossy()),
         thousands(cells.len() as u64),
         cells.side_m,
         args.samples,
@@ -108,7 +109,7 @@ fn around(center: Vec3, half: Vec3) -> Aabb {
 
 /// The model at the end of the session, and a box around where the head was.
 fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
-    let mut session = OpenSession::open(&args.file, args.lenient)?;
+    let mut session = OpenSession::open(&args.file, &args.reading)?;
     let (mut scene, mut changes, mut heads) = (Scene::new(), Vec::new(), Aabb::EMPTY);
     for event in &mut session {
         let event = event?;
@@ -133,7 +134,10 @@ fn bake(
     cells: &ViewCells,
     args: &BakeArgs,
 ) -> Vec<(usize, Vec<u64>)> {
-    let threads = args.threads.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZero::get);
+    let threads = args.threads.map_or_else(
+        || thread::available_parallelism().map_or(1, NonZero::get),
+        |threads| usize::from(threads).max(1),
+    );
     let progress = match std::io::stderr().is_terminal() {
         true => ProgressBar::new(cells.len() as u64).with_style(
             ProgressStyle::with_template("{wide_bar} {pos}/{len} cells, {eta} left")
@@ -161,8 +165,12 @@ fn bake(
         }
     };
     let found = thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.min(cells.len())).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().flat_map(|worker| worker.join().expect("a cell never panics")).collect()
+        // Where the system gives no more threads, those that there are do the work, this one among them.
+        let spawn = |_| thread::Builder::new().spawn_scoped(scope, work).ok();
+        let workers: Vec<_> = (1..threads.min(cells.len())).map_while(spawn).collect();
+        let mut found = work();
+        found.extend(workers.into_iter().flat_map(|worker| worker.join().expect("a cell never panics")));
+        found
     });
     progress.finish_and_clear();
     found

@@ -1,13 +1,12 @@
 //! `osp bench`: every structure on sessions, on growth to millions of polygons, and on a flight through the models.
 
 use std::{
-    fs,
     io::IsTerminal,
     path::{Path, PathBuf},
     time::Duration,
 };
 
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{anyhow, ensure};
 use clap::{
     Args,
     builder::{PossibleValuesParser, TypedValueParser},
@@ -16,7 +15,9 @@ use indicatif::ProgressBar;
 
 use super::{
     Outcome,
-    output::{complain, say},
+    output::{complain, one_line, say},
+    outputs::Outputs,
+    reading::ReadArgs,
     replay::{camera_parser, index_parser, root_cube},
     session::OpenSession,
 };
@@ -25,6 +26,7 @@ use crate::{
     index::{IndexConfig, IndexKind},
     metrics::summarize,
     occlusion::CullerKind,
+    output_file::OutputKind,
     recording::Pace,
     visibility::{CameraChoice, CameraPath},
 };
@@ -83,6 +85,11 @@ pub(super) struct BenchArgs {
     /// Write one HTML page with tables and charts.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Let an output replace a file of another kind, a session too; never one that is read.
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 impl BenchArgs {
@@ -102,10 +109,9 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         !args.files.is_empty() || !args.no_growth,
         "nothing to measure: name a session, or leave --no-growth out"
     );
-    for path in args.csv.iter().chain(&args.html) {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        ensure!(folder.is_none_or(Path::is_dir), "{}: there is no such folder", path.display());
-    }
+    let mut outputs = Outputs::new(args.force).reads(&args.files);
+    let csv = outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?;
+    let html = outputs.add_any("--html", args.html.as_ref(), OutputKind::Html)?;
     let mut kinds = if args.index.is_empty() { Contender::all() } else { args.index.clone() };
     if !kinds.contains(&Contender::Own(args.reference)) {
         kinds.insert(0, Contender::Own(args.reference));
@@ -123,23 +129,30 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
 
     let report = BenchReport {
         machine: Machine::here(),
-        command: std::env::args().collect::<Vec<_>>().join(" "),
+        command: command(),
         reference: args.reference.name().to_owned(),
         sessions,
         growth,
         skipped,
         flights,
     };
-    if let Some(path) = &args.csv {
-        fs::write(path, report.to_csv()).with_context(|| path.display().to_string())?;
+    if let Some(output) = csv {
+        output.write(report.to_csv().as_bytes())?;
     }
-    if let Some(path) = &args.html {
-        let page = bench::page(&report).map_err(|e| anyhow!("{}: {e}", path.display()))?;
-        fs::write(path, page).with_context(|| path.display().to_string())?;
+    if let Some(output) = html {
+        let page = bench::page(&report).map_err(|e| anyhow!("{}: {e}", output.path().display()))?;
+        output.write(page.as_bytes())?;
     }
     say(&if args.json { report.to_json() } else { report.to_text() })?;
     let agree = report.sessions.iter().all(|session| session.indexes_agree);
     Ok(if agree { Outcome::Done } else { Outcome::CheckFailed })
+}
+
+/// The command line, for the report.
+fn command() -> String {
+    // A file's name need not be text.
+    let words: Vec<_> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+    words.join(" ")
 }
 
 fn contender_parser() -> impl TypedValueParser<Value = Contender> {
@@ -164,14 +177,16 @@ fn measure_session(
     progress: &ProgressBar,
 ) -> anyhow::Result<(SessionResult, Vec<Flight>)> {
     let recording = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
-    progress.set_message(format!("{recording}: reading"));
-    let mut session = OpenSession::open(file, false)?;
+    let shown = one_line(&recording);
+    progress.set_message(format!("{shown}: reading"));
+    let mut session = OpenSession::open(file, &args.reading)?;
     let (summary, scene, read) = summarize(&mut session, args.pace);
     read?;
+    args.reading.check_frames(file, &summary, args.pace)?;
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
-    let session = OpenSession::open(file, false)?;
+    let session = OpenSession::open(file, &args.reading)?;
     let root = root_cube(&session.header, &summary.bounds);
     let path = |choice: CameraChoice| {
         (CameraPath::new(choice, session.header.camera, &summary.bounds), choice.name())
@@ -191,9 +206,9 @@ fn measure_session(
     let mut frame = 0;
     let result = bench::run_session(&input, session, || {
         frame += 1;
-        progress.set_message(format!("{recording}: frame {frame} of {}", input.summary.frames));
+        progress.set_message(format!("{shown}: frame {frame} of {}", input.summary.frames));
     })?;
-    progress.set_message(format!("{recording}: flight"));
+    progress.set_message(format!("{shown}: flight"));
     let fly = |camera| bench::fly(&recording, &scene, config, camera, CullerKind::Msvbsp, FLIGHT_FRAMES);
     Ok((result, cameras.map(fly).to_vec()))
 }

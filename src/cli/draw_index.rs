@@ -1,22 +1,22 @@
 //! `osp draw-index`: a picture of the structure that an index has become.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::PathBuf;
 
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{anyhow, ensure};
 use clap::{Args, ValueEnum};
 
 use super::{
     Outcome,
     frame_choice::FrameChoice,
-    output::{complain, say},
+    output::{complain, one_line, say},
+    outputs::Outputs,
     played::Played,
+    reading::ReadArgs,
     replay::index_parser,
 };
 use crate::{
     index::IndexKind,
+    output_file::OutputKind,
     recording::Pace,
     report::{Side, Structure, StructureView, thousands},
 };
@@ -51,9 +51,11 @@ pub(super) struct DrawIndexArgs {
     /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
+    #[command(flatten)]
+    reading: ReadArgs,
+    /// Let the picture replace a file of another kind; never the session.
     #[arg(long)]
-    lenient: bool,
+    force: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -87,35 +89,41 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         "{}: .dot is for a tree: add --as tree",
         args.out.display()
     );
+    let kind = match ending.as_str() {
+        "dot" => OutputKind::Dot,
+        "svg" => OutputKind::Svg,
+        _ => OutputKind::Png,
+    };
+    let output = Outputs::new(args.force).reads([&args.file]).add("OUT", &args.out, kind)?;
     let Played { scene, pipeline, moment, .. } =
-        Played::up_to(args.frame, &args.file, args.pace, args.index, args.lenient)?;
+        Played::up_to(args.frame, &args.file, args.pace, args.index, &args.reading)?;
     let structure = Structure::of(pipeline.index());
     let name = args.file.file_name().unwrap_or(args.file.as_os_str()).to_string_lossy();
     let title = format!("{name}, frame {}, {}", moment.frame, args.index.name());
-    let write = |path: &Path| -> anyhow::Result<()> {
-        let place = || path.display().to_string();
-        if is_dot {
-            return fs::write(path, structure.to_dot(&title)).with_context(place);
-        }
+    if is_dot {
+        output.write(structure.to_dot(&title).as_bytes())?;
+    } else {
         let view = match (args.shown, args.from) {
             (Shown::Tree, _) => StructureView::Tree,
             (Shown::Space, From::Front) => StructureView::Space(Side::Front),
             (Shown::Space, From::Top) => StructureView::Space(Side::Top),
             (Shown::Space, From::Right) => StructureView::Space(Side::Right),
         };
-        structure.draw(view, &scene, &title, path).map_err(|e| anyhow!("{}: {e}", path.display()))
-    };
-    write(&args.out)?;
+        output.check()?;
+        let drawn = structure.draw(view, &scene, &title, output.path());
+        drawn.map_err(|e| anyhow!("{}: {e}", output.path().display()))?;
+    }
     let nodes = structure.nodes();
     if nodes.is_empty() {
         complain(&format!("warning: {} has no nodes to show", args.index.name()));
     }
     say(&format!(
-        "{title}: {} nodes, {} levels, {} polygons -> {}",
+        "{}: {} nodes, {} levels, {} polygons -> {}",
+        one_line(&title),
         thousands(nodes.len() as u64),
         if nodes.is_empty() { 0 } else { structure.depth() + 1 },
         thousands(scene.counts().visible),
-        args.out.display()
+        one_line(&args.out.to_string_lossy())
     ))?;
     Ok(Outcome::Done)
 }

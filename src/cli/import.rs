@@ -1,22 +1,21 @@
 //! `osp import`: a session of any format, written as a recording.
 
-use std::{
-    io::IsTerminal,
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::{io::IsTerminal, path::PathBuf, time::Duration};
 
-use anyhow::{anyhow, ensure};
+use anyhow::anyhow;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
     Outcome,
-    new_recording::{NewRecording, check_output},
-    output::{complain, say},
+    new_recording::NewRecording,
+    output::{complain, one_line, say},
+    outputs::{Output, Outputs},
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
+    output_file::OutputKind,
     recording::{Event, RecordingError},
     report::thousands,
 };
@@ -42,9 +41,8 @@ pub(super) struct ImportArgs {
     /// Replace the output if it exists.
     #[arg(long)]
     force: bool,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 /// What was written.
@@ -89,11 +87,11 @@ impl Counts {
 }
 
 pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
-    check_output(&args.output, args.force)?;
-    ensure!(!is_same(&args.input, &args.output), "{}: is the input, too", args.output.display());
+    let mut outputs = Outputs::new(args.force).reads([&args.input]);
+    let output = outputs.add("OUTPUT", &args.output, OutputKind::Recording)?;
 
-    let mut session = OpenSession::open(&args.input, args.lenient)?;
-    let (counts, bytes) = convert(&mut session, &args.output, args.lenient)?;
+    let mut session = OpenSession::open(&args.input, &args.reading)?;
+    let (counts, bytes) = convert(&mut session, output, args.reading.lenient)?;
 
     let notes = session.notes();
     for warning in &notes.warnings {
@@ -103,18 +101,22 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
         complain(&format!("{} damaged pieces were skipped", thousands(notes.skipped)));
     }
     say(&format!(
-        "{} ({}) -> {}: {}; {} bytes",
-        args.input.display(),
+        "{} ({}) -> {}: {}{}",
+        one_line(&args.input.to_string_lossy()),
         session.format,
-        args.output.display(),
+        one_line(&args.output.to_string_lossy()),
         counts.text(),
-        thousands(bytes),
+        bytes.map_or_else(String::new, |bytes| format!("; {} bytes", thousands(bytes))),
     ))?;
     Ok(Outcome::Done)
 }
 
 /// Writes the whole session; what it holds and how many bytes it takes.
-fn convert(session: &mut OpenSession, output: &Path, lenient: bool) -> anyhow::Result<(Counts, u64)> {
+fn convert(
+    session: &mut OpenSession,
+    output: Output,
+    lenient: bool,
+) -> anyhow::Result<(Counts, Option<u64>)> {
     let mut recording = NewRecording::create(output, &session.header)?;
     let progress = progress();
     let mut counts = Counts::default();
@@ -146,9 +148,4 @@ fn progress() -> ProgressBar {
 fn explain(error: &RecordingError, lenient: bool) -> anyhow::Error {
     let hint = if lenient { "" } else { " (--lenient keeps what can be read)" };
     anyhow!("{error}; nothing was written{hint}")
-}
-
-/// Whether both names are of one file or folder.
-fn is_same(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::{
     Outcome,
-    output::{complain, say},
+    output::{complain, one_line, say},
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
@@ -28,9 +29,8 @@ pub(super) struct InfoArgs {
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 #[derive(Serialize)]
@@ -66,7 +66,7 @@ struct JsonDropped {
 }
 
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
-    let mut session = OpenSession::open(&args.file, args.lenient)?;
+    let mut session = OpenSession::open(&args.file, &args.reading)?;
     let (summary, _, outcome) = summarize(&mut session, Pace::Samples(1));
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
@@ -119,14 +119,14 @@ fn json(args: &InfoArgs, session: &OpenSession, s: &Summary) -> anyhow::Result<S
 
 fn text(args: &InfoArgs, session: &OpenSession, s: &Summary) -> String {
     let counts = s.counts;
-    let mut lines = vec![format!("{}", args.file.display())];
+    let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
     let mut line = |name: &str, value: String| lines.push(format!("  {name:<11} {value}"));
     line("format", session.format.to_owned());
     if !session.header.name.is_empty() {
-        line("name", session.header.name.clone());
+        line("name", one_line(&session.header.name).into_owned());
     }
     if !session.header.source.is_empty() {
-        line("source", session.header.source.clone());
+        line("source", one_line(&session.header.source).into_owned());
     }
     line(
         "strokes",

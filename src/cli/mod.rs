@@ -4,10 +4,16 @@
 
 mod allocations;
 mod new_recording;
+#[cfg(not(feature = "window"))]
+mod not_built;
+mod numbers;
 mod output;
+mod outputs;
 mod pick;
 mod played;
+mod reading;
 mod session;
+mod version;
 
 mod bake;
 mod bench;
@@ -34,12 +40,12 @@ pub use allocations::CountingAllocator;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, error::ErrorKind};
 
 /// Keep a growing, hand-made 3D model drawable in real time: replay recorded sketching sessions through the OSP tree
 /// and its rivals, and see what each frame costs.
 #[derive(Parser, Debug)]
-#[command(name = "osp", version, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(name = "osp", version = version::VERSION.as_str(), arg_required_else_help = true, after_help = EXAMPLES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -71,11 +77,17 @@ enum Command {
     Synth(synth::SynthArgs),
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
+    #[cfg(not(feature = "render"))]
+    Render(not_built::NotBuilt),
     Verify(verify::VerifyArgs),
     #[cfg(feature = "window")]
     Sketch(sketch::SketchArgs),
     #[cfg(feature = "window")]
     Send(send::SendArgs),
+    #[cfg(not(feature = "window"))]
+    Sketch(not_built::NotBuilt),
+    #[cfg(not(feature = "window"))]
+    Send(not_built::NotBuilt),
 }
 
 /// How a command ended, other than by bad input.
@@ -87,7 +99,17 @@ enum Outcome {
 
 /// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let command = match Cli::try_parse() {
+        Ok(Cli { command }) => command,
+        Err(error) => return usage(&error),
+    };
+    #[cfg(unix)]
+    if let Err(error) = crate::atomic_file::remove_unfinished_on_signals() {
+        output::complain(&format!(
+            "warning: an unfinished file will stay behind if a signal ends this: {error}"
+        ));
+    }
+    let outcome = match command {
         Command::Replay(args) => replay::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Bake(args) => bake::run(&args),
@@ -98,18 +120,37 @@ pub fn run() -> ExitCode {
         Command::Synth(args) => synth::run(&args),
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),
+        #[cfg(not(feature = "render"))]
+        Command::Render(_) => not_built::refuse("render", "render"),
         Command::Verify(args) => verify::run(&args),
         #[cfg(feature = "window")]
         Command::Sketch(args) => sketch::run(&args),
         #[cfg(feature = "window")]
         Command::Send(args) => send::run(&args),
+        #[cfg(not(feature = "window"))]
+        Command::Sketch(_) => not_built::refuse("sketch", "window"),
+        #[cfg(not(feature = "window"))]
+        Command::Send(_) => not_built::refuse("send", "window"),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(error) => {
-            output::complain(&format!("error: {error:#}"));
+            let rescue = session::rescue(&error).unwrap_or_default();
+            output::complain(&format!("error: {error:#}{rescue}"));
             ExitCode::from(2)
         }
     }
+}
+
+/// Prints the help that was asked for, or what is wrong with the arguments.
+fn usage(error: &clap::Error) -> ExitCode {
+    if error.use_stderr() && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        // Arguments are quoted in it.
+        output::complain_at_length(error.render().to_string().trim_end());
+    } else {
+        // That nobody reads it is no reason to complain.
+        let _ = error.print();
+    }
+    ExitCode::from(if error.use_stderr() { 2 } else { 0 })
 }

@@ -1,11 +1,31 @@
-//! Where the program writes: results to standard output, remarks to standard error.
+//! Where the program writes: results to standard output, remarks to standard error. Names and titles come from files
+//! that others made: what a terminal would take for a command is shown as `\u001b`.
 
-use std::io::{self, Write};
+use std::{
+    io::{self, Write},
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use anyhow::Context;
 
+pub(super) use crate::report::one_line;
+use crate::report::printable;
+
+/// A file goes to standard output: results would be mixed into it.
+static HOLDS_A_FILE: AtomicBool = AtomicBool::new(false);
+
+/// From now on results go to standard error: an output (`--csv -`) is written to standard output.
+pub(super) fn keep_standard_output_for_a_file() {
+    HOLDS_A_FILE.store(true, Ordering::Relaxed);
+}
+
 /// Writes a result, with a line end.
 pub(super) fn say(text: &str) -> anyhow::Result<()> {
+    if HOLDS_A_FILE.load(Ordering::Relaxed) {
+        complain_at_length(text);
+        return Ok(());
+    }
+    let text = printable(text);
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush()) {
         // Whoever reads has seen enough (`osp replay … | head`); what is checked still decides the exit code.
@@ -14,7 +34,12 @@ pub(super) fn say(text: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Writes a remark. That standard error is closed is no reason to stop.
+/// Writes a remark, in one line. That standard error is closed is no reason to stop.
 pub(super) fn complain(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    complain_at_length(&one_line(text));
+}
+
+/// Writes a remark of several lines.
+pub(super) fn complain_at_length(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }

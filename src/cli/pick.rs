@@ -11,6 +11,7 @@ use super::{
     frame_choice::FrameChoice,
     output::say,
     played::Played,
+    reading::ReadArgs,
     replay::{camera_parser, index_parser},
 };
 use crate::{
@@ -49,9 +50,8 @@ pub(super) struct PickArgs {
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 /// A point of the picture, from the upper left corner.
@@ -89,7 +89,7 @@ struct Report<'a> {
 }
 
 pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
-    let played = Played::up_to(args.frame, &args.file, args.pace, args.index, args.lenient)?;
+    let played = Played::up_to(args.frame, &args.file, args.pace, args.index, &args.reading)?;
     let camera = CameraPath::new(args.camera, played.header.camera, &played.summary.bounds);
     let view = camera.view(&played.moment);
     // The picture's y goes down, the view's up.

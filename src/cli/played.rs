@@ -4,7 +4,9 @@ use std::path::Path;
 
 use anyhow::bail;
 
-use super::{frame_choice::FrameChoice, output::complain, replay::root_cube, session::OpenSession};
+use super::{
+    frame_choice::FrameChoice, output::complain, reading::ReadArgs, replay::root_cube, session::OpenSession,
+};
 use crate::{
     index::{IndexConfig, IndexKind},
     metrics::{StageClock, Summary, summarize},
@@ -29,16 +31,16 @@ impl Played {
         file: &Path,
         pace: Pace,
         index: IndexKind,
-        lenient: bool,
+        reading: &ReadArgs,
     ) -> anyhow::Result<Self> {
-        let mut session = OpenSession::open(file, lenient)?;
+        let mut session = OpenSession::open(file, reading)?;
         let (summary, _, read) = summarize(&mut session, pace);
         for warning in &session.notes().warnings {
             complain(&format!("warning: {warning}"));
         }
         read?;
         let last = frame.number(file, &summary, pace)?;
-        let session = OpenSession::open(file, lenient)?;
+        let session = OpenSession::open(file, reading)?;
         let header = session.header.clone();
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };

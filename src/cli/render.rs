@@ -7,24 +7,35 @@ use std::{
     sync::Arc,
 };
 
-use anyhow::Context;
-use clap::Args;
+use anyhow::{Context, bail};
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
+use glam::Vec3;
 
 use super::{
     Outcome,
     frame_choice::FrameChoice,
-    output::{complain, say},
-    replay::{camera_parser, index_parser, occlusion_parser, root_cube},
+    numbers,
+    output::{complain, one_line, say},
+    outputs::Outputs,
+    reading::ReadArgs,
+    replay::{index_parser, occlusion_parser, root_cube},
     session::OpenSession,
 };
 use crate::{
     index::{IndexConfig, IndexKind},
+    math::{rotate, unit},
     metrics::{StageClock, Summary, summarize},
+    output_file::OutputKind,
     recording::{Pace, Pacer},
-    render::{DrawTimes, DrawnOcclusion, Gpu, Image, Layer, Offscreen, RendererConfig},
+    render::{DrawTimes, DrawnOcclusion, Gpu, Image, Layer, Offscreen, RendererConfig, background_for},
     report::thousands,
     scene::{PolygonId, Scene},
-    visibility::{AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, View},
+    visibility::{
+        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, View, whole_view,
+    },
 };
 
 /// Draw frames of a session to PNG files, without a window.
@@ -74,12 +85,40 @@ pub(super) struct RenderArgs {
     /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`.
-    #[arg(long, default_value = "auto", value_parser = camera_parser())]
-    camera: CameraChoice,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
+    /// Where the eye is: `whole` shows all of the model, from the side that the session's own camera or the head is on;
+    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`.
+    #[arg(long, default_value = "whole", value_parser = camera_parser())]
+    camera: RenderCamera,
+    #[command(flatten)]
+    reading: ReadArgs,
+    /// Let a picture replace a file of another kind; never the session.
     #[arg(long)]
-    lenient: bool,
+    force: bool,
+}
+
+/// Where the eye of a picture is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum RenderCamera {
+    /// Where it sees the whole model.
+    Whole,
+    /// As in a replay.
+    Path(CameraChoice),
+}
+
+fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
+    // What a replay calls `auto` is recorded; the name is taken here, too.
+    let names = ["whole", "recorded", "orbit", "follow", "inside"].map(PossibleValue::new);
+    let names = names.into_iter().chain([PossibleValue::new("auto").hide(true)]);
+    PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
+        "whole" => Ok(RenderCamera::Whole),
+        "recorded" => Ok(RenderCamera::Path(CameraChoice::Auto)),
+        name => {
+            let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
+            found
+                .map(|choice| RenderCamera::Path(*choice))
+                .ok_or_else(|| format!("no camera is called {name}"))
+        }
+    })
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -92,41 +131,63 @@ impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-        match sides {
-            Some((width, height)) if width > 0 && height > 0 => Ok(Self { width, height }),
-            _ => Err(format!("expected WIDTHxHEIGHT in pixels; found `{text}`")),
-        }
+        let (width, height) = numbers::sides(text, &(1..=16_384))?;
+        Ok(Self { width, height })
     }
 }
 
 pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
+    let mut outputs = Outputs::new(args.force).reads([&args.file]);
+    outputs.add_any("OUT.png", args.out.as_ref(), OutputKind::Png)?;
+    if let Some(folder) = args.to.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
+        bail!("{}: expected a folder; found a file", folder.display());
+    }
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
-    let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &RendererConfig::default())?;
-    drawer.set_occlusion(DrawnOcclusion::of(args.occlusion))?;
-    // A second drawer, so that what one remembers cannot hide a fault of the other.
-    let mut uncut = match args.check {
-        true => Some(Offscreen::on(gpu, width, height, &RendererConfig::default())?),
-        false => None,
-    };
-    let mut session = OpenSession::open(&args.file, args.lenient)?;
-    let (summary, _, read) = summarize(&mut session, args.pace);
+    let mut session = OpenSession::open(&args.file, &args.reading)?;
+    // Where the artist looked from last.
+    let mut artist = Moment::default();
+    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
+    let (summary, model, read) = summarize(events, args.pace);
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
-    if let Err(error) = read {
-        // What comes before the damage can be drawn all the same.
-        complain(&format!("warning: {error}"));
-    }
+    read?;
+    let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
+    drop(model);
+    let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &config)?;
+    drawer.set_occlusion(DrawnOcclusion::of(args.occlusion))?;
+    // A second drawer, so that what one remembers cannot hide a fault of the other.
+    let mut uncut = match args.check {
+        true => Some(Offscreen::on(gpu, width, height, &config)?),
+        false => None,
+    };
     let wanted = Wanted::new(args, &summary)?;
     if let Some(folder) = &args.to {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        let numbers = (0..=wanted.last).filter(|&number| wanted.has(number));
+        outputs.add_pictures("--to", numbers.map(|number| wanted.path(args, number)))?;
     }
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
-    let session = OpenSession::open(&args.file, args.lenient)?;
-    let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
+    let session = OpenSession::open(&args.file, &args.reading)?;
+    let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
+        RenderCamera::Whole => {
+            let of_artist = artist.head.map(|(_, q)| {
+                let back = rotate(q, Vec3::Z);
+                // Level, and a little above, wherever the head was bent.
+                Vec3::new(back.x, 0.35 * back.with_y(0.0).length(), back.z)
+            });
+            let backwards = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z)).or(of_artist);
+            let view = whole_view(&summary.bounds, backwards, drawer.aspect());
+            Box::new(move |_| view)
+        }
+        RenderCamera::Path(choice) => {
+            let path = CameraPath::new(choice, session.header.camera, &summary.bounds);
+            let aspect = drawer.aspect();
+            Box::new(move |moment| path.view(moment).with_aspect(aspect))
+        }
+    };
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
@@ -139,9 +200,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let (mut scene, mut moment) = (Scene::new(), Moment::default());
     let (mut events, mut changes) = (Vec::new(), Vec::new());
     while moment.frame <= wanted.last {
-        // Damage has been told of above; the events before it make the last frame.
-        let read = pacer.next_frame(&mut events);
-        if !matches!(read, Ok(true)) && events.is_empty() {
+        if !pacer.next_frame(&mut events)? {
             break;
         }
         changes.clear();
@@ -153,7 +212,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             uncut.follow(&changes);
         }
         if wanted.has(moment.frame) {
-            let view = camera.view(&moment).with_aspect(drawer.aspect());
+            let view = camera(&moment);
             pipeline.frame(&scene, &changes, &view);
             let every: Vec<PolygonId>;
             let ids = if args.no_cull {
@@ -188,7 +247,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             compare(&image, "");
         } else if has_occlusion {
             // As a replay does: which polygons may hide others, it learns from frame to frame.
-            pipeline.frame(&scene, &changes, &camera.view(&moment).with_aspect(drawer.aspect()));
+            pipeline.frame(&scene, &changes, &camera(&moment));
         } else {
             pipeline.skip(&scene, &changes);
         }
@@ -214,7 +273,7 @@ fn line(frame: u64, scene: &Scene, ids: &[PolygonId], times: &DrawTimes, path: &
         thousands(drawn),
         thousands(scene.counts().visible),
         times.draw.ns as f64 * 1.0e-6,
-        path.display()
+        one_line(&path.to_string_lossy())
     );
     if let Some(counts) = times.occlusion {
         line += &format!(

@@ -1,8 +1,7 @@
 //! `osp replay`: a session through several indexes, from the file to the table.
 
 use std::{
-    fs::File,
-    io::{BufWriter, IsTerminal},
+    io::IsTerminal,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -12,15 +11,19 @@ use clap::{Args, builder::PossibleValuesParser, builder::TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
-    Outcome, allocations,
-    output::{complain, say},
+    Outcome, allocations, numbers,
+    output::{complain, one_line, say},
+    outputs::{Output, Outputs},
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
+    atomic_file::{AtomicFile, Destination},
     index::{IndexConfig, IndexKind},
     math::Aabb,
     metrics::{StageClock, Summary, summarize},
     occlusion::{Soundness, oracle::OracleConfig},
+    output_file::OutputKind,
     recording::{Event, Header, Pace, Pacer, RecordingError},
     report::{
         ChartError, ChartFormat, CsvWriter, OcclusionColumns, OcclusionReport, Pin, Pins, ReplayReport,
@@ -29,6 +32,7 @@ use crate::{
     scene::Scene,
     visibility::{
         AutoBasis, Budget, CameraChoice, CameraPath, Lane, OcclusionChoice, PassConfig, Pipeline, Replay,
+        lost_polygons,
         pvs::{Pvs, PvsPass},
         verify,
     },
@@ -75,7 +79,7 @@ pub(super) struct ReplayArgs {
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
     /// Seconds to spend on each index.
-    #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = seconds)]
+    #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
     budget: f64,
     /// Write one line for each index and frame.
     #[arg(long, value_name = "FILE")]
@@ -104,24 +108,26 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
     pvs: Option<PathBuf>,
     /// Most occluders of a frame [default: 64; 16 for `auto`].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = numbers::occluders)]
     occluders: Option<usize>,
     /// What drawing one polygon costs, nanoseconds: by it, occlusion tests what is worth a test, and `auto` decides.
-    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = nanoseconds)]
+    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
     polygon_ns: f64,
     /// Compare what occlusion leaves out with what really cannot be seen, in this many frames.
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion")]
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     verify_frames: u64,
-    /// Skip damaged pieces and count them, instead of stopping at the first.
+    /// Let an output replace a file of another kind, a session too; never one that is read.
     #[arg(long)]
-    lenient: bool,
+    force: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
     /// Draw what is left of each frame, too, on the graphics adapter, and take its time [default size: 1280x720].
     #[cfg(feature = "render")]
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
     draw: Option<super::render::Size>,
     /// Play the session in a window, with its times and counts.
     #[cfg(feature = "window")]
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
     window: bool,
     /// With --window: write one line of JSON for each frame shown.
     #[cfg(feature = "window")]
@@ -155,11 +161,6 @@ pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = OcclusionChoic
     })
 }
 
-fn nanoseconds(text: &str) -> Result<f64, String> {
-    let expected = "expected nanoseconds from 0.001 to 1e9";
-    text.parse().ok().filter(|ns| (0.001..=1.0e9).contains(ns)).ok_or_else(|| expected.to_owned())
-}
-
 pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
     let names = IndexKind::ALL.iter().map(|kind| kind.name());
     PossibleValuesParser::new(names)
@@ -174,17 +175,53 @@ pub(super) fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
     })
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|s: &f64| s.is_finite() && *s > 0.0)
-        .ok_or_else(|| "expected seconds above 0".to_owned())
+/// What a replay is going to write.
+struct ReplayOutputs {
+    csv: Option<Output>,
+    /// One for each session, or none.
+    charts: Vec<Output>,
+    pin: Option<Output>,
+    #[cfg(feature = "window")]
+    trace: Option<Output>,
+}
+
+impl ReplayOutputs {
+    fn checked(args: &ReplayArgs) -> anyhow::Result<Self> {
+        let mut outputs = Outputs::new(args.force).reads(&args.files).reads(&args.check).reads(&args.pvs);
+        if let Some(path) = &args.pin
+            && matches!(Destination::of(path), Ok(Destination::Special(_)))
+        {
+            bail!(
+                "{}: pins are added to what is there: expected a regular file; found a pipe or a device",
+                path.display()
+            );
+        }
+        let mut charts = Vec::new();
+        if let Some(path) = &args.chart {
+            let kind = match ChartFormat::of(path)? {
+                ChartFormat::Png => OutputKind::Png,
+                ChartFormat::Svg => OutputKind::Svg,
+            };
+            for number in 1..=args.files.len() {
+                let path = if args.files.len() == 1 { path.clone() } else { numbered(path, number) };
+                charts.push(outputs.add("--chart", &path, kind)?);
+            }
+        }
+        Ok(Self {
+            csv: outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?,
+            charts,
+            pin: outputs.add_any("--pin", args.pin.as_ref(), OutputKind::Pins)?,
+            #[cfg(feature = "window")]
+            trace: outputs.add_any("--trace", args.trace.as_ref(), OutputKind::Trace)?,
+        })
+    }
 }
 
 pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
+    let outputs = ReplayOutputs::checked(args)?;
     #[cfg(feature = "window")]
     if args.window {
-        return in_window(args);
+        return in_window(args, &outputs);
     }
     // Whatever is wrong with the arguments is said before the work, not after it.
     #[cfg(feature = "render")]
@@ -198,26 +235,19 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
             if cfg!(feature = "render") { "--draw" } else { "a build with the feature `render`, and --draw" }
         );
     }
-    args.chart.as_deref().map(ChartFormat::of).transpose()?;
-    for path in args.chart.iter().chain(&args.pin) {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if folder.is_some_and(|folder| !folder.is_dir()) {
-            bail!("{}: there is no such folder", path.display());
-        }
-    }
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
-    let mut new_pins = match &args.pin {
-        Some(path) if path.exists() => Pins::read(path)?,
+    let mut new_pins = match &outputs.pin {
+        Some(output) if output.replaces_its_kind() => Pins::read(output.path())?,
         _ => Pins::default(),
     };
-    let mut csv = match &args.csv {
-        Some(path) => {
-            let file = File::create(path).with_context(|| path.display().to_string())?;
+    let mut csv = match &outputs.csv {
+        Some(output) => {
             let columns = match args.occlusion.is_empty() {
                 true => OcclusionColumns::Without,
                 false => OcclusionColumns::With,
             };
-            Some(CsvWriter::new(BufWriter::new(file), columns)?)
+            let file = CsvWriter::new(output.create()?, columns);
+            Some(file.with_context(|| output.path().display().to_string())?)
         }
         None => None,
     };
@@ -229,9 +259,9 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         } else {
             say(&text(args, &report))?;
         }
-        if let Some(path) = &args.chart {
-            let path = if args.files.len() == 1 { path.clone() } else { numbered(path, number + 1) };
-            match draw_frame_times(&report, &path) {
+        if let Some(chart) = outputs.charts.get(number) {
+            chart.check()?;
+            match draw_frame_times(&report, chart.path()) {
                 Err(nothing @ ChartError::Empty(_)) => complain(&format!("warning: {nothing}")),
                 outcome => outcome?,
             }
@@ -276,12 +306,13 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
             outcome = Outcome::CheckFailed;
         }
     }
-    if let Some(csv) = csv {
-        csv.finish()?;
+    if let (Some(csv), Some(output)) = (csv, &outputs.csv) {
+        output.commit(csv.finish().with_context(|| output.path().display().to_string())?)?;
     }
     // Nothing is pinned that has failed a check.
-    if let Some(path) = args.pin.as_ref().filter(|_| outcome == Outcome::Done) {
-        new_pins.write(path)?;
+    if let Some(output) = outputs.pin.filter(|_| outcome == Outcome::Done) {
+        output.check()?;
+        new_pins.write(output.path())?;
     }
     Ok(outcome)
 }
@@ -291,21 +322,25 @@ const INCOMPLETE: &str = "no index looked at every frame, so the session has no 
 
 /// Plays the first session in a window with the first index.
 #[cfg(feature = "window")]
-fn in_window(args: &ReplayArgs) -> anyhow::Result<Outcome> {
+fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outcome> {
     use crate::app::{Autosaves, Command, Player, Studio, Subject, WindowOptions, run};
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
-    let player = Player::open(file, args.pace, args.camera)?;
+    let options = args.reading.options();
+    let player = Player::open_with(file, args.pace, args.camera, &options)?;
     for remark in player.remarks() {
         complain(&format!("warning: {remark}"));
     }
     let index = args.index.first().copied().unwrap_or(IndexKind::Osp);
+    let pvs = args.pvs.as_ref().map(|path| Pvs::read(path, &player.finished_model())).transpose()?;
     let mut studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
-    if let Some(path) = &args.pvs {
-        studio.set_pvs(Arc::new(Pvs::read(path)?));
+    studio.set_limits(options.limits);
+    if let Some(pvs) = pvs {
+        studio.set_pvs(Arc::new(pvs));
     }
     let occlusion = args.pvs.as_ref().map_or(OcclusionChoice::Auto, |_| OcclusionChoice::Pvs);
     studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(occlusion)));
-    run(studio, WindowOptions { trace: args.trace.clone(), ..WindowOptions::default() })?;
+    let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
+    run(studio, WindowOptions { trace, ..WindowOptions::default() })?;
     Ok(Outcome::Done)
 }
 
@@ -332,9 +367,9 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
 fn replay_file(
     args: &ReplayArgs,
     file: &Path,
-    mut csv: Option<&mut CsvWriter<BufWriter<File>>>,
+    mut csv: Option<&mut CsvWriter<AtomicFile>>,
 ) -> anyhow::Result<ReplayReport> {
-    let mut session = OpenSession::open(file, args.lenient)?;
+    let mut session = OpenSession::open(file, &args.reading)?;
     // Read once to know how long and how large it is, once to play it.
     let (summary, _, read) = summarize(&mut session, args.pace);
     for warning in &session.notes().warnings {
@@ -344,6 +379,7 @@ fn replay_file(
         complain(&format!("warning: {}: {} damaged pieces skipped", file.display(), session.notes().skipped));
     }
     read?;
+    args.reading.check_frames(file, &summary, args.pace)?;
     if summary.frames <= 1 && summary.counts.points > 1 && args.pace == Pace::Recorded {
         complain(&format!(
             "warning: {}: its time stamps do not pace it, all is in one frame; try --pace samples:16",
@@ -352,7 +388,7 @@ fn replay_file(
     }
 
     let kinds = args.runs();
-    let session = OpenSession::open(file, args.lenient)?;
+    let session = OpenSession::open(file, &args.reading)?;
     let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
     let finished = args.pvs.as_ref().map(|path| finished_model(args, file, path)).transpose()?;
     let pvs = finished.as_ref().map(|(_, pvs)| pvs);
@@ -369,6 +405,7 @@ fn replay_file(
     let methods = kinds.iter().map(|(_, method)| *method);
     #[cfg(feature = "render")]
     let mut drawing = args.draw.map(|size| super::drawing::Drawing::new(size, methods)).transpose()?;
+    let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
     let pacer = Pacer::new(session, args.pace);
@@ -383,7 +420,7 @@ fn replay_file(
             let Some(frame) = frame else { continue };
             run.add(frame);
             if let Some(csv) = &mut csv {
-                csv.write(&name, run, frame).context("the CSV file")?;
+                csv.write(&name, run, frame).with_context(csv_name)?;
             }
         }
         // Evenly spaced, the last frame among them.
@@ -417,16 +454,13 @@ fn replay_file(
 
 /// A session's model at its end, and the sets that have been made of it.
 fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result<(Scene, Arc<Pvs>)> {
-    let pvs = Pvs::read(sets)?;
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
-    for event in OpenSession::open(file, args.lenient)? {
+    for event in OpenSession::open(file, &args.reading)? {
         scene.apply(&event?, &mut changes);
         changes.clear();
         scene.let_go();
     }
-    if !pvs.is_of(&scene) {
-        bail!("{}: made of another model than {}; osp bake makes it anew", sets.display(), file.display());
-    }
+    let pvs = Pvs::read(sets, &scene)?;
     Ok((scene, Arc::new(pvs)))
 }
 
@@ -435,15 +469,18 @@ fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    let Some(window) = replay.view().and_then(|view| view.window()) else { return };
+    let Some(view) = replay.view() else { return };
+    let Some(window) = view.window() else { return };
     let mut visible = None;
     for ((lane, run), _) in replay.lanes().iter().zip(runs).zip(looked).filter(|(_, looked)| **looked) {
         let Some(occlusion) = &mut run.occlusion else { continue };
         let pipeline = lane.pipeline();
         // All see the same in the frustum.
         let visible = visible.get_or_insert_with(|| {
-            let ids = pipeline.in_view().ids();
-            verify::visible_polygons(replay.scene(), &window, ids, OracleConfig::default())
+            // What the frustum has culled wrongly is asked about, too.
+            let mut ids = lost_polygons(replay.scene(), view, pipeline.in_view().ids());
+            ids.extend_from_slice(pipeline.in_view().ids());
+            verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
         });
         let missing = verify::missing(visible, pipeline.draw_list().ids());
         *occlusion.false_culls.get_or_insert(0) += missing;
@@ -501,13 +538,13 @@ fn progress_bar(frames: u64, name: &str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} frames, {eta} left");
     ProgressBar::new(frames)
         .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        .with_message(name.to_owned())
+        .with_message(one_line(name).into_owned())
 }
 
 fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
     let mut lines = vec![format!(
         "{}: {} strokes, {} points, {} polygons; {} frames ({}, camera {})",
-        report.recording,
+        one_line(&report.recording),
         thousands(report.strokes),
         thousands(report.points),
         thousands(report.polygons),

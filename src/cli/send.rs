@@ -11,8 +11,9 @@ use anyhow::Context;
 use clap::Args;
 
 use super::{
-    Outcome,
+    Outcome, numbers,
     output::{complain, say},
+    reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
@@ -41,7 +42,7 @@ pub(super) struct SendArgs {
     #[arg(long, default_value = "recorded")]
     pace: Pace,
     /// Times as fast.
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = factor)]
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     speed: f64,
     /// The key that the window asks for (`osp sketch --tracker-key`).
     #[arg(long)]
@@ -49,16 +50,8 @@ pub(super) struct SendArgs {
     /// Send OSC messages instead of lines.
     #[arg(long)]
     osc: bool,
-    /// Skip damaged pieces, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
-}
-
-fn factor(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|f: &f64| (0.001..=1000.0).contains(f))
-        .ok_or_else(|| "expected a factor from 0.001 to 1000".to_owned())
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
@@ -68,7 +61,7 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
     let socket = UdpSocket::bind(from).context("a socket")?;
     socket.connect(to).with_context(|| args.to.clone())?;
 
-    let session = OpenSession::open(&args.file, args.lenient)?;
+    let session = OpenSession::open(&args.file, &args.reading)?;
     let mut pacer = Pacer::new(session, args.pace);
     let (osc, key) = (args.osc, args.key.clone());
     let mut sender = Sender { socket, osc, key, packet: String::new(), packets: 0, refused: 0 };

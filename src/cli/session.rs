@@ -8,10 +8,13 @@ use std::{
 
 use anyhow::Context;
 
+use super::reading::ReadArgs;
 use crate::recording::{self, Event, Header, Notes, OpenOptions, RecordingError};
 
 /// Events handed over at once.
 const BATCH: usize = 1024;
+/// Strokes that edits name and corners of polygons that are handed over at once; one event may have more.
+const BATCH_LISTS: usize = 1 << 16;
 /// Batches that may wait: the reader is at most this far ahead, so memory does not grow with the file.
 const WAITING: usize = 16;
 
@@ -35,8 +38,8 @@ pub(super) struct OpenSession {
 
 impl OpenSession {
     /// Opens a session of any format.
-    pub(super) fn open(path: &Path, lenient: bool) -> anyhow::Result<Self> {
-        Self::of(recording::open(path, &OpenOptions { lenient })?, path)
+    pub(super) fn open(path: &Path, reading: &ReadArgs) -> anyhow::Result<Self> {
+        Self::of(recording::open(path, &reading.options())?, path)
     }
 
     /// Starts to read a session that is open.
@@ -64,21 +67,56 @@ impl OpenSession {
     }
 }
 
+/// What to say of a session that is refused because a part of it is damaged: how to get at the rest. `None` if nothing
+/// of it can be read, or something else is wrong.
+pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
+    let damaged = error.chain().find_map(|cause| match cause.downcast_ref()? {
+        RecordingError::Line { path, .. } | RecordingError::Byte { path, .. } => Some(path),
+        RecordingError::Limit(excess) => Some(&excess.path),
+        RecordingError::Io { .. } | RecordingError::Unknown { .. } => None,
+    })?;
+    // What is damaged may be an entry of an archive or of a folder.
+    let session = damaged.ancestors().take(3).find(|path| {
+        let opened = recording::open(path, &OpenOptions::LENIENT);
+        opened.is_ok_and(|mut session| matches!(session.events.next_event(), Ok(Some(_))))
+    })?;
+    let name = quoted(&session.to_string_lossy());
+    let stem = session.file_stem().unwrap_or_default().to_string_lossy();
+    let rescued = quoted(&format!("{stem}-rescued.ron"));
+    let draw = match cfg!(feature = "window") {
+        true => format!(", `osp sketch --lenient {name}` draws on a copy of it"),
+        false => String::new(),
+    };
+    Some(format!("; `osp import --lenient {name} {rescued}` keeps what can be read{draw}"))
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:=@%".contains(c);
+    if path.chars().all(is_plain) { path.to_owned() } else { format!("'{}'", path.replace('\'', "'\\''")) }
+}
+
 fn read(mut session: recording::Session, sender: &SyncSender<Message>) {
     let mut batch = Vec::with_capacity(BATCH);
+    let mut lists = 0;
     loop {
         let (event, last) = match session.events.next_event() {
             Ok(Some(event)) => (Some(event), None),
             Ok(None) => (None, Some(Message::Notes(session.events.notes()))),
             Err(error) => (None, Some(Message::Damage(error))),
         };
+        lists += event.as_ref().map_or(0, Event::list_len);
         batch.extend(event);
         let ends = last.is_some();
+        let is_full = batch.len() == BATCH || lists >= BATCH_LISTS;
         // A send fails once nobody listens any more: then there is nothing left to do.
-        if (ends || batch.len() == BATCH)
+        if (ends || is_full)
             && sender.send(Message::Events(std::mem::replace(&mut batch, Vec::with_capacity(BATCH)))).is_err()
         {
             return;
+        }
+        if is_full {
+            lists = 0;
         }
         if let Some(last) = last {
             let _ = sender.send(last);
@@ -130,13 +168,14 @@ mod tests {
     use super::*;
     use crate::recording::{EventSource, StrokeId};
 
-    /// Far more events than may be read ahead; counts those that were asked for.
-    struct Endless(Arc<AtomicUsize>);
+    /// Far more events than may be read ahead, naming so many strokes each; counts those that were asked for.
+    struct Endless(Arc<AtomicUsize>, usize);
 
     impl EventSource for Endless {
         fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
             let t = self.0.fetch_add(1, Ordering::Relaxed) as f64;
-            Ok(Some(Event::End { t, stroke: StrokeId(0) }))
+            let strokes = vec![StrokeId(0); self.1];
+            Ok(Some(Event::Move { t, strokes, by: glam::Vec3::ZERO }))
         }
 
         fn notes(&self) -> Notes {
@@ -147,7 +186,7 @@ mod tests {
     #[test]
     fn the_reader_runs_ahead_but_not_without_bound() {
         let read = Arc::new(AtomicUsize::new(0));
-        let events = Box::new(Endless(Arc::clone(&read)));
+        let events = Box::new(Endless(Arc::clone(&read), 0));
         let session = recording::Session { header: Header::new("", ""), format: "test", events };
         let mut session = OpenSession::of(session, Path::new("test")).expect("a thread");
         let most = (WAITING + 2) * BATCH;
@@ -166,5 +205,19 @@ mod tests {
             assert_eq!(event.time_secs(), i as f64);
         }
         assert!(until((WAITING + 4) * BATCH) <= most + 5 * BATCH);
+    }
+
+    #[test]
+    fn the_reader_runs_less_far_ahead_of_long_lists() {
+        let read = Arc::new(AtomicUsize::new(0));
+        let events = Box::new(Endless(Arc::clone(&read), BATCH_LISTS));
+        let session = recording::Session { header: Header::new("", ""), format: "test", events };
+        let mut session = OpenSession::of(session, Path::new("test")).expect("a thread");
+        for _ in 0..100 {
+            assert!(session.next().expect("more").is_ok());
+        }
+        // Every event fills a batch: one is in hand, some wait, one is being made.
+        thread::sleep(Duration::from_millis(50));
+        assert!(read.load(Ordering::Relaxed) <= 100 + WAITING + 2, "{read:?}");
     }
 }

@@ -1,32 +1,45 @@
 //! `osp sketch`: the window to draw in.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use clap::Args;
 
 use super::{
-    Outcome,
+    Outcome, numbers,
     output::complain,
+    outputs::Outputs,
+    reading::LimitArgs,
     replay::{index_parser, occlusion_parser},
 };
 use crate::{
     app::{
-        Autosaves, Command, Document, Room, Studio, Subject, WindowOptions, run as run_window,
+        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Room,
+        Studio, Subject, WindowOptions, run as run_window,
         tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
     index::IndexKind,
+    output_file::OutputKind,
+    small_file::open_regular,
     visibility::{OcclusionChoice, Rig},
 };
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
 ///
-/// Every sample is in the session's file before the next one comes. Without a file the session gets one among the
-/// autosaves; after a crash the next `osp sketch` brings it back.
+/// Every sample is in the session's file before the next one comes, and on the disk at the next pause. Without a file
+/// the session gets one among the autosaves; after a crash the next `osp sketch` brings it back. Nothing is written
+/// before something is drawn, and files are only replaced when you say so.
+///
+/// One window at a time draws on a session. A second one says who has it, and asks whether you want to look at it or to
+/// draw on a copy (--read-only and --copy answer beforehand). A file that is removed, replaced, changed by another
+/// program, or on a full disk, is left alone: the window says so and goes on among the autosaves.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp sketch
   osp sketch house.ron
   osp sketch painting.tilt --index bvh-sah
+  osp sketch house.ron --read-only
+  osp sketch damaged.ron --lenient
   osp sketch --tracker udp://127.0.0.1:9327
   osp sketch --rig dual-wall --tracker poses.txt
 
@@ -40,8 +53,8 @@ The first sender on a socket is listened to until it is silent for 5 s; others a
 As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
 `osp send SESSION --to 127.0.0.1:9327` plays a session as such a tracker.")]
 pub(super) struct SketchArgs {
-    /// The session to go on with, or to make (.ron); of another format (.tilt, .apa, .json, .poses, .obj) a copy is
-    /// drawn on.
+    /// The session to go on with, or to make (.ron). Of one that was not drawn here (imported, shipped, of another
+    /// format, not to be written to) a copy is drawn on.
     file: Option<PathBuf>,
     #[command(flatten)]
     window: WindowArgs,
@@ -55,6 +68,17 @@ pub(super) struct SketchArgs {
     /// Take only packets that begin with this key; it is sent as it is, so it keeps out only who cannot listen.
     #[arg(long, value_name = "KEY", requires = "tracker")]
     tracker_key: Option<TrackerKey>,
+    /// Only look at the session.
+    #[arg(long, requires = "file", conflicts_with = "copy")]
+    read_only: bool,
+    /// Draw on a copy, among the autosaves.
+    #[arg(long, requires = "file")]
+    copy: bool,
+    /// Skip damaged pieces and count them, instead of refusing the session; a copy is drawn on.
+    #[arg(long, requires = "file")]
+    lenient: bool,
+    #[command(flatten)]
+    limits: LimitArgs,
     /// The folder for sessions without a name [default: the user's own data folder].
     #[arg(long, value_name = "DIR")]
     autosave: Option<PathBuf>,
@@ -81,13 +105,37 @@ pub(super) struct WindowArgs {
     /// Write one line of JSON for each frame to a file.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Let --trace replace a file of another kind; never the session.
+    #[arg(long)]
+    force: bool,
+}
+
+impl SketchArgs {
+    /// The session, to be drawn on; if another window has it, to be looked at, with who has it.
+    fn open(
+        &self,
+        path: &Path,
+        autosaves: &Autosaves,
+    ) -> anyhow::Result<(Document, Opened, Option<OpenElsewhere>)> {
+        let access = match (self.read_only, self.copy) {
+            (true, _) => Access::ReadOnly,
+            (false, true) => Access::Copy,
+            (false, false) => Access::Write,
+        };
+        let how = Opening { access, lenient: self.lenient, limits: self.limits.limits() };
+        match Document::open_as(path, autosaves, how) {
+            Ok((document, opened)) => Ok((document, opened, None)),
+            Err(OpenError::Held(held)) => {
+                let (document, opened) = Document::look_at(path, autosaves, how)?;
+                Ok((document, opened, Some(held)))
+            }
+            Err(OpenError::Recording(error)) => Err(error.into()),
+        }
+    }
 }
 
 fn size(text: &str) -> Result<(u32, u32), String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    sides
-        .filter(|(w, h)| (1..=16_384).contains(w) && (1..=16_384).contains(h))
-        .ok_or_else(|| format!("expected WIDTHxHEIGHT; found `{text}`"))
+    numbers::sides(text, &(1..=16_384))
 }
 
 impl WindowArgs {
@@ -111,6 +159,18 @@ impl WindowArgs {
         Ok(room)
     }
 
+    /// Says no to a trace in the place of something else.
+    fn check_trace(&self, session: Option<&PathBuf>, tracker: Option<&TrackerAddress>) -> anyhow::Result<()> {
+        let rig = self.rig.as_ref().map(PathBuf::from);
+        let tracker = tracker.and_then(|tracker| match tracker {
+            TrackerAddress::File(path) => Some(path),
+            _ => None,
+        });
+        let mut outputs = Outputs::new(self.force).reads(session).reads(&rig).reads(tracker);
+        outputs.add_any("--trace", self.trace.as_ref(), OutputKind::Trace)?;
+        Ok(())
+    }
+
     pub(super) fn options(&self, tracker: Option<TrackerAddress>) -> WindowOptions {
         let tracker_options = TrackerOptions::default();
         WindowOptions { size: self.window, tracker, tracker_options, trace: self.trace.clone() }
@@ -118,18 +178,31 @@ impl WindowArgs {
 }
 
 pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
+    args.window.check_trace(args.file.as_ref(), args.tracker.as_ref())?;
+    if let Some(TrackerAddress::File(path)) = &args.tracker {
+        // Before there is a window.
+        open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
+    }
     let room = args.window.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
-    let (document, opened) = match &args.file {
-        Some(path) => Document::open(path, &autosaves)?,
-        None => Document::recover_or_new(&autosaves),
+    let (document, opened, held) = match &args.file {
+        Some(path) => args.open(path, &autosaves)?,
+        None => {
+            let (document, opened) = Document::recover_or_new_within(&autosaves, args.limits.limits());
+            (document, opened, None)
+        }
     };
     let mut studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, args.window.index);
     studio.set_room(room);
+    studio.set_limits(args.limits.limits());
     studio.command(Command::Occlusion(args.window.occlusion));
     for remark in opened.remarks {
         complain(&remark);
         studio.say(remark);
+    }
+    if let Some(held) = held {
+        complain(&held.to_string());
+        studio.ask(Question::Held { held, is_shown: true });
     }
     let mut options = args.window.options(args.tracker.clone());
     options.tracker_options = TrackerOptions { any_sender: args.tracker_any, key: args.tracker_key.clone() };

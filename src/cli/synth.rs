@@ -10,10 +10,12 @@ use indicatif::{HumanBytes, ProgressBar};
 
 use super::{
     Outcome,
-    new_recording::{NewRecording, check_output},
-    output::say,
+    new_recording::NewRecording,
+    output::{one_line, say},
+    outputs::Outputs,
 };
 use crate::{
+    output_file::OutputKind,
     recording::{Event, SynthKind, synthesize},
     report::thousands,
 };
@@ -54,10 +56,9 @@ fn kind_parser() -> impl TypedValueParser<Value = SynthKind> {
 }
 
 pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
-    let out = &args.out;
-    check_output(out, args.force)?;
+    let output = Outputs::new(args.force).add("OUT", &args.out, OutputKind::Recording)?;
     let session = synthesize(args.kind, args.polygons, args.seed);
-    let mut recording = NewRecording::create(out, &session.header)?;
+    let mut recording = NewRecording::create(output, &session.header)?;
     // Shown on a terminal only.
     let progress = ProgressBar::new_spinner();
     progress.enable_steady_tick(Duration::from_millis(200));
@@ -75,13 +76,13 @@ pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
     progress.finish_and_clear();
     let bytes = recording.finish()?;
     say(&format!(
-        "{}: {}, {} strokes, {} points, {} events, {}",
-        out.display(),
+        "{}: {}, {} strokes, {} points, {} events{}",
+        one_line(&args.out.to_string_lossy()),
         args.kind,
         thousands(strokes),
         thousands(points),
         thousands(events),
-        HumanBytes(bytes),
+        bytes.map_or_else(String::new, |bytes| format!(", {}", HumanBytes(bytes))),
     ))?;
     Ok(Outcome::Done)
 }

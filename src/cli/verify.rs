@@ -9,14 +9,18 @@ use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
-#[cfg(feature = "render")]
-use super::verify_drawn::{DrawnArgs, DrawnRun, DrawnTrials};
 use super::{
-    Outcome, allocations,
-    output::{complain, say},
+    Outcome, allocations, numbers,
+    output::{complain, one_line, say},
+    reading::ReadArgs,
     replay::{camera_parser, index_parser, root_cube},
     session::OpenSession,
     verify_method::{Method, method_parser},
+};
+#[cfg(feature = "render")]
+use super::{
+    render::Size,
+    verify_drawn::{DrawnRun, DrawnTrials},
 };
 use crate::{
     index::{IndexConfig, IndexKind},
@@ -31,7 +35,7 @@ use crate::{
     visibility::{
         CameraChoice, CameraPath, Moment, View,
         pvs::Pvs,
-        verify::{Totals, Trial, Verifier, VerifyConfig},
+        verify::{AtRest, Totals, Trial, Verifier, VerifyConfig},
     },
 };
 
@@ -50,19 +54,22 @@ use crate::{
   osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
 
 The table, a line for each method and number of occluders (times of this machine, one thread):
-  wrong    visible polygons that were culled, all views together
+  wrong    visible polygons that were culled, all frames together
   hidden   share of the really hidden polygons that was culled
   tests    boxes tested in a view; planes: splitting planes of the tree, or tiles covered
   select, build, query: choosing the occluders, building the culler, walking the index; microseconds a view
-depth-last (what was visible in the last frame hides what is behind it now) sees each view four times, as a camera at
-rest does: nothing visible may be culled in any of them, the other figures are of the last. Its occluders are outlines.
-With hzb (a build with the feature `render`), each view is drawn four times (--settle, --frames) with each method and
-without, in turns; a pixel that differs gives exit code 1. `auto` takes hzb where that is faster (--settle 24). hzb-16,
+All figures of all methods are of the same frames. The camera rests at each view for --settle frames, whose figures do not
+count, and --frames frames, whose figures do: means of these frames of all views. Methods that go by the last frames (depth-last,
+hzb, queries, auto) go through all of them; the others do the same in each, and are asked once. What must not happen
+(a visible polygon culled, a pixel that differs) counts in the frames before, too.
+depth-last hides by what was visible in the last frame. Its occluders are outlines.
+With hzb (a build with the feature `render`), each of these frames is drawn with each method and without, in turns; a
+pixel that differs gives exit code 1. `auto` takes hzb where that is faster (--settle 24). hzb-16,
 hzb-4 and hzb-1 test groups of so many polygons by the rectangle around their corners, with -box by that around their box, with -fine and then each polygon by its triangles; hzb is hzb-1-fine.
-  pixels   that differ from the picture without culling, all views together
+  pixels   that differ from the picture without culling, all frames together
   hidden   share of the really hidden polygons that was left out
   below a sample  visible polygons that were left out because no sample of a pixel shows them
-  depth pass, colour pass: polygons drawn; draw, GPU: milliseconds a view, from the second frame on, medians; mean of draw
+  depth pass, colour pass: polygons drawn; draw, GPU: milliseconds a frame, medians; mean of draw
 Instead of a file, `scene:NAME` takes a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.")]
 pub(super) struct VerifyArgs {
     /// The sessions, or `scene:NAME`.
@@ -74,11 +81,20 @@ pub(super) struct VerifyArgs {
     /// The methods, separated by commas [default: all that are sound].
     #[arg(long, value_delimiter = ',', value_parser = method_parser())]
     occlusion: Vec<Method>,
+    /// Width and height of what is drawn for hzb, pixels.
     #[cfg(feature = "render")]
-    #[command(flatten)]
-    draw: DrawnArgs,
+    #[arg(long, default_value = "1920x1080")]
+    size: Size,
+    /// Frames of each view whose figures count.
+    #[arg(long, default_value_t = AtRest::default().frames, value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    frames: u32,
+    /// Frames of each view before; the first has nothing to go by, and `auto` tries the other way after 16.
+    #[arg(long, default_value_t = AtRest::default().settle, value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    settle: u32,
     /// Most occluders of a view; several numbers, separated by commas, are tried one after the other.
-    #[arg(long, value_delimiter = ',', default_value = "64")]
+    #[arg(long, value_delimiter = ',', default_value = "64", value_parser = numbers::occluders)]
     occluders: Vec<usize>,
     /// The index that is culled.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
@@ -99,7 +115,7 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value = "box", value_parser = ["box", "sphere", "outline"])]
     test: String,
     /// Leave out occluders that fill less than this part of the window.
-    #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE")]
+    #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE", value_parser = numbers::share)]
     least_share: f64,
     /// Draw nodes with fewer polygons without a test.
     #[arg(long, default_value_t = CullConfig::default().least_polygons, value_name = "N")]
@@ -122,9 +138,8 @@ pub(super) struct VerifyArgs {
     /// Print one JSON object for each session instead of a table.
     #[arg(long)]
     json: bool,
-    /// Skip damaged pieces, instead of stopping at the first.
-    #[arg(long)]
-    lenient: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
 }
 
 /// A resolution, `WxH`.
@@ -138,12 +153,8 @@ impl FromStr for Pixels {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |n: &str| n.parse::<usize>().ok().filter(|n| (16..=16_384).contains(n));
-        let (width, height) = text.split_once('x').ok_or("expected WIDTHxHEIGHT")?;
-        match (number(width), number(height)) {
-            (Some(width), Some(height)) => Ok(Self { width, height }),
-            _ => Err("expected WIDTHxHEIGHT, each from 16 to 16384".to_owned()),
-        }
+        let (width, height) = numbers::sides(text, &(16..=16_384))?;
+        Ok(Self { width: width as usize, height: height as usize })
     }
 }
 
@@ -169,7 +180,7 @@ enum Source {
 }
 
 impl Source {
-    fn open(path: &Path, lenient: bool) -> anyhow::Result<Self> {
+    fn open(path: &Path, reading: &ReadArgs) -> anyhow::Result<Self> {
         match path.to_str().and_then(|name| name.strip_prefix("scene:")) {
             Some(name) => {
                 let scene = TestScene::from_name(name).ok_or_else(|| {
@@ -178,7 +189,7 @@ impl Source {
                 })?;
                 Ok(Self::Scene(scene.events().into_iter()))
             }
-            None => Ok(Self::File(Box::new(OpenSession::open(path, lenient)?))),
+            None => Ok(Self::File(Box::new(OpenSession::open(path, reading)?))),
         }
     }
 
@@ -210,6 +221,14 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             true => json(&name, polygons, &verifier, drawn.as_ref())?,
             false => text(&name, polygons, &verifier, drawn.as_ref()),
         })?;
+        if let Some((view, id)) = verifier.views().first_lost {
+            complain(&format!(
+                "{name}: the frustum culled {} polygons that reach into the view; the first is polygon {} in view {view}",
+                verifier.views().lost,
+                id.0,
+            ));
+            outcome = Outcome::CheckFailed;
+        }
         for trial in verifier.trials().iter().filter(|trial| trial.failed()) {
             let totals = trial.totals();
             let first = totals.first_false.map_or(String::new(), |(view, id)| {
@@ -280,9 +299,15 @@ fn look(
 
 /// Plays a session and looks at it; the verifier and what was drawn afterwards, and the number of polygons.
 fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<DrawnTrials>, u64)> {
-    let (summary, _, read) = summarize(Source::open(file, args.lenient)?, args.pace);
+    let mut source = Source::open(file, &args.reading)?;
+    let (summary, _, read) = summarize(&mut source, args.pace);
+    if let Source::File(session) = &source {
+        for warning in &session.notes().warnings {
+            complain(&format!("warning: {warning}"));
+        }
+    }
     read?;
-    let source = Source::open(file, args.lenient)?;
+    let source = Source::open(file, &args.reading)?;
     let is_built_in = matches!(source, Source::Scene(_));
     // Built-in scenes end with their views.
     let has_own_views = is_built_in && args.camera == CameraChoice::Auto;
@@ -291,7 +316,9 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let index = args.index.create(&IndexConfig { root: root_cube(&header, &summary.bounds), capacity });
-    let mut verifier = Verifier::new(index, config(args), StageClock::counting(allocations::count));
+    let at_rest = AtRest { settle: args.settle, frames: args.frames };
+    let mut verifier =
+        Verifier::new(index, config(args), StageClock::counting(allocations::count)).with_rest(at_rest);
     if args.no_truth {
         verifier = verifier.without_truth();
     }
@@ -300,7 +327,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     }
 
     #[cfg(feature = "render")]
-    let mut drawn = DrawnTrials::new(&args.occlusion, args.draw)?;
+    let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
     #[cfg(not(feature = "render"))]
     let mut drawn = None;
     let mut scene = Scene::new();
@@ -339,14 +366,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         }
     }
     if let Some(path) = &args.pvs {
-        let pvs = Pvs::read(path)?;
-        anyhow::ensure!(
-            pvs.is_of(&scene),
-            "{}: made of another model than {}; osp bake makes it anew",
-            path.display(),
-            file.display()
-        );
-        verifier = verifier.with_pvs(pvs);
+        verifier = verifier.with_pvs(Pvs::read(path, &scene)?);
     }
     for moment in moments.iter().take(args.views as usize) {
         look(&mut verifier, &mut drawn, &scene, &camera.view(moment))?;
@@ -362,7 +382,8 @@ fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTria
         false => "what can be seen was not found out".to_owned(),
     };
     let mut lines = vec![format!(
-        "{name}: {} polygons, {} views; in view {} ({truth}), frustum {} µs",
+        "{}: {} polygons, {} views; in view {} ({truth}), frustum {} µs",
+        one_line(name),
         thousands(polygons),
         views.views,
         mean(views.in_view),
@@ -444,6 +465,8 @@ struct JsonVerify<'a> {
     in_view_mean: f64,
     visible_mean: f64,
     hidden_mean: f64,
+    /// Polygons that reach into a view, but that its frustum has culled.
+    lost: u64,
     /// Whether all that was compared with what can be seen.
     truth: bool,
     frustum_us: f64,
@@ -541,6 +564,7 @@ fn json(
         in_view_mean: mean(views.in_view),
         visible_mean: mean(views.visible),
         hidden_mean: mean(views.hidden),
+        lost: views.lost,
         truth: verifier.has_truth(),
         frustum_us: mean(views.frustum_ns) / 1000.0,
         runs: verifier.trials().iter().map(JsonRun::new).collect(),

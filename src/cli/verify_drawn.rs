@@ -13,10 +13,10 @@ use crate::{
         Offscreen, PassTimes, RendererConfig,
     },
     report::thousands,
-    scene::{Change, Scene},
+    scene::{Change, PolygonId, Scene},
     visibility::{
         View,
-        verify::{Totals, Verifier},
+        verify::{AtRest, Totals, Verifier},
     },
 };
 
@@ -39,42 +39,80 @@ pub(super) fn drawn_methods() -> impl Iterator<Item = (&'static str, DrawnOcclus
     .chain([("queries", DrawnOcclusion::Queries), ("auto", DrawnOcclusion::Auto)])
 }
 
-/// How each view is drawn by a camera at rest.
-#[derive(clap::Args, Clone, Copy, Debug)]
-pub(super) struct DrawnArgs {
-    /// Width and height of what is drawn for hzb, pixels.
-    #[arg(long, default_value = "1920x1080")]
-    size: Size,
-    /// Frames of each view that are drawn with each method and whose times count.
-    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    frames: u32,
-    /// Frames that are drawn of each view before; the first has nothing to go by, and `auto` tries the other way after 16.
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    settle: u32,
-}
-
 /// One method over all views so far.
 struct Trial {
     name: &'static str,
     drawer: Offscreen,
     totals: Totals,
     counts: DrawnCounts,
+    /// Sums over the views of the medians of their frames, and of the means.
     draw_ns: u64,
     draw_mean_ns: u64,
     passes: PassTimes,
     differing_pixels: u64,
+    /// Of the view at hand, the frames that count.
+    times: Vec<DrawTimes>,
+}
+
+/// What a frame without culling draws.
+fn all_drawn(in_view: usize) -> DrawnCounts {
+    DrawnCounts { in_view: in_view as u64, second_pass: in_view as u64, ..DrawnCounts::default() }
+}
+
+/// The one in the middle.
+fn median(values: impl Iterator<Item = u64>) -> u64 {
+    let mut values: Vec<u64> = values.collect();
+    values.sort_unstable();
+    values.get(values.len() / 2).copied().unwrap_or(0)
+}
+
+impl Trial {
+    /// What the last frame drew of these.
+    fn drawn(&self, scene: &Scene, ids: &[PolygonId]) -> anyhow::Result<DrawList> {
+        let mut drawn = DrawList::new();
+        match self.drawer.drawn()? {
+            None => drawn.extend_from_slice(ids),
+            Some(opaque) => {
+                drawn.extend_from_slice(&opaque);
+                // Which transparent ones were left out is not told.
+                let is_transparent = |id: &&_| scene.stroke_of(**id).color().3 < 1.0;
+                let mut others: Vec<_> = ids.iter().filter(is_transparent).copied().collect();
+                let listed: HashSet<_> = opaque.iter().collect();
+                others.retain(|id| !listed.contains(id));
+                drawn.extend_from_slice(&others);
+            }
+        }
+        Ok(drawn)
+    }
+
+    /// Adds up the frames of a view.
+    fn end_view(&mut self) {
+        let times = std::mem::take(&mut self.times);
+        let passes = || times.iter().map(|times| times.passes.unwrap_or_default());
+        self.draw_ns += median(times.iter().map(|times| times.draw.ns));
+        self.draw_mean_ns += times.iter().map(|times| times.draw.ns).sum::<u64>() / times.len().max(1) as u64;
+        self.passes = self.passes
+            + PassTimes {
+                total_ns: median(passes().map(|passes| passes.total_ns)),
+                depth_ns: median(passes().map(|passes| passes.depth_ns)),
+                test_ns: median(passes().map(|passes| passes.test_ns)),
+                color_ns: median(passes().map(|passes| passes.color_ns)),
+            };
+        self.totals.views += 1;
+    }
 }
 
 /// Draws each view with every method, and without.
 pub(super) struct DrawnTrials {
     trials: Vec<Trial>,
-    args: DrawnArgs,
+    size: Size,
+    at_rest: AtRest,
     adapter: String,
 }
 
 impl DrawnTrials {
     /// Trials of those of the methods that work while drawing; `None` if there is none.
-    pub(super) fn new(methods: &[Method], args: DrawnArgs) -> anyhow::Result<Option<Self>> {
+    pub(super) fn new(methods: &[Method], size: Size, at_rest: AtRest) -> anyhow::Result<Option<Self>> {
         let drawn = methods.iter().filter_map(|method| match *method {
             Method::Drawn(name, occlusion) => Some((name, occlusion)),
             Method::Culler(_) | Method::Last => None,
@@ -83,7 +121,6 @@ impl DrawnTrials {
         if drawn.is_empty() {
             return Ok(None);
         }
-        let DrawnArgs { size, .. } = args;
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
         // The picture without culling comes first: all others are compared with it.
@@ -100,9 +137,10 @@ impl DrawnTrials {
                 draw_mean_ns: 0,
                 passes: PassTimes::default(),
                 differing_pixels: 0,
+                times: Vec::new(),
             });
         }
-        Ok(Some(Self { trials, args, adapter: gpu.name() }))
+        Ok(Some(Self { trials, size, at_rest, adapter: gpu.name() }))
     }
 
     /// Follows the scene by one frame's changes.
@@ -115,38 +153,23 @@ impl DrawnTrials {
     /// Looks as the verifier has just looked.
     pub(super) fn look(&mut self, scene: &Scene, view: &View, verifier: &mut Verifier) -> anyhow::Result<()> {
         let ids = verifier.in_view().to_vec();
-        let mut times = vec![Vec::<DrawTimes>::new(); self.trials.len()];
-        // In turns, so that whatever else the machine does falls on all.
-        for _ in 0..self.args.settle + self.args.frames {
-            for (trial, times) in self.trials.iter_mut().zip(&mut times) {
-                times.push(trial.drawer.draw(scene, view, &[Layer::plain(&ids)])?);
-            }
-        }
-        let whole = self.trials[0].drawer.image()?;
-        for (trial, times) in self.trials.iter_mut().zip(&mut times) {
-            let times = &mut times[self.args.settle as usize..];
-            times.sort_unstable_by_key(|times| times.draw.ns);
-            let median = times[times.len() / 2];
-            trial.draw_ns += median.draw.ns;
-            trial.draw_mean_ns += times.iter().map(|times| times.draw.ns).sum::<u64>() / times.len() as u64;
-            trial.passes = trial.passes + median.passes.unwrap_or_default();
-            trial.counts = trial.counts + median.occlusion.unwrap_or_default();
-            trial.differing_pixels += trial.drawer.image()?.differing_pixels(&whole) as u64;
-            let mut drawn = DrawList::new();
-            match trial.drawer.drawn()? {
-                None => drawn.extend_from_slice(&ids),
-                Some(opaque) => {
-                    drawn.extend_from_slice(&opaque);
-                    // Which transparent ones were left out is not told.
-                    let is_transparent = |id: &&_| scene.stroke_of(**id).color().3 < 1.0;
-                    let mut others: Vec<_> = ids.iter().filter(is_transparent).copied().collect();
-                    let listed: HashSet<_> = opaque.iter().collect();
-                    others.retain(|id| !listed.contains(id));
-                    drawn.extend_from_slice(&others);
+        let mut whole = None;
+        for frame in 0..self.at_rest.settle + self.at_rest.frames {
+            // In turns, so that whatever else the machine does falls on all.
+            for trial in &mut self.trials {
+                let times = trial.drawer.draw(scene, view, &[Layer::plain(&ids)])?;
+                let picture = trial.drawer.image()?;
+                // The first trial is the picture without culling.
+                trial.differing_pixels +=
+                    picture.differing_pixels(whole.get_or_insert_with(|| picture.clone())) as u64;
+                if frame >= self.at_rest.settle {
+                    trial.times.push(times);
+                    trial.counts = trial.counts + times.occlusion.unwrap_or_else(|| all_drawn(ids.len()));
+                    verifier.judge(&trial.drawn(scene, &ids)?, &mut trial.totals);
                 }
             }
-            verifier.judge(&drawn, &mut trial.totals);
         }
+        self.trials.iter_mut().for_each(Trial::end_view);
         Ok(())
     }
 
@@ -195,7 +218,7 @@ impl DrawnTrials {
         for column in table.column_iter_mut().skip(1) {
             column.set_cell_alignment(CellAlignment::Right);
         }
-        let Size { width, height } = self.args.size;
+        let Size { width, height } = self.size;
         format!("drawn by {}, {width} x {height} pixels\n{table}", self.adapter)
     }
 
@@ -205,7 +228,7 @@ impl DrawnTrials {
     }
 }
 
-/// What a method did, means of the views.
+/// What a method did, means of the frames that count.
 #[derive(Serialize)]
 pub(super) struct DrawnRun {
     occlusion: &'static str,
@@ -224,11 +247,8 @@ pub(super) struct DrawnRun {
 impl DrawnRun {
     fn new(trial: &Trial) -> Self {
         let totals = &trial.totals;
-        let ms = |ns: u64| totals.mean(ns) * 1.0e-6;
-        let drawn = match trial.counts.in_view {
-            0 => totals.mean(totals.drawn),
-            _ => totals.mean(trial.counts.second_pass),
-        };
+        // Of times there is one for each view.
+        let ms = |ns: u64| ns as f64 / totals.views.max(1) as f64 * 1.0e-6;
         Self {
             occlusion: trial.name,
             differing_pixels: trial.differing_pixels,
@@ -236,7 +256,7 @@ impl DrawnRun {
             below_a_sample: totals.mean(totals.false_culls),
             groups_tested: totals.mean(trial.counts.groups_tested),
             first_pass: totals.mean(trial.counts.first_pass),
-            second_pass: drawn,
+            second_pass: totals.mean(trial.counts.second_pass),
             draw_ms: ms(trial.draw_ns),
             draw_mean_ms: ms(trial.draw_mean_ns),
             gpu_ms: [trial.passes.depth_ns, trial.passes.test_ns, trial.passes.color_ns].map(ms),

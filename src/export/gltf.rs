@@ -37,6 +37,8 @@ pub struct GltfCounts {
     pub polygons: u64,
     /// Triangles.
     pub triangles: u64,
+    /// Polygons left out: a corner is not a finite number, which the format does not have.
+    pub not_finite: u64,
 }
 
 /// Vertices and triangles of one material.
@@ -81,9 +83,14 @@ pub fn write_glb(scene: &Scene, name: &str, mut out: impl Write) -> Result<GltfC
     let (mut opaque, mut transparent) = (Part::default(), Part::default());
     for id in scene.visible_ids() {
         let polygon = scene.polygon(id);
+        // A group can be placed so far away that `f32` has no number for it.
+        if !polygon.vertices().iter().all(|corner| corner.is_finite()) {
+            counts.not_finite += 1;
+            continue;
+        }
         let color = linear_color(scene, id);
         let part = if color[3] < u16::MAX { &mut transparent } else { &mut opaque };
-        part.add(polygon.vertices(), polygon.area_vector().try_normalize().unwrap_or(Vec3::Y), color);
+        part.add(polygon.vertices(), unit_normal(polygon.area_vector()), color);
         counts.polygons += 1;
         counts.triangles += polygon.vertices().len() as u64 - 2;
     }
@@ -112,6 +119,11 @@ pub fn write_glb(scene: &Scene, name: &str, mut out: impl Write) -> Result<GltfC
     }
     out.flush()?;
     Ok(counts)
+}
+
+/// The normal of a polygon; that of a huge one overflows, and any will do.
+fn unit_normal(area_vector: Vec3) -> Vec3 {
+    area_vector.try_normalize().filter(|normal| normal.is_finite()).unwrap_or(Vec3::Y)
 }
 
 fn document(name: &str, parts: &[(usize, Part)], binary_bytes: usize) -> Value {
@@ -188,7 +200,8 @@ fn linear_color(scene: &Scene, id: PolygonId) -> [u16; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Event;
+    use crate::recording::{Event, GroupId, StrokeId, Transform};
+    use glam::Quat;
 
     fn word(bytes: &[u8], at: usize) -> u32 {
         u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
@@ -217,7 +230,7 @@ mod tests {
         let quad = polygon(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 1.0);
         let glass = polygon(&[[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]], 0.5);
         let (counts, json, chunk) = export(&[quad, glass]);
-        assert_eq!(counts, GltfCounts { polygons: 2, triangles: 3 });
+        assert_eq!(counts, GltfCounts { polygons: 2, triangles: 3, not_finite: 0 });
         assert_eq!(word(&chunk, 4), BIN_CHUNK);
         let binary = &chunk[8..];
         assert_eq!(binary.len() as u64, json["buffers"][0]["byteLength"].as_u64().expect("a number"));
@@ -243,5 +256,27 @@ mod tests {
         let (counts, json, rest) = export(&[]);
         assert_eq!(counts, GltfCounts::default());
         assert!(rest.is_empty() && json.get("buffers").is_none());
+    }
+
+    #[test]
+    fn a_polygon_at_infinity_is_left_out_and_counted() {
+        let corners = [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+        let Event::Polygon { vertices, color, .. } = polygon(&corners, 1.0) else {
+            unreachable!("made above")
+        };
+        let far = Event::Polygon { t: 0.0, stroke: Some(StrokeId(1)), vertices, color };
+        let group = |id: u32, strokes: Vec<StrokeId>, parent: Option<u32>| Event::Group {
+            t: 0.0,
+            group: GroupId(id),
+            strokes,
+            parent: parent.map(GroupId),
+        };
+        let to = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e30 };
+        let place = |id: u32| Event::Place { t: 0.0, group: GroupId(id), to };
+        let near = polygon(&corners, 1.0);
+        let grouped = [group(2, vec![], None), group(1, vec![StrokeId(1)], Some(2)), place(1), place(2)];
+        let (counts, json, _) = export(&[&[near, far], &grouped[..]].concat());
+        assert_eq!(counts, GltfCounts { polygons: 1, triangles: 1, not_finite: 1 });
+        assert!(json["accessors"][0]["max"].as_array().is_some_and(|max| max.iter().all(Value::is_number)));
     }
 }

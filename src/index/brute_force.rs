@@ -1,4 +1,4 @@
-use super::{DrawList, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts};
+use super::{DrawList, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts, admission::admit};
 use crate::{
     math::{Aabb, Containment, Frustum},
     scene::PolygonId,
@@ -39,9 +39,7 @@ impl SpatialIndex for BruteForce {
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        if !bounds.is_valid() {
-            return Err(IndexError::InvalidBounds(id));
-        }
+        admit(id, bounds)?;
         if id.index() >= self.boxes.len() {
             self.boxes.resize(id.index() + 1, Aabb::EMPTY);
         }

@@ -1,5 +1,6 @@
 use super::{
     DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
+    admission::admit,
     simd::{Backend, Boxes, IdWriter, Kernel, PlaneSet, WithKernel},
 };
 use crate::{
@@ -73,9 +74,7 @@ impl SpatialIndex for BruteSimd {
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        if !bounds.is_valid() {
-            return Err(IndexError::InvalidBounds(id));
-        }
+        admit(id, bounds)?;
         let (block, lane) = (id.index() / 16, id.index() % 16);
         if block >= self.blocks.len() {
             self.blocks.resize(block + 1, Boxes::EMPTY);

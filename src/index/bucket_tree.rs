@@ -11,6 +11,7 @@ use super::{
     by_id::{ById, FiledBoxes},
     flat_tree::Item,
     probe::Nearest,
+    simd::IdWriter,
 };
 use crate::{
     math::{Aabb, Frustum, Ray},
@@ -18,8 +19,8 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Polygons of a bucket: a full leaf.
-const LANES: usize = 64;
+/// Blocks of sixteen polygons of a bucket: a full leaf.
+const BLOCKS: usize = 4;
 
 /// No node.
 const NONE: u32 = u32::MAX;
@@ -94,7 +95,7 @@ pub(super) struct BucketTree<P: Partition> {
     nodes: Vec<TreeNode<P::Cell>>,
     /// First of a chain of unused rows of nodes, linked by `parent`.
     first_free: u32,
-    buckets: Buckets<LANES>,
+    buckets: Buckets<BLOCKS>,
     filed: FiledBoxes,
     spot: ById<Spot>,
     /// Filled and emptied within a change.
@@ -193,7 +194,7 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
     fn commit(&mut self) {}
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        self.frustum_cull_all(frustum, draw_list)
+        IdWriter::append(draw_list.ids_mut(), |out| self.frustum_cull_all(frustum, out))
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {

@@ -3,29 +3,25 @@
 use super::{
     WorkCounts,
     flat_tree::Item,
-    lanes::{LANES, cull_lanes},
+    lanes::{LANES, Planes, cull_lanes},
+    simd::{Boxes, Kernel},
     sink::Sink,
 };
-use crate::{
-    math::{Aabb, Frustum, PlaneMask},
-    scene::PolygonId,
-};
+use crate::{math::Aabb, scene::PolygonId};
 
 /// No bucket.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Where a polygon is: its bucket times `N` plus its lane.
+/// Where a polygon is: its bucket times the polygons of a bucket plus its lane.
 pub(super) type Spot = u32;
 
 /// No spot.
 pub(super) const NOWHERE: Spot = u32::MAX;
 
 #[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-struct Bucket<const N: usize> {
-    /// `min` x, y, z, `max` x, y, z.
-    sides: [[f32; N]; 6],
-    ids: [PolygonId; N],
+struct Bucket<const B: usize> {
+    boxes: [Boxes<LANES>; B],
+    ids: [[PolygonId; LANES]; B],
     len: u32,
     /// The next bucket of the chain, or of the free ones.
     next: u32,
@@ -33,34 +29,32 @@ struct Bucket<const N: usize> {
     owner: u32,
 }
 
-impl<const N: usize> Bucket<N> {
+impl<const B: usize> Bucket<B> {
     fn item(&self, lane: usize) -> Item {
-        let corner = |first: usize| std::array::from_fn(|axis| self.sides[first + axis][lane]).into();
-        Item { bounds: Aabb::new(corner(0), corner(3)), id: self.ids[lane] }
+        let (block, lane) = (lane / LANES, lane % LANES);
+        Item { bounds: self.boxes[block].get(lane), id: self.ids[block][lane] }
     }
 
     fn set(&mut self, lane: usize, item: &Item) {
-        self.ids[lane] = item.id;
-        for axis in 0..3 {
-            self.sides[axis][lane] = item.bounds.min[axis];
-            self.sides[axis + 3][lane] = item.bounds.max[axis];
-        }
+        let (block, lane) = (lane / LANES, lane % LANES);
+        self.ids[block][lane] = item.id;
+        self.boxes[block].set(lane, &item.bounds);
     }
 }
 
-/// All buckets of a tree, `N` polygons each (a multiple of [`LANES`]). Only the first of a chain may have free lanes, so a chain is as short as can be.
+/// All buckets of a tree, `B` times [`LANES`] polygons each. Only the first of a chain may have free lanes, so a chain is as short as can be.
 #[derive(Clone, Debug)]
-pub(super) struct Buckets<const N: usize> {
-    buckets: Vec<Bucket<N>>,
+pub(super) struct Buckets<const B: usize> {
+    buckets: Vec<Bucket<B>>,
     first_free: u32,
 }
 
-impl<const N: usize> Buckets<N> {
-    const IS_WHOLE_TESTS: () = assert!(N.is_multiple_of(LANES), "a bucket is a multiple of a wide test");
+impl<const B: usize> Buckets<B> {
+    /// Polygons of a bucket.
+    const N: usize = B * LANES;
 
     pub(super) fn with_capacity(polygons: usize) -> Self {
-        let () = Self::IS_WHOLE_TESTS;
-        Self { buckets: Vec::with_capacity(polygons.div_ceil(N)), first_free: NONE }
+        Self { buckets: Vec::with_capacity(polygons.div_ceil(Self::N)), first_free: NONE }
     }
 
     pub(super) fn clear(&mut self) {
@@ -69,36 +63,37 @@ impl<const N: usize> Buckets<N> {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        self.buckets.capacity() * size_of::<Bucket<N>>()
+        self.buckets.capacity() * size_of::<Bucket<B>>()
     }
 
     /// The node of the polygon at a spot.
     pub(super) fn owner(&self, spot: Spot) -> u32 {
-        self.buckets[spot as usize / N].owner
+        self.buckets[spot as usize / Self::N].owner
     }
 
     pub(super) fn set_bounds(&mut self, spot: Spot, bounds: &Aabb) {
-        let bucket = &mut self.buckets[spot as usize / N];
-        let id = bucket.ids[spot as usize % N];
-        bucket.set(spot as usize % N, &Item { bounds: *bounds, id });
+        let bucket = &mut self.buckets[spot as usize / Self::N];
+        let lane = spot as usize % Self::N;
+        let id = bucket.item(lane).id;
+        bucket.set(lane, &Item { bounds: *bounds, id });
     }
 
     /// Adds a polygon to the chain that starts at `head`.
     pub(super) fn push(&mut self, head: &mut u32, owner: u32, item: &Item) -> Spot {
-        if *head == NONE || self.buckets[*head as usize].len as usize == N {
+        if *head == NONE || self.buckets[*head as usize].len as usize == Self::N {
             *head = self.take(*head, owner);
         }
         let bucket = &mut self.buckets[*head as usize];
         let lane = bucket.len as usize;
         bucket.len += 1;
         bucket.set(lane, item);
-        *head * N as u32 + lane as u32
+        *head * Self::N as u32 + lane as u32
     }
 
     fn take(&mut self, next: u32, owner: u32) -> u32 {
         if self.first_free == NONE {
-            let ids = [PolygonId(0); N];
-            self.buckets.push(Bucket { sides: [[0.0; N]; 6], ids, len: 0, next, owner });
+            let ids = [[PolygonId(0); LANES]; B];
+            self.buckets.push(Bucket { boxes: [Boxes::EMPTY; B], ids, len: 0, next, owner });
             return self.buckets.len() as u32 - 1;
         }
         let at = self.first_free;
@@ -113,8 +108,8 @@ impl<const N: usize> Buckets<N> {
         let first = *head as usize;
         let last_lane = self.buckets[first].len as usize - 1;
         let last = self.buckets[first].item(last_lane);
-        let moved = (spot as usize != first * N + last_lane).then(|| {
-            self.buckets[spot as usize / N].set(spot as usize % N, &last);
+        let moved = (spot as usize != first * Self::N + last_lane).then(|| {
+            self.buckets[spot as usize / Self::N].set(spot as usize % Self::N, &last);
             last.id
         });
         self.buckets[first].len -= 1;
@@ -153,11 +148,11 @@ impl<const N: usize> Buckets<N> {
     /// The polygons of a chain.
     pub(super) fn items(&self, head: u32) -> impl Iterator<Item = (Spot, Item)> + '_ {
         self.chain(head).flat_map(|(at, bucket)| {
-            (0..bucket.len as usize).map(move |lane| (at * N as u32 + lane as u32, bucket.item(lane)))
+            (0..bucket.len as usize).map(move |lane| (at * Self::N as u32 + lane as u32, bucket.item(lane)))
         })
     }
 
-    fn chain(&self, head: u32) -> impl Iterator<Item = (u32, &Bucket<N>)> {
+    fn chain(&self, head: u32) -> impl Iterator<Item = (u32, &Bucket<B>)> {
         let mut at = head;
         std::iter::from_fn(move || {
             let bucket = self.buckets.get(at as usize)?;
@@ -170,23 +165,21 @@ impl<const N: usize> Buckets<N> {
         self.items(head).fold(Aabb::EMPTY, |all, (_, item)| all.union(&item.bounds))
     }
 
-    /// Tests the polygons of a chain against the planes of `mask`.
-    pub(super) fn cull(
+    /// Tests the polygons of a chain.
+    #[inline(always)]
+    pub(super) fn cull<K: Kernel>(
         &self,
         head: u32,
-        frustum: &Frustum,
-        mask: PlaneMask,
+        kernel: K,
+        planes: Planes<'_>,
         sink: &mut impl Sink,
         work: &mut WorkCounts,
     ) {
         for (_, bucket) in self.chain(head) {
-            let len = bucket.len as usize;
-            for (first, ids) in (0..len).step_by(LANES).zip(bucket.ids[..len].chunks(LANES)) {
-                let lanes = |side: usize| {
-                    bucket.sides[side][first..].first_chunk().expect("a bucket is a multiple of a wide test")
-                };
-                let sides = [lanes(0), lanes(1), lanes(2), lanes(3), lanes(4), lanes(5)];
-                cull_lanes(ids, sides, frustum, mask, sink, work);
+            for block in 0..(bucket.len as usize).div_ceil(LANES) {
+                let lanes = (1u32 << (bucket.len as usize - block * LANES).min(LANES)) - 1;
+                let ids = bucket.ids[block].map(|id| id.0);
+                cull_lanes(kernel, (&bucket.boxes[block], &ids, lanes), planes, sink, work);
             }
         }
     }
@@ -194,7 +187,7 @@ impl<const N: usize> Buckets<N> {
     /// Takes the polygons of a chain without a test.
     pub(super) fn take_all(&self, head: u32, sink: &mut impl Sink, work: &mut WorkCounts) {
         for (_, bucket) in self.chain(head) {
-            let ids = &bucket.ids[..bucket.len as usize];
+            let ids = &bucket.ids.as_flattened()[..bucket.len as usize];
             work.taken_whole += ids.len() as u64;
             work.reported += ids.len() as u64;
             sink.put(ids);
@@ -204,7 +197,7 @@ impl<const N: usize> Buckets<N> {
     /// Checks a chain: its owner, and that only its first bucket may have free lanes.
     pub(super) fn validate_chain(&self, head: u32, owner: u32) -> Result<(), String> {
         for (at, bucket) in self.chain(head) {
-            if bucket.owner != owner || bucket.len == 0 || (at != head && (bucket.len as usize) < N) {
+            if bucket.owner != owner || bucket.len == 0 || (at != head && (bucket.len as usize) < Self::N) {
                 return Err(format!(
                     "bucket {at} of node {owner}: owner {}, {} polygons",
                     bucket.owner, bucket.len

@@ -1,7 +1,7 @@
-use super::IndexError;
+use super::{IndexError, admission::admit};
 use crate::{math::Aabb, scene::PolygonId};
 
-/// Stands for "no polygon" where an array has a hole; it cannot be filed.
+/// Stands for "no polygon" where an array has a hole; it is beyond [`super::ID_LIMIT`].
 pub(super) const NO_POLYGON: PolygonId = PolygonId(u32::MAX);
 
 /// Entries of a page of [`ById`].
@@ -107,14 +107,9 @@ impl FiledBoxes {
 
     /// Files a box.
     pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        if !bounds.is_valid() {
-            return Err(IndexError::InvalidBounds(id));
-        }
+        admit(id, bounds)?;
         if self.contains(id) {
             return Err(IndexError::Duplicate(id));
-        }
-        if id == NO_POLYGON {
-            return Err(IndexError::Full(id));
         }
         self.boxes.set(id, *bounds);
         self.len += 1;

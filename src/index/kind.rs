@@ -1,5 +1,5 @@
 use super::{
-    BruteForce, BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, KdTreeConfig, LooseOctree,
+    BruteForce, BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, ID_LIMIT, KdTreeConfig, LooseOctree,
     LooseOctreeConfig, OctreeConfig, Osp, OspPaper, QuadtreeConfig, SpatialIndex, TimeOrder, TwoLevelConfig,
     bvh, kd_tree, octree_rebuild, quadtree,
 };
@@ -120,6 +120,7 @@ impl IndexKind {
 
     /// An empty index of this kind.
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
+        let config = &IndexConfig { capacity: config.capacity.min(ID_LIMIT as usize), ..*config };
         match self {
             Self::BruteForce => Box::new(BruteForce::with_capacity(config.capacity)),
             Self::BruteSimd => Box::new(BruteSimd::new(config)),

@@ -1,99 +1,84 @@
 use std::ops::Range;
 
-use super::{WorkCounts, by_id::NO_POLYGON, flat_tree::Item, sink::Sink};
-use crate::{
-    math::{Aabb, Frustum, PlaneMask},
-    scene::PolygonId,
+use super::{
+    WorkCounts,
+    by_id::NO_POLYGON,
+    flat_tree::Item,
+    simd::{Boxes, Kernel, PlaneSet},
+    sink::Sink,
 };
+use crate::{math::Aabb, scene::PolygonId};
 
 /// Boxes tested at once against a plane. A whole leaf of most trees; four, two or one vector operations wide.
 pub(super) const LANES: usize = 16;
 
-/// The exact test of up to [`LANES`] boxes given side by side (`min` x, y, z, `max` x, y, z): appends those that are
-/// behind no plane of `mask`. Lanes from `ids.len()` on, and those of [`NO_POLYGON`], are not looked at.
-#[inline]
-pub(super) fn cull_lanes(
-    ids: &[PolygonId],
-    sides: [&[f32; LANES]; 6],
-    frustum: &Frustum,
-    mask: PlaneMask,
+/// The planes that boxes are tested against: all of a frustum, and which of them.
+#[derive(Clone, Copy)]
+pub(super) struct Planes<'a> {
+    pub(super) all: &'a PlaneSet,
+    pub(super) mask: u8,
+}
+
+/// The exact test of the boxes of `lanes`: puts the ids of those that are behind no plane, and of which somebody has the
+/// box.
+#[inline(always)]
+pub(super) fn cull_lanes<K: Kernel>(
+    kernel: K,
+    (boxes, ids, lanes): (&Boxes<LANES>, &[u32; LANES], u32),
+    planes: Planes<'_>,
     sink: &mut impl Sink,
     work: &mut WorkCounts,
 ) {
-    let mut behind = [0u32; LANES];
-    for (i, plane) in frustum.planes().iter().enumerate() {
-        if !mask.contains(i) {
-            continue;
-        }
-        let (n, d) = (plane.normal, plane.d);
-        let x = if n.x >= 0.0 { sides[3] } else { sides[0] };
-        let y = if n.y >= 0.0 { sides[4] } else { sides[1] };
-        let z = if n.z >= 0.0 { sides[5] } else { sides[2] };
-        for lane in 0..LANES {
-            // The one expression of the crate (see `crate::math`), on the positive vertex.
-            let distance = ((n.x * x[lane] + n.y * y[lane]) + n.z * z[lane]) + d;
-            behind[lane] |= u32::from(distance < 0.0);
-        }
+    let seen = lanes & !planes.all.behind(kernel, planes.mask, boxes) & filed(ids);
+    work.boxes += u64::from(lanes.count_ones());
+    work.planes += u64::from(lanes.count_ones() * planes.mask.count_ones());
+    work.reported += u64::from(seen.count_ones());
+    if seen != 0 {
+        sink.put_lanes(kernel, ids, seen);
     }
-    let mut seen = [NO_POLYGON; LANES];
-    let mut count = 0;
-    for (lane, &id) in ids.iter().enumerate().take(LANES) {
-        seen[count] = id;
-        count += usize::from(behind[lane] == 0 && id != NO_POLYGON);
-    }
-    work.boxes += ids.len() as u64;
-    work.planes += ids.len() as u64 * u64::from(mask.bits().count_ones());
-    work.reported += count as u64;
-    sink.put(&seen[..count]);
 }
 
-/// Boxes with their ids, each side in an array of its own, so that one plane is tested against many boxes at once.
+/// Boxes with their ids, in blocks of sixteen whose sides are rows, so that one plane is tested against many boxes at once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BoxLanes {
+    /// [`NO_POLYGON`] from `len` on, up to the end of the last block.
     ids: Vec<PolygonId>,
-    /// `min` x, y, z, `max` x, y, z. Each is [`LANES`] longer than `ids` once finished, so that a wide test may start at
-    /// any box.
-    sides: [Vec<f32>; 6],
+    blocks: Vec<Boxes<LANES>>,
+    len: usize,
 }
 
 impl BoxLanes {
     pub(super) fn len(&self) -> usize {
-        self.ids.len()
+        self.len
     }
 
     pub(super) fn clear(&mut self) {
         self.ids.clear();
-        self.sides.iter_mut().for_each(Vec::clear);
+        self.blocks.clear();
+        self.len = 0;
     }
 
     pub(super) fn reserve(&mut self, additional: usize) {
-        self.ids.reserve(additional);
-        self.sides.iter_mut().for_each(|side| side.reserve(additional + LANES));
+        self.ids.reserve(additional + LANES);
+        self.blocks.reserve(additional.div_ceil(LANES) + 1);
     }
 
-    /// Appends boxes. [`BoxLanes::finish`] has to follow before the next test.
+    /// Appends boxes.
     pub(super) fn append(&mut self, items: &[Item]) {
-        self.ids.extend(items.iter().map(|item| item.id));
-        let [min_x, min_y, min_z, max_x, max_y, max_z] = &mut self.sides;
-        min_x.extend(items.iter().map(|item| item.bounds.min.x));
-        min_y.extend(items.iter().map(|item| item.bounds.min.y));
-        min_z.extend(items.iter().map(|item| item.bounds.min.z));
-        max_x.extend(items.iter().map(|item| item.bounds.max.x));
-        max_y.extend(items.iter().map(|item| item.bounds.max.y));
-        max_z.extend(items.iter().map(|item| item.bounds.max.z));
-    }
-
-    /// Makes every array long enough for a wide test of the last box.
-    pub(super) fn finish(&mut self) {
-        let len = self.ids.len() + LANES;
-        self.sides.iter_mut().for_each(|side| side.resize(len, 0.0));
+        for item in items {
+            let lane = self.len % LANES;
+            if lane == 0 {
+                self.blocks.push(Boxes::EMPTY);
+                self.ids.resize(self.len + LANES, NO_POLYGON);
+            }
+            self.ids[self.len] = item.id;
+            self.blocks[self.len / LANES].set(lane, &item.bounds);
+            self.len += 1;
+        }
     }
 
     pub(super) fn set(&mut self, at: usize, bounds: &Aabb) {
-        for axis in 0..3 {
-            self.sides[axis][at] = bounds.min[axis];
-            self.sides[axis + 3][at] = bounds.max[axis];
-        }
+        self.blocks[at / LANES].set(at % LANES, bounds);
     }
 
     /// Makes a hole: the box stays, but is nobody's.
@@ -102,48 +87,60 @@ impl BoxLanes {
     }
 
     pub(super) fn get(&self, at: usize) -> Aabb {
-        let corner = |first: usize| std::array::from_fn(|axis| self.sides[first + axis][at]).into();
-        Aabb::new(corner(0), corner(3))
+        self.blocks[at / LANES].get(at % LANES)
     }
 
     pub(super) fn ids(&self) -> &[PolygonId] {
-        &self.ids
+        &self.ids[..self.len]
     }
 
     /// The smallest box around a range.
     pub(super) fn bounds(&self, range: Range<usize>) -> Aabb {
-        let mut all = Aabb::EMPTY;
-        for axis in 0..3 {
-            all.min[axis] = self.sides[axis][range.clone()].iter().fold(f32::INFINITY, |m, &x| m.min(x));
-            all.max[axis] =
-                self.sides[axis + 3][range.clone()].iter().fold(f32::NEG_INFINITY, |m, &x| m.max(x));
-        }
-        all
+        let parts = blocks_of(range).map(|(block, lanes)| self.blocks[block].around(lanes));
+        parts.fold(Aabb::EMPTY, |all, part| all.union(&part))
     }
 
-    /// Tests each box of a range against the planes of `mask`.
-    pub(super) fn cull(
+    /// The ids of a block.
+    #[inline(always)]
+    fn ids_of(&self, block: usize) -> [u32; LANES] {
+        let ids: &[PolygonId; LANES] =
+            self.ids[block * LANES..].first_chunk().expect("ids are kept in whole blocks");
+        ids.map(|id| id.0)
+    }
+
+    /// Tests each box of a range.
+    #[inline(always)]
+    pub(super) fn cull<K: Kernel>(
         &self,
         range: Range<usize>,
-        frustum: &Frustum,
-        mask: PlaneMask,
+        kernel: K,
+        planes: Planes<'_>,
         sink: &mut impl Sink,
         work: &mut WorkCounts,
     ) {
-        for at in range.clone().step_by(LANES) {
-            let ids = &self.ids[at..range.end.min(at + LANES)];
-            let lanes = |side: usize| {
-                self.sides[side][at..]
-                    .first_chunk()
-                    .expect("the arrays are longer than the ids by a whole test")
-            };
-            let sides = [lanes(0), lanes(1), lanes(2), lanes(3), lanes(4), lanes(5)];
-            cull_lanes(ids, sides, frustum, mask, sink, work);
+        for (block, lanes) in blocks_of(range) {
+            cull_lanes(kernel, (&self.blocks[block], &self.ids_of(block), lanes), planes, sink, work);
         }
     }
 
     pub(super) fn bytes(&self) -> usize {
-        let sides: usize = self.sides.iter().map(Vec::capacity).sum();
-        self.ids.capacity() * size_of::<PolygonId>() + sides * size_of::<f32>()
+        self.ids.capacity() * size_of::<PolygonId>() + self.blocks.capacity() * size_of::<Boxes<LANES>>()
     }
+}
+
+/// The lanes that are somebody's.
+#[inline(always)]
+fn filed(ids: &[u32; LANES]) -> u32 {
+    ids.iter().enumerate().fold(0, |lanes, (lane, &id)| lanes | u32::from(id != NO_POLYGON.0) << lane)
+}
+
+/// The blocks that a range reaches, with the lanes of each that are in it.
+#[inline(always)]
+fn blocks_of(range: Range<usize>) -> impl Iterator<Item = (usize, u32)> {
+    let blocks = range.start / LANES..range.end.div_ceil(LANES).max(range.start / LANES);
+    blocks.map(move |block| {
+        let from = range.start.saturating_sub(block * LANES);
+        let to = (range.end - block * LANES).min(LANES);
+        (block, (1u32 << to) - (1u32 << from))
+    })
 }

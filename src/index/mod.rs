@@ -4,6 +4,7 @@
 //! [`WorkCounts`]. `frustum_cull` is a method of its own, not a visitor, so that an index can test many boxes at once;
 //! [`SpatialIndex::traverse`] is for everything that asks per node (occlusion, pictures of the structure).
 
+mod admission;
 mod brute_force;
 mod brute_simd;
 mod bsp;
@@ -34,6 +35,7 @@ mod time_order;
 mod walk_stack;
 mod work;
 
+pub use admission::ID_LIMIT;
 pub use brute_force::BruteForce;
 pub use brute_simd::BruteSimd;
 pub use bsp::{Bsp, BspConfig, BspCounts};

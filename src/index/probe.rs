@@ -3,7 +3,7 @@
 use super::{Node, SpatialIndex, Visit, Visitor, WorkCounts};
 use crate::{
     index::DrawList,
-    math::{Aabb, Frustum, Plane, Ray, Sphere},
+    math::{Aabb, Frustum, Plane, Ray, Sphere, is_no_later},
     scene::PolygonId,
 };
 use glam::Vec3;
@@ -75,7 +75,7 @@ impl<'a> Nearest<'a> {
 
 /// Whether a box that the ray enters at `t` is still of interest: what [`Ray::enter_box`] says, without the box.
 pub(super) fn is_wanted(t: f32, reach: f32) -> bool {
-    t <= reach * (1.0 + 4.0 * f32::EPSILON)
+    is_no_later(t, reach)
 }
 
 struct RayVisitor<'a> {

@@ -1,9 +1,36 @@
-use super::{DrawList, Visit, Visitor};
+use super::{
+    DrawList, Visit, Visitor,
+    simd::{IdWriter, Kernel},
+};
 use crate::scene::PolygonId;
 
 /// Where a query puts what it finds: a draw list, or a visitor of [`super::SpatialIndex::traverse`].
 pub(super) trait Sink {
     fn put(&mut self, ids: &[PolygonId]);
+
+    /// Those of sixteen ids that are in `lanes`.
+    #[inline(always)]
+    fn put_lanes<K: Kernel>(&mut self, _kernel: K, ids: &[u32; 16], lanes: u32) {
+        let (mut seen, mut count, mut left) = ([PolygonId(0); 16], 0, lanes & 0xFFFF);
+        while left != 0 {
+            seen[count] = PolygonId(ids[left.trailing_zeros() as usize]);
+            count += 1;
+            left &= left - 1;
+        }
+        self.put(&seen[..count]);
+    }
+}
+
+impl Sink for IdWriter<'_> {
+    #[inline]
+    fn put(&mut self, ids: &[PolygonId]) {
+        self.push_slice(ids);
+    }
+
+    #[inline(always)]
+    fn put_lanes<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], lanes: u32) {
+        self.push_packed(kernel, ids, lanes);
+    }
 }
 
 impl Sink for DrawList {

@@ -20,9 +20,9 @@ pub enum IndexError {
     /// The id is not filed.
     #[error("polygon {}: it is not in the index", .0.0)]
     Unknown(PolygonId),
-    /// No more polygons fit.
-    #[error("polygon {}: the index is full", .0.0)]
-    Full(PolygonId),
+    /// The id is not below [`super::ID_LIMIT`].
+    #[error("polygon {}: expected an id below {}", .0.0, super::ID_LIMIT)]
+    IdBeyondLimit(PolygonId),
 }
 
 /// A structure that files polygons by their boxes and answers visibility queries.
@@ -46,7 +46,7 @@ pub trait SpatialIndex: Send {
     /// Files a polygon. Queries see it after the next [`SpatialIndex::commit`].
     ///
     /// # Errors
-    /// [`IndexError::InvalidBounds`], [`IndexError::Duplicate`], [`IndexError::Full`].
+    /// [`IndexError::IdBeyondLimit`], [`IndexError::InvalidBounds`], [`IndexError::Duplicate`].
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
 
     /// Takes a polygon out.

@@ -1,5 +1,6 @@
 use super::{
     DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
+    admission::admit,
     simd::{Backend, Boxes, IdWriter, Kernel, PlaneSet, WithKernel},
 };
 use crate::{
@@ -54,7 +55,8 @@ impl TimeOrder {
             }
             let boxes = &mut self.levels[level];
             boxes.resize(groups.max(boxes.len()), Boxes::EMPTY);
-            if boxes.len() == 1 && level > 0 {
+            // Emptying keeps the levels: all of them get their first group back.
+            if boxes.len() == 1 && level > 0 && level + 1 == self.levels.len() {
                 return;
             }
             groups = groups.div_ceil(16);
@@ -195,9 +197,7 @@ impl SpatialIndex for TimeOrder {
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        if !bounds.is_valid() {
-            return Err(IndexError::InvalidBounds(id));
-        }
+        admit(id, bounds)?;
         let (block, lane) = (id.index() / 16, id.index() % 16);
         if block >= self.filed.len() {
             self.make_room(block);

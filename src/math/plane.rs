@@ -12,7 +12,7 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// The plane through `point` with this normal.
+    /// The plane through `point` with this normal, rounded: far from the origin it can pass beside the point.
     pub fn from_point_normal(point: Vec3, normal: Vec3) -> Self {
         Self { normal, d: -(normal.x * point.x + normal.y * point.y + normal.z * point.z) }
     }

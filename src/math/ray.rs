@@ -3,36 +3,46 @@ use glam::Vec3;
 use super::Aabb;
 
 /// A ray from `origin` along `direction`, with parameter `t` in units of `direction`'s length.
+///
+/// A direction of zero has no line: such a ray enters just the boxes that hold its origin, at 0, and meets no triangle. A
+/// component that is not a number excludes nothing from a box test and meets no triangle either.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Start, world space.
     pub origin: Vec3,
-    /// Direction, any length but zero.
+    /// Direction, any length.
     pub direction: Vec3,
-    /// Component-wise reciprocal of the direction, kept for the slab test.
+    /// Component-wise reciprocal of the direction, kept for the slab test; infinite where that would be zero or has lost
+    /// bits, so that no product with it is finite.
     inverse: Vec3,
 }
 
 impl Ray {
     /// A ray from its start and direction.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self { origin, direction, inverse: direction.recip() }
+        let inverse =
+            direction.recip().map(|inverse| if inverse.is_normal() { inverse } else { f32::INFINITY });
+        Self { origin, direction, inverse }
     }
 
-    /// The slab test: the `t` at which the ray enters the box (0 if it starts inside), if that is at most `t_max`.
+    /// The slab test: the `t` at which the ray enters the box (0 if it starts inside), if that is at most `t_max`. Faces,
+    /// edges and corners belong to the box, and it may be flat. What is decided for a box holds for every box inside it.
     pub fn enter_box(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
         let mut near = 0.0f32;
         let mut far = t_max;
         for axis in 0..3 {
-            let a = (bounds.min[axis] - self.origin[axis]) * self.inverse[axis];
-            let b = (bounds.max[axis] - self.origin[axis]) * self.inverse[axis];
-            // 0 * inf is NaN where the origin lies on a slab parallel to the ray; `f32::min/max` then keep the
-            // other number, so the slab does not exclude it: a query may report too much, never too little.
-            near = near.max(a.min(b));
-            far = far.min(a.max(b));
+            let (min, max, origin) = (bounds.min[axis], bounds.max[axis], self.origin[axis]);
+            let a = (min - origin) * self.inverse[axis];
+            let b = (max - origin) * self.inverse[axis];
+            let (enter, leave) = if a.is_finite() && b.is_finite() {
+                (a.min(b), a.max(b))
+            } else {
+                cross_slab(min, max, origin, self.direction[axis])?
+            };
+            near = near.max(enter);
+            far = far.min(leave);
         }
-        // Rounding can move both ends by a few units in the last place.
-        (near <= far * (1.0 + 4.0 * f32::EPSILON)).then_some(near)
+        is_no_later(near, far).then_some(near)
     }
 
     /// Where the ray meets a triangle, from either side; `None` for a miss or a degenerate triangle. A ray through an
@@ -41,12 +51,15 @@ impl Ray {
     pub fn meet_triangle(&self, corners: [Vec3; 3]) -> Option<f32> {
         let along = self.direction.abs().max_position();
         let (x, y) = ((along + 1) % 3, (along + 2) % 3);
-        let inverse = self.direction[along].recip();
-        let (shear_x, shear_y) = (self.direction[x] * inverse, self.direction[y] * inverse);
+        let over_length = |v: f32| {
+            let inverse = self.inverse[along];
+            if inverse.is_finite() { v * inverse } else { v / self.direction[along] }
+        };
+        let (shear_x, shear_y) = (over_length(self.direction[x]), over_length(self.direction[y]));
         // The ray becomes the third axis: what is left is whether the origin lies in a flat triangle.
         let [a, b, c] = corners.map(|corner| {
             let p = corner - self.origin;
-            (p[x] - shear_x * p[along], p[y] - shear_y * p[along], p[along] * inverse)
+            (p[x] - shear_x * p[along], p[y] - shear_y * p[along], over_length(p[along]))
         });
         // Of a shared edge both triangles compute the same number but for its sign; glam and rustc fuse nothing.
         let side = |from: (f32, f32, f32), to: (f32, f32, f32)| to.0 * from.1 - to.1 * from.0;
@@ -57,6 +70,33 @@ impl Ray {
             return None;
         }
         let t = (u * a.2 + v * b.2 + w * c.2) / area;
-        (t >= 0.0).then_some(t)
+        (0.0..f32::INFINITY).contains(&t).then_some(t)
     }
+}
+
+/// Whether what is entered at `near` is entered no later than `far`, but for rounding: that can move both by a few units
+/// in the last place, or by the last that there is.
+pub(crate) fn is_no_later(near: f32, far: f32) -> bool {
+    near <= far * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
+}
+
+/// Where a ray enters and leaves the space between two planes square to an axis; `None` if it runs beside them. For what
+/// `f32` cannot tell: a direction that is zero (it is between the planes for ever, or never), one so short or long that
+/// its reciprocal is none, and differences or products that overflow.
+///
+/// A box can come here for what is too large in it, and a smaller one inside it need not: so it is made a little wider
+/// than that one could be by rounding.
+#[cold]
+fn cross_slab(min: f32, max: f32, origin: f32, direction: f32) -> Option<(f32, f32)> {
+    const WIDER: f64 = 8.0 * f32::EPSILON as f64;
+    if direction == 0.0 {
+        let is_between = !(origin < min || origin > max);
+        return is_between.then_some((f32::NEG_INFINITY, f32::INFINITY));
+    }
+    let cross = |plane: f32| (f64::from(plane) - f64::from(origin)) / f64::from(direction);
+    // If one of the two is not a number both are, and the caller's `min` and `max` pass over them.
+    let (a, b) = (cross(min), cross(max));
+    let (enter, leave) = (a.min(b), a.max(b));
+    // Behind the origin it does not matter.
+    Some(((enter * (1.0 - WIDER)) as f32, (leave * (1.0 + WIDER)) as f32))
 }

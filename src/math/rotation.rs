@@ -1,4 +1,4 @@
-use glam::{Quat, Vec3};
+use glam::{DVec3, Quat, Vec3};
 
 /// The quaternion at unit length. What is read from files is a unit quaternion within a few per mille.
 pub fn unit(q: Quat) -> Quat {
@@ -18,4 +18,11 @@ pub fn rotate(q: Quat, v: Vec3) -> Vec3 {
     let u = Vec3::new(q.x, q.y, q.z);
     let t = u.cross(v) * 2.0;
     v + t * q.w + u.cross(t)
+}
+
+/// [`rotate`] in `f64`, for what has to hold whatever `f32` rounds.
+pub(crate) fn rotate_exactly(q: Quat, v: DVec3) -> DVec3 {
+    let u = Vec3::new(q.x, q.y, q.z).as_dvec3();
+    let t = u.cross(v) * 2.0;
+    v + t * f64::from(q.w) + u.cross(t)
 }

@@ -1,6 +1,9 @@
-use glam::{Affine3A, Mat4, Vec3};
+use glam::{Affine3A, DVec3, DVec4, Mat4, Vec3, Vec3A};
 
-use super::{Aabb, Containment, Frustum, Obb, Plane, Sphere};
+use super::{
+    Aabb, Containment, Corners, Frustum, Obb, Plane, Sphere,
+    outward::{EVERYTHING, round_up},
+};
 
 /// What rounding may move a volume against a plane, as a fraction of the numbers that go in: a handful of `f32` steps.
 const ROUNDING: f32 = 16.0 * f32::EPSILON;
@@ -96,33 +99,41 @@ impl Frustum {
     /// Gil Gribb and Klaus Hartmann, "Fast Extraction of Viewing Frustum Planes from the World-View-Projection Matrix"
     /// (2001).
     pub fn from_matrix(clip_from_space: &Mat4) -> Self {
-        let row = |i| clip_from_space.row(i);
+        let row = |i| clip_from_space.row(i).as_dvec4();
         let (x, y, z, w) = (row(0), row(1), row(2), row(3));
-        Self::new([w + x, w - x, w + y, w - y, z, w - z].map(|sum| {
-            let normal = sum.truncate();
-            let length = normal.length();
-            // What is left of a plane at infinity is rounding.
-            let is_plane = length > ROUNDING * (z.truncate().length() + w.truncate().length());
-            if is_plane { Plane { normal: normal / length, d: sum.w / length } } else { EVERYTHING }
-        }))
+        // What is left of a plane at infinity is rounding.
+        let rounding = f64::from(ROUNDING) * (z.truncate().length() + w.truncate().length());
+        let is_plane = |side: DVec4| side.truncate().length() > rounding;
+        let space_from_clip = clip_from_space.as_dmat4().inverse();
+        let corners_at = |clip_z: f64| {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(clip_x, clip_y)| space_from_clip * DVec4::new(clip_x, clip_y, clip_z, 1.0))
+        };
+        let corners = Corners { near: corners_at(0.0), far: corners_at(1.0), depth: w };
+        Self::new(
+            [w + x, w - x, w + y, w - y, z, w - z]
+                .map(|side| if is_plane(side) { corners.plane(side) } else { EVERYTHING }),
+        )
     }
 
     /// The frustum as it is in another space: what lies in it there lies in this one here. Volumes that are kept in the
     /// space of a group are then tested as they are.
     ///
-    /// Wider by rounding, for transforms that turn, move and scale.
+    /// Exact but for the rounding of the normals, which [`Frustum::classify_volume`] allows for; the frusta of a view or a
+    /// matrix are wide enough for boxes that are tested without ([`Frustum::classify`]) only in their own space. For
+    /// transforms that turn, move and scale.
     #[must_use]
     pub fn in_space(&self, world_from_space: &Affine3A) -> Self {
-        let (matrix, origin) = (world_from_space.matrix3, Vec3::from(world_from_space.translation));
+        let exactly = |v: Vec3A| Vec3::from(v).as_dvec3();
+        let (matrix, origin) = (world_from_space.matrix3, exactly(world_from_space.translation));
         Self::new(self.planes().map(|plane| {
-            let along = |axis: glam::Vec3A| plane.normal.dot(Vec3::from(axis));
-            let normal = Vec3::new(along(matrix.x_axis), along(matrix.y_axis), along(matrix.z_axis));
-            let rounding =
-                ROUNDING * (plane.normal.abs().element_sum() * origin.abs().max_element() + plane.d.abs());
-            Plane { normal, d: plane.signed_distance(origin) + rounding }
+            let of_plane = plane.normal.as_dvec3();
+            let along = |axis: Vec3A| of_plane.dot(exactly(axis));
+            let normal =
+                DVec3::new(along(matrix.x_axis), along(matrix.y_axis), along(matrix.z_axis)).as_vec3();
+            // Far from the origin both are large and cancel.
+            let d = round_up(of_plane.dot(origin) + f64::from(plane.d));
+            if normal.is_finite() && d.is_finite() { Plane { normal, d } } else { EVERYTHING }
         }))
     }
 }
-
-/// A plane that has everything on its inner side.
-const EVERYTHING: Plane = Plane { normal: Vec3::ZERO, d: 0.0 };

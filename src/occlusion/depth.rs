@@ -16,7 +16,7 @@
 //!   shows by less than half a pixel may be hidden.
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, ViewWindow,
+    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, ViewWindow, cone,
     raster::Raster,
     tree::{EyeBox, EyeSphere, Volume},
 };
@@ -35,13 +35,40 @@ const TILE_WIDTH: i32 = BLOCK[0] * LANES as i32;
 
 /// Rounding of `f32` depths, and what it takes to stay clear of it.
 const DEPTH_SLACK: f64 = 1.0e-6;
-/// Rounding of pixel coordinates, pixels.
+/// Rounding of pixel coordinates, pixels: what [`nearest_sine`] keeps them exact to.
 const PIXEL_SLACK: f64 = 1.0e-6;
-/// Points are projected down to this sine of the angle to the eye's plane: a millionth keeps pixels exact to
-/// [`PIXEL_SLACK`].
-const NEAREST_SINE: f64 = 1.0e-6;
-/// How far before a side plane a pixel has to lie, as a sine: more than the planes' own error, about 1e-5 pixels.
+/// How far before a side plane a pixel has to lie, as a sine. The planes' own error is below 1e-9: 2e-16 over
+/// [`super::END_ON_SINE`], and some twenty roundings of terms no larger than the direction's length on the way to pixels.
 const SIDE_SLACK: f64 = 1.0e-8;
+/// A window that shows something farther to the side than by this tangent is not decided in pixels at all: depth is known
+/// to `4 u` times the tangent over [`super::EDGE_ON_SINE`], which has to stay below [`DEPTH_SLACK`].
+const LARGEST_TANGENT: f64 = 1.0e4;
+
+/// A volume is projected only if all of it lies before the eye's plane by this part of its size (the sum of its centre's
+/// coordinates, as seen from the eye, and of its half sides). What comes nearer cannot be decided.
+///
+/// # Why pixels are then exact to [`PIXEL_SLACK`]
+/// With `u = 2^-53`, a volume of size `s`, a corner `p` of it at distance `z` before the eye's plane, and `t` the largest
+/// tangent at which the window shows something:
+/// * A coordinate of `p` is a sum of at most four rounded terms, none larger than `s`: wrong by `4 u s`.
+/// * So `z = forward . p`, `right . p` and `up . p` are wrong by less than `8 u s`: by `4 u s` from `p`, by `3 u s` from the
+///   three products and their sum.
+/// * A quotient such as `up . p / z` is then wrong by `(8 + 8 t + t) u s / z`, wherever it is at most `t`. Where it is more,
+///   the point is not in the window, and the error does not bring it there.
+/// * The three directions are of unit length and square to each other only up to `4 u`. That moves a quotient by
+///   `4 u (1 + t) (1 + t + s / z)`, since nothing of the volume lies more than `s / z` to the side: `12 u (1 + t) s / z` at
+///   most, for `1 + t` is at most `2 s / z` where the volume reaches the tangent `t`.
+/// * Turning quotients into pixels rounds three times more, `6 u t`.
+///
+/// Together less than `32 (1 + t) u s / z` times the pixels of one unit. `s / z` is at most one over this sine, so that
+/// is [`PIXEL_SLACK`] or less. Without the bound (the queries' own slack leaves `s / z` up to 1e9) a box has been called
+/// hidden whose lower edge showed by 1e-5 pixels: the test `a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding`.
+fn nearest_sine(raster: &Raster) -> f64 {
+    const U: f64 = 0.5 * f64::EPSILON;
+    let tangent = raster.largest_tangent();
+    let pixels = 32.0 * (1.0 + tangent) * U * raster.pixels_a_unit().max_element();
+    if tangent <= LARGEST_TANGENT { (pixels / PIXEL_SLACK).max(1.0e-6) } else { f64::INFINITY }
+}
 
 /// Which pixels a polygon covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,6 +117,8 @@ pub struct DepthBuffer {
     width: i32,
     height: i32,
     raster: Option<Raster>,
+    /// See [`nearest_sine`].
+    nearest_sine: f64,
     tiles: Vec<Tile>,
     order: Vec<(f64, u32)>,
 }
@@ -99,6 +128,8 @@ struct Filling {
     len: usize,
     /// `a x + b y + c >= 0` inside: the side planes, by pixels.
     edges: [[f64; 3]; super::MAX_SIDES],
+    /// [`SIDE_SLACK`] for the longest direction to a pixel, the eye's distance from the pixels being 1.
+    side_slack: f64,
     /// Reciprocal depth `w[0] + w[1] x + w[2] y`.
     depth: [f64; 3],
     /// The farthest of the polygon itself.
@@ -117,6 +148,7 @@ impl DepthBuffer {
             width,
             height,
             raster: None,
+            nearest_sine: f64::INFINITY,
             tiles: vec![EMPTY_TILE; count],
             order: Vec::new(),
         }
@@ -161,7 +193,15 @@ impl DepthBuffer {
             raster.in_pixels(occluder.cap_normal()).map(|v| v / occluder.cap_distance_m());
         // `as` saturates, so an outline far outside the window gives an empty or a whole range.
         let rows = (low.floor() as i32).max(0)..(high.ceil() as i32).min(self.height);
-        Filling { len: occluder.sides().len(), edges, depth: [at_corner, by_x, by_y], farthest, rows }
+        let side_slack = SIDE_SLACK * (1.0 + 1.5 * raster.largest_tangent());
+        Filling {
+            len: occluder.sides().len(),
+            edges,
+            side_slack,
+            depth: [at_corner, by_x, by_y],
+            farthest,
+            rows,
+        }
     }
 
     /// The covered pixels of a row: from, to.
@@ -171,7 +211,7 @@ impl DepthBuffer {
             let row = f64::from(row);
             // The worst point of the pixels' height, and of their width.
             let (rest, left, right) = match self.coverage {
-                Coverage::WholePixels => (c + (b * row).min(b * (row + 1.0)) - SIDE_SLACK, 0.0, 1.0),
+                Coverage::WholePixels => (c + (b * row).min(b * (row + 1.0)) - filling.side_slack, 0.0, 1.0),
                 Coverage::PixelCenters => (c + b * (row + 0.5), 0.5, 0.5),
             };
             if *a > 0.0 {
@@ -217,8 +257,10 @@ impl DepthBuffer {
     fn test<V: Volume>(&self, volume: &V, corners: &[DVec3; 8]) -> Tested {
         let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Lit, steps: 0 } };
         let (near, far) = volume.reach(raster.forward);
-        // A volume that reaches back to the eye has no outline. NaN ends here, too.
-        if !(near > volume.slack() && far.is_finite()) {
+        // The corners may be nearer than the volume: those of the box around a ball.
+        let (nearest_corner, _) = cone::reach(raster.forward, corners);
+        // A volume that reaches back to the eye's plane has no outline. NaN ends here, too.
+        if !(nearest_corner.min(near) > self.nearest_sine * volume.size() && far.is_finite()) {
             return Tested { verdict: Verdict::Mixed, steps: 0 };
         }
         self.test_outline_of(corners.iter().map(|corner| raster.project(*corner)), near, far)
@@ -234,7 +276,7 @@ impl DepthBuffer {
             (near, far, away) = (near.min(along), far.max(along), away.max(p.length_squared()));
         }
         // What reaches back to the eye's plane has no outline. NaN ends here, too.
-        let has_outline = near > NEAREST_SINE * away.sqrt() && away.is_finite();
+        let has_outline = near > self.nearest_sine * away.sqrt() && away.is_finite();
         if !has_outline {
             return Tested { verdict: Verdict::Mixed, steps: 0 };
         }
@@ -401,6 +443,7 @@ impl OcclusionCuller for DepthBuffer {
     fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts {
         let raster = Raster::new(window, f64::from(self.width), f64::from(self.height));
         self.raster = Some(raster);
+        self.nearest_sine = nearest_sine(&raster);
         self.tiles.fill(EMPTY_TILE);
         // Front to back, so that near layers close before far ones come.
         self.order.clear();
@@ -435,5 +478,23 @@ impl OcclusionCuller for DepthBuffer {
         let volume = EyeSphere::new(sphere, eye);
         // Its box bounds its outline; its depth is its own.
         self.test(&volume, &volume.bounds().corners())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn volumes_stay_away_from_the_eyes_plane_by_what_the_proof_says() {
+        for (tangent, pixels) in [(1.0, 512.0), (3.0, 4096.0), (0.01, 1024.0)] {
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            let corners = corners.map(|(x, y)| DVec3::new(x * tangent, y * tangent, 1.0));
+            let window = ViewWindow::new(DVec3::ZERO, DVec3::Z, corners, 0.1).expect("a window");
+            let raster = Raster::new(&window, pixels, pixels * 0.5);
+            let wanted = 32.0 * (1.0 + tangent) * 1.11e-16 * (pixels / (2.0 * tangent)) / PIXEL_SLACK;
+            let found = nearest_sine(&raster);
+            assert!((found / wanted.max(1.0e-6) - 1.0).abs() < 0.01, "{found:e} {wanted:e}");
+        }
     }
 }

@@ -24,8 +24,9 @@ const WORTH_A_PIECE: f64 = 0.02;
 /// A corner of the result whose triangle has less than this part of its area is cut off: fewer shadow planes.
 const WORTH_A_CORNER: f64 = 0.01;
 
-/// All half-planes are moved inwards by this part of the patch's size: more than every rounding error on the way to
-/// the shadow planes.
+/// All half-planes are moved inwards by this part of the patch's size: a hundred thousand times what the crossing of two
+/// lines is rounded by. (The rounding of the picture itself, some 20 times 1.1e-16 at tangents up to 10, does not shrink
+/// with the patch; it is far below [`super::QUERY_SLACK`], which covers it.)
 const INWARDS: f64 = 1.0e-10;
 
 /// Most corners on the way: a rectangle cut by every piece.
@@ -282,6 +283,23 @@ mod tests {
             }
         }
         assert!(found > 500, "{found}");
+    }
+
+    /// Rounding moves a corner by 1e-16 of the patch's size; the hull stays clear of that, and of nothing more.
+    #[test]
+    fn a_hull_keeps_a_little_away_from_the_border() {
+        for turn in 0..50 {
+            let (x, size) = (DVec2::from_angle(f64::from(turn)), 3.0);
+            let border = [DVec2::ZERO, x, x + x.perp(), x.perp()].map(|p| p * size);
+            let hull = Hull::inside(&border);
+            assert_eq!(hull.corners().len(), 4);
+            for i in 0..4 {
+                let (p, along) = (border[i], (border[(i + 1) % 4] - border[i]).normalize());
+                let clear =
+                    hull.corners().iter().map(|c| along.perp_dot(*c - p)).fold(f64::INFINITY, f64::min);
+                assert!(clear > 0.5 * INWARDS * size && clear < 3.0 * INWARDS * size, "{turn}: {clear}");
+            }
+        }
     }
 
     #[test]

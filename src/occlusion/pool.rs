@@ -240,6 +240,10 @@ impl OccluderPool {
 
     /// Makes a polygon a candidate, or part of one, if it can be. Whether that took more than a glance.
     fn offer(&mut self, scene: &Scene, id: PolygonId) -> bool {
+        // A change may be about what is erased (and moved all the same).
+        if !scene.is_visible(id) {
+            return false;
+        }
         let (.., opacity) = scene.stroke_of(id).color();
         if opacity < 1.0 || opacity.is_nan() || self.slot(id) != NONE {
             return false;

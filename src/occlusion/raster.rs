@@ -10,6 +10,8 @@ pub(super) struct Raster {
     right: DVec3,
     up: DVec3,
     corner: DVec2,
+    /// Opposite to `corner`.
+    far_corner: DVec2,
     pixels_a_unit: DVec2,
 }
 
@@ -24,13 +26,31 @@ impl Raster {
         let low = at.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
         let high = at.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
         let pixels_a_unit = DVec2::new(width, height) / (high - low);
-        Self { eye_in_world: window.eye_in_world(), forward, right, up, corner: low, pixels_a_unit }
+        Self {
+            eye_in_world: window.eye_in_world(),
+            forward,
+            right,
+            up,
+            corner: low,
+            far_corner: high,
+            pixels_a_unit,
+        }
     }
 
     /// Where a point before the eye lies, pixels.
     pub(super) fn project(&self, p: DVec3) -> DVec2 {
         let flat = DVec2::new(self.right.dot(p), self.up.dot(p)) / self.forward.dot(p);
         (flat - self.corner) * self.pixels_a_unit
+    }
+
+    /// The largest tangent, of the angle to the direction of view, of the window's borders.
+    pub(super) fn largest_tangent(&self) -> f64 {
+        self.corner.abs().max(self.far_corner.abs()).max_element()
+    }
+
+    /// Pixels of one unit at distance 1 before the eye, across and up.
+    pub(super) fn pixels_a_unit(&self) -> DVec2 {
+        self.pixels_a_unit
     }
 
     /// Pixels of a square of one unit at distance 1 before the eye.

@@ -66,9 +66,7 @@ impl ShadowVolume {
         for (corner, p) in corners.iter_mut().zip(corners_in_world) {
             *corner = window.from_eye(*p);
         }
-        let (corners, len) = clip_to_near(&corners[..corners_in_world.len()], window)?;
-        let is_cut =
-            corners[..len].iter().any(|v| !corners_in_world.iter().any(|p| window.from_eye(*p) == *v));
+        let (corners, len, is_cut) = clip_to_near(&corners[..corners_in_world.len()], window)?;
         if is_cut && corners_in_world.len() > 3 {
             return Err(NotAnOccluder::CutByNear);
         }
@@ -219,11 +217,12 @@ impl ShadowVolume {
     }
 }
 
-/// The part of a convex polygon that is drawn: not nearer than the near plane.
+/// The part of a convex polygon that is drawn, not nearer than the near plane, and whether anything is cut off. (The
+/// part may have no new corner for it: the near plane may pass through two old ones.)
 fn clip_to_near(
     corners: &[DVec3],
     window: &ViewWindow,
-) -> Result<([DVec3; MAX_SIDES], usize), NotAnOccluder> {
+) -> Result<([DVec3; MAX_SIDES], usize, bool), NotAnOccluder> {
     if !corners.iter().all(|v| v.is_finite()) {
         return Err(NotAnOccluder::NotFinite);
     }
@@ -231,7 +230,7 @@ fn clip_to_near(
     // Without a near plane, what is at the eye itself still has no direction.
     let near = window.near_m().max(1.0e-9 * far);
     let mut kept = [DVec3::ZERO; MAX_SIDES];
-    let mut len = 0;
+    let (mut len, mut is_cut) = (0, false);
     let mut from = corners[corners.len() - 1];
     for &to in corners {
         let (a, b) = (window.forward().dot(from) - near, window.forward().dot(to) - near);
@@ -246,10 +245,11 @@ fn clip_to_near(
                 len += 1;
             }
         }
+        is_cut |= b < 0.0;
         from = to;
     }
     while len > 1 && kept[len - 1] == kept[0] {
         len -= 1;
     }
-    if len < 3 { Err(NotAnOccluder::TooNear) } else { Ok((kept, len)) }
+    if len < 3 { Err(NotAnOccluder::TooNear) } else { Ok((kept, len, is_cut)) }
 }

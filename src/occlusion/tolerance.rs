@@ -1,24 +1,30 @@
 //! The tolerances of occlusion culling. All are relative: doubling the model changes no answer.
 
 /// A volume counts as beyond a plane only by this fraction of its distance plus its size. Covers the rounding of every
-/// `f64` step between the vertices of an occluder and the answer (below 1e-11 for accepted edges). Larger: polygons
-/// that lie close behind their occluder are drawn though hidden.
+/// `f64` step between the vertices of an occluder and the answer. Larger: polygons that lie close behind their occluder
+/// are drawn though hidden.
+///
+/// Why no much smaller one will do: the shadow planes are known to 2e-16 over [`END_ON_SINE`], so to 2e-10; planes that
+/// are left out add [`IMPLIED_SINE`], outlines that are taken for convex 1e-10.
 pub const QUERY_SLACK: f64 = 1.0e-9;
 
 /// A splitting plane is left out where the cell reaches behind it by at most this sine. Must stay far below
-/// [`QUERY_SLACK`]: it is the angle by which a shadow may be too wide.
+/// [`QUERY_SLACK`]: it is the angle by which a shadow may be too wide. Must stay above the rounding of a plane that two
+/// occluders share (some 1e-16 over the sine between its edge and the line to the eye): smaller, shared planes cut twice.
 pub(super) const IMPLIED_SINE: f64 = 1.0e-13;
 
-/// A piece of an occluder is taken to reach a cell if it sticks into it by this sine. Only about effort: pieces that are
-/// lost make the shadow smaller.
+/// A piece of an occluder is taken to reach a cell if it sticks into it by this sine. Only about effort: pieces are used
+/// for nothing but whether an occluder divides a cell, so those that are lost make the shadow smaller. At zero, pieces
+/// that only touch a cell are cut off first and then lost for [`RELEVANT_AREA_SR`].
 pub(super) const RELEVANT_SINE: f64 = 1.0e-9;
 
 /// Pieces of occluders below this solid angle, steradians, are forgotten (a pixel of a 4k screen is about 1e-7).
-/// Larger: less work, smaller shadows.
+/// Larger: less work, smaller shadows. At zero, slivers that hide no pixel divide cells.
 pub(super) const RELEVANT_AREA_SR: f64 = 1.0e-9;
 
 /// An occluder whose plane passes the eye at less than this fraction of its farthest vertex's distance is rejected:
-/// it is seen edge-on. Larger: long floors seen from low above stop to occlude.
+/// it is seen edge-on. Larger: long floors seen from low above stop to occlude. Smaller: the depth of its plane, known to
+/// 4e-16 times the tangent of the direction over this, comes near to what a depth buffer in `f32` tells apart.
 pub const EDGE_ON_SINE: f64 = 1.0e-5;
 
 /// The smallest accepted product of two sines: between an edge and the line to the eye, and between the edges of the

@@ -297,6 +297,10 @@ pub(super) trait Volume {
     fn reach(&self, normal: DVec3) -> (f64, f64);
     /// How far beyond a plane it must lie to count as beyond, metres.
     fn slack(&self) -> f64;
+    /// No coordinate of it, as seen from the eye, is larger, metres.
+    fn size(&self) -> f64 {
+        self.slack() / QUERY_SLACK
+    }
 }
 
 /// A box seen from the eye.

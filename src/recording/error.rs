@@ -2,6 +2,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::Excess;
+
 /// What can be wrong with a recording. Every message names the file, the place in it and what was expected.
 #[derive(Debug, Error)]
 pub enum RecordingError {
@@ -37,6 +39,9 @@ pub enum RecordingError {
         /// What stands there.
         found: String,
     },
+    /// The session is larger than its [`Limits`](super::Limits) allow.
+    #[error("{0}")]
+    Limit(Box<Excess>),
     /// The file is of a format that cannot be read.
     #[error("{}: expected {expected}; found {found}", path.display())]
     Unknown {

@@ -272,6 +272,9 @@ impl Event {
     /// Most corners that a polygon event may have.
     pub const MAX_VERTICES: usize = 1024;
 
+    /// Most strokes that one event may name so that it fits into a line, whatever their numbers.
+    pub const MAX_STROKES_NAMED: usize = (super::MAX_LINE_BYTES - 256) / 11;
+
     /// Its time stamp, seconds.
     pub fn time_secs(&self) -> f64 {
         match *self {
@@ -293,6 +296,15 @@ impl Event {
     /// as one, and so does every step of a move, of strokes or of a group.
     pub fn is_sample(&self) -> bool {
         matches!(self, Self::Point { .. } | Self::Polygon { .. } | Self::Move { .. } | Self::Place { .. })
+    }
+
+    /// Strokes that an edit names, or corners of a polygon: what an event holds beside its own size.
+    pub fn list_len(&self) -> usize {
+        match self {
+            Self::Move { strokes, .. } | Self::Group { strokes, .. } => strokes.len(),
+            Self::Polygon { vertices, .. } => vertices.len(),
+            _ => 0,
+        }
     }
 
     /// Checks every number against what the event means; the error says what was expected.

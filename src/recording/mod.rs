@@ -8,6 +8,7 @@ mod error;
 mod event;
 #[cfg(feature = "formats")]
 pub mod import;
+mod limits;
 mod open;
 mod pacing;
 mod ron_file;
@@ -17,13 +18,20 @@ mod ron_scan;
 mod ron_writer;
 mod source;
 mod synth;
+#[cfg(feature = "formats")]
+mod unpacked;
 
 pub use error::RecordingError;
 pub use event::{
     Camera, Event, FORMAT_VERSION, GroupId, Header, NormalRule, Root, StrokeId, Tool, Transform,
 };
+pub use limits::{Excess, Limits, Place};
+#[cfg(any(feature = "cli", feature = "window"))]
+pub(crate) use open::looks_like_session;
 pub use open::{OpenOptions, open, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
+#[cfg(feature = "window")]
+pub(crate) use ron_file::LastLine;
 pub use ron_file::RecordingFile;
 pub use ron_line::MAX_LINE_BYTES;
 pub use ron_reader::RonReader;

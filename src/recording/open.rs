@@ -2,7 +2,7 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-use super::{RecordingError, RonReader, Session};
+use super::{Limits, RecordingError, RonReader, Session};
 
 /// How a session is opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,6 +10,15 @@ pub struct OpenOptions {
     /// Damaged pieces are passed over and counted in [`Notes::skipped`](super::Notes::skipped), instead of ending the
     /// session with an error.
     pub lenient: bool,
+    /// How much the session may hold.
+    pub limits: Limits,
+}
+
+impl OpenOptions {
+    /// Damage is an error; the usual limits.
+    pub const STRICT: Self = Self { lenient: false, limits: Limits::DEFAULT };
+    /// Damage is passed over; the usual limits.
+    pub const LENIENT: Self = Self { lenient: true, limits: Limits::DEFAULT };
 }
 
 /// Formats that [`open`] reads, for its error message.
@@ -62,13 +71,13 @@ pub fn open_ron(path: &Path, options: &OpenOptions) -> Result<Session, Recording
     }
     let file = File::open(path).map_err(|e| RecordingError::io(path, e))?;
     let reader = RonReader::new(BufReader::with_capacity(1 << 16, file), path, *options)?;
-    Ok(Session { header: reader.header().clone(), format: "ron", events: Box::new(reader) })
+    Ok(Session::new(reader.header().clone(), "ron", Box::new(reader), path, options))
 }
 
 #[cfg(feature = "formats")]
 fn open_compressed(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
-    let reader = RonReader::new(super::ron_file::decoder(path)?, path, *options)?;
-    Ok(Session { header: reader.header().clone(), format: "ron.zst", events: Box::new(reader) })
+    let reader = RonReader::new(super::ron_file::decoder(path, &options.limits)?, path, *options)?;
+    Ok(Session::new(reader.header().clone(), "ron.zst", Box::new(reader), path, options))
 }
 
 #[cfg(not(feature = "formats"))]
@@ -78,6 +87,13 @@ fn open_compressed(path: &Path, _options: &OpenOptions) -> Result<Session, Recor
         expected: "an uncompressed recording (this build lacks the feature `formats`)".to_owned(),
         found: "zstd data".to_owned(),
     })
+}
+
+/// Whether [`open`] would try to read a file that begins so.
+#[cfg(any(feature = "cli", feature = "window"))]
+pub(crate) fn looks_like_session(path: &Path, start: &[u8]) -> bool {
+    use super::import::{by_mark, by_name};
+    by_mark(path, start).is_some() || is_ron(path, start) || by_name(path, start).is_some()
 }
 
 /// What an unknown file looks like.

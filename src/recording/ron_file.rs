@@ -33,6 +33,12 @@ impl RecordingFile {
         File::create(path).map(|file| Self(Kind::Plain(file))).map_err(|e| RecordingError::io(path, e))
     }
 
+    /// A recording into an open file, compressed if `name` ends in `.zst`.
+    #[cfg(feature = "cli")]
+    pub(crate) fn over(file: File, name: &Path) -> io::Result<Self> {
+        if is_compressed_name(name) { compressed::encode(file) } else { Ok(Self(Kind::Plain(file))) }
+    }
+
     /// Ends compressed data with their end mark.
     pub(super) fn finish(&mut self) -> io::Result<()> {
         match &mut self.0 {
@@ -93,21 +99,22 @@ pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), Record
 }
 
 /// Where a recording ends.
-struct LastLine {
+#[derive(Debug)]
+pub(crate) struct LastLine {
     /// Whole lines.
     lines: u64,
     /// Bytes up to the end of the last whole line.
-    whole_bytes: u64,
+    pub(crate) whole_bytes: u64,
     /// Bytes of a torn line behind it.
     torn_bytes: u64,
     /// The last whole line wants its newline.
-    lacks_newline: bool,
+    pub(crate) lacks_newline: bool,
     /// The compressed data have no end mark.
     cut: bool,
 }
 
 impl LastLine {
-    fn find(input: &mut impl BufRead, path: &Path) -> Result<Self, RecordingError> {
+    pub(crate) fn find(input: &mut impl BufRead, path: &Path) -> Result<Self, RecordingError> {
         let mut end = Self { lines: 0, whole_bytes: 0, torn_bytes: 0, lacks_newline: false, cut: false };
         let mut line = Vec::new();
         loop {
@@ -154,32 +161,38 @@ pub(super) use compressed::decoder;
 
 #[cfg(feature = "formats")]
 mod compressed {
-    use std::path::PathBuf;
-
     use zstd::stream::{read, write};
 
     use super::{
         BufReader, File, FileOptions, Header, Kind, LastLine, OpenOptions, Path, Read, RecordingError,
         RecordingFile, RonReader, Write, io,
     };
+    use crate::recording::{Limits, unpacked::Unpacked};
+
+    use crate::atomic_file::AtomicFile;
 
     /// Largest window that a frame may ask for, as a power of two: 128 MiB, the limit of the `zstd` program. It
     /// bounds what a forged frame makes a reader allocate.
     const WINDOW_LOG_MAX: u32 = 27;
 
-    type Decoder = BufReader<read::Decoder<'static, BufReader<File>>>;
+    /// What is appended to was checked when it was opened, and only its end is kept.
+    const ANY: Limits = Limits { polygons: u64::MAX, unpacking: u64::MAX };
 
-    pub(in super::super) fn decoder(path: &Path) -> Result<Decoder, RecordingError> {
+    type Decoder = BufReader<Unpacked<read::Decoder<'static, BufReader<File>>>>;
+
+    pub(in super::super) fn decoder(path: &Path, limits: &Limits) -> Result<Decoder, RecordingError> {
         let open = || {
-            let mut decoder = read::Decoder::new(File::open(path)?)?;
+            let file = File::open(path)?;
+            let packed = file.metadata()?.len();
+            let mut decoder = read::Decoder::new(file)?;
             decoder.window_log_max(WINDOW_LOG_MAX)?;
-            Ok(BufReader::with_capacity(1 << 16, decoder))
+            Ok(BufReader::with_capacity(1 << 16, Unpacked::new(decoder, packed, limits)))
         };
         open().map_err(|e| RecordingError::io(path, e))
     }
 
     /// Starts a frame at the file's place.
-    fn encode(file: File) -> io::Result<RecordingFile> {
+    pub(super) fn encode(file: File) -> io::Result<RecordingFile> {
         let mut encoder = write::Encoder::new(file, zstd::DEFAULT_COMPRESSION_LEVEL)?;
         encoder.include_checksum(true)?;
         Ok(RecordingFile(Kind::Compressed(Some(encoder))))
@@ -193,17 +206,18 @@ mod compressed {
     /// the old one, which it then replaces.
     pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
         let io = |e| RecordingError::io(path, e);
-        let header = RonReader::new(decoder(path)?, path, OpenOptions::default())?.header().clone();
-        let end = LastLine::find(&mut decoder(path)?, path)?;
+        let header = RonReader::new(decoder(path, &ANY)?, path, OpenOptions::default())?.header().clone();
+        let end = LastLine::find(&mut decoder(path, &ANY)?, path)?;
         if end.cut || end.torn_bytes > 0 {
-            let mut name = path.as_os_str().to_owned();
-            name.push(".tmp");
-            let beside = PathBuf::from(name);
             let rewrite = || {
-                let mut copy = encode(File::create(&beside)?)?;
-                io::copy(&mut decoder(path).map_err(io::Error::other)?.take(end.whole_bytes), &mut copy)?;
+                let mut beside = AtomicFile::create(path)?;
+                let mut copy = encode(beside.handle()?)?;
+                io::copy(
+                    &mut decoder(path, &ANY).map_err(io::Error::other)?.take(end.whole_bytes),
+                    &mut copy,
+                )?;
                 copy.finish()?;
-                std::fs::rename(&beside, path)
+                beside.commit()
             };
             rewrite().map_err(io)?;
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use super::ron_line::{
     BadEvent, HEADER_EXPECTED, MAX_LINE_BYTES, excerpt, is_blank, parse_event, parse_header,
 };
-use super::{Event, EventSource, Header, Notes, OpenOptions, RecordingError};
+use super::{Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError};
 
 /// Reads a recording line by line. One line is in memory at a time.
 ///
@@ -212,6 +212,10 @@ impl<R: BufRead> RonReader<R> {
     /// An input error ends the reading, lenient or not. Damaged compressed data are named with their line.
     fn failure(&mut self, error: io::Error) -> RecordingError {
         self.state = State::Done;
+        #[cfg(feature = "formats")]
+        if let Some(beyond) = super::unpacked::beyond(&error, &self.path, Place::Line(self.line)) {
+            return beyond;
+        }
         if error.raw_os_error().is_none()
             && matches!(error.kind(), io::ErrorKind::Other | io::ErrorKind::InvalidData)
         {
@@ -251,5 +255,9 @@ impl<R: BufRead + Send> EventSource for RonReader<R> {
 
     fn notes(&self) -> Notes {
         self.notes.clone()
+    }
+
+    fn place(&self) -> Place {
+        Place::Line(self.line)
     }
 }

@@ -81,6 +81,11 @@ impl<W: Write> RonWriter<W> {
         written.map_err(|e| RecordingError::io(&self.path, e))
     }
 
+    /// The output.
+    pub fn get_ref(&self) -> &W {
+        &self.out
+    }
+
     /// Lines of the recording so far, the header among them.
     pub fn lines(&self) -> u64 {
         self.lines

@@ -1,4 +1,7 @@
-use super::{Event, Header, RecordingError};
+use std::path::Path;
+
+use super::limits::Limited;
+use super::{Event, Header, OpenOptions, Place, RecordingError};
 
 /// A stream of events, whatever format they come from. Memory does not grow with what was read.
 pub trait EventSource: Send {
@@ -11,6 +14,11 @@ pub trait EventSource: Send {
     /// What was noticed so far without being an error; complete once `next_event` has given `None`.
     fn notes(&self) -> Notes {
         Notes::default()
+    }
+
+    /// How far it has come, for messages.
+    fn place(&self) -> Place {
+        Place::File
     }
 }
 
@@ -31,6 +39,19 @@ pub struct Session {
     pub format: &'static str,
     /// The events.
     pub events: Box<dyn EventSource>,
+}
+
+impl Session {
+    /// A session that `source` reads from `path`, up to the limits of the options.
+    pub fn new(
+        header: Header,
+        format: &'static str,
+        source: Box<dyn EventSource>,
+        path: &Path,
+        options: &OpenOptions,
+    ) -> Self {
+        Self { header, format, events: Box::new(Limited::new(source, path, options)) }
+    }
 }
 
 impl std::fmt::Debug for Session {

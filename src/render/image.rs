@@ -1,10 +1,7 @@
-use std::{
-    fs::File,
-    io::{BufWriter, Write as _},
-    path::Path,
-};
+use std::{io, path::Path};
 
 use super::RenderError;
+use crate::atomic_file::write_atomically;
 
 /// A finished picture: 8 bits for each of red, green, blue and opacity (always full), sRGB, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,20 +51,21 @@ impl Image {
         pixels.filter(|pixel| Some(*pixel) != first).count()
     }
 
-    /// Writes the picture as PNG.
+    /// Writes the picture as PNG, whole or not at all.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn write_png(&self, path: &Path) -> Result<(), RenderError> {
-        let failed = |reason: String| RenderError::Write { path: path.to_owned(), reason };
-        let mut file = BufWriter::new(File::create(path).map_err(|e| failed(e.to_string()))?);
-        let mut encoder = png::Encoder::new(&mut file, self.width, self.height);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header().map_err(|e| failed(e.to_string()))?;
-        writer.write_image_data(&self.rgba).map_err(|e| failed(e.to_string()))?;
-        writer.finish().map_err(|e| failed(e.to_string()))?;
-        file.flush().map_err(|e| failed(e.to_string()))
+        let write = |out: &mut dyn io::Write| {
+            let mut encoder = png::Encoder::new(out, self.width, self.height);
+            encoder.set_color(png::ColorType::Rgba);
+            encoder.set_depth(png::BitDepth::Eight);
+            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(&self.rgba)?;
+            Ok(writer.finish()?)
+        };
+        write_atomically(path, write)
+            .map_err(|error| RenderError::Write { path: path.to_owned(), reason: error.to_string() })
     }
 }

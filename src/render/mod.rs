@@ -13,6 +13,7 @@
 //! depend on the view and the polygons alone, not on the index that found them nor on what is left out, and of two at the
 //! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
 
+mod backdrop;
 mod draw_switch;
 mod error;
 mod gpu;
@@ -33,6 +34,7 @@ mod target;
 mod timer;
 mod view_slot;
 
+pub use backdrop::background_for;
 pub use error::RenderError;
 pub use gpu::Gpu;
 pub use hzb::{DrawnCounts, DrawnOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel};

@@ -70,7 +70,7 @@ pub struct RendererConfig {
 impl Default for RendererConfig {
     /// Chunks of 8 MiB, a dark blue-grey background.
     fn default() -> Self {
-        Self { chunk_len: 1 << 17, background: [0.016, 0.019, 0.026] }
+        Self { chunk_len: 1 << 17, background: super::backdrop::DARK }
     }
 }
 
@@ -94,6 +94,11 @@ impl Renderer {
         let pipelines = Pipelines::new(&gpu, &view_layout, scene.layout(), scene.chunk_len());
         let [r, g, b] = config.background;
         Self { scene, view_layout, pipelines, hzb: None, background: wgpu::Color { r, g, b, a: 1.0 }, gpu }
+    }
+
+    /// Changes what is seen where nothing is: linear red, green, blue.
+    pub fn set_background(&mut self, [r, g, b]: [f64; 3]) {
+        self.background = wgpu::Color { r, g, b, a: 1.0 };
     }
 
     /// The adapter and device.

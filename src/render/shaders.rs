@@ -8,6 +8,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("polygon", POLYGON),
     ("query_apply", QUERY_APPLY),
     ("query_box", QUERY_BOX),
+    ("sample_places", SAMPLE_PLACES),
     ("show", SHOW),
 ];
 
@@ -19,4 +20,5 @@ pub(super) const LINE: &str = include_str!("shaders/line.wgsl");
 pub(super) const POLYGON: &str = include_str!("shaders/polygon.wgsl");
 pub(super) const QUERY_APPLY: &str = include_str!("shaders/query_apply.wgsl");
 pub(super) const QUERY_BOX: &str = include_str!("shaders/query_box.wgsl");
+pub(super) const SAMPLE_PLACES: &str = include_str!("shaders/sample_places.wgsl");
 pub(super) const SHOW: &str = include_str!("shaders/show.wgsl");

@@ -1,4 +1,5 @@
 use std::{
+    collections::BTreeSet,
     error::Error,
     path::{Path, PathBuf},
     sync::Once,
@@ -9,31 +10,20 @@ use thiserror::Error;
 
 use super::{
     ReplayReport,
+    palette::{LineStyle, SAMPLE_PIXELS},
+    picture::{Picture, encode},
+    printable::one_line,
     run::{Measured, RunReport},
     table::thousands,
 };
+use crate::atomic_file::write_atomically;
 
 /// Size of a chart, pixels.
 const SIZE: (u32, u32) = (1280, 720);
+/// Width of a median's line.
+const LINE_PIXELS: u32 = 3;
 /// Points of a curve: frames are gathered into this many groups, of which the median is drawn.
 const GROUPS: u64 = 400;
-/// Line colours, told apart also by people who confuse red and green (after Okabe and Ito, "Color Universal Design",
-/// 2008).
-pub(crate) const COLORS: [RGBColor; 12] = [
-    RGBColor(0, 114, 178),
-    RGBColor(230, 159, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(213, 94, 0),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-    RGBColor(148, 103, 189),
-    RGBColor(140, 86, 75),
-    RGBColor(188, 189, 34),
-    RGBColor(127, 127, 127),
-    RGBColor(23, 60, 120),
-];
-
 /// A chart that was not drawn.
 #[derive(Debug, Error)]
 pub enum ChartError {
@@ -82,7 +72,7 @@ impl ChartFormat {
 }
 
 /// Draws the frame times over the session, a line for each index on a logarithmic scale, with the number of polygons
-/// on the right-hand axis. PNG or SVG by the ending of `path`.
+/// on the right-hand axis. PNG or SVG by the ending of `path`; the file is whole or not there.
 ///
 /// # Errors
 /// The ending is another one, there is nothing to draw, or the file cannot be written.
@@ -90,12 +80,21 @@ pub fn draw_frame_times(report: &ReplayReport, path: &Path) -> Result<(), ChartE
     if report.runs.iter().all(|run| run.curve().is_empty()) {
         return Err(ChartError::Empty(path.to_owned()));
     }
-    let failed = |e: Box<dyn Error>| ChartError::Draw { path: path.to_owned(), message: e.to_string() };
+    let failed = |message: String| ChartError::Draw { path: path.to_owned(), message };
     let format = ChartFormat::of(path)?;
     register_font();
-    match format {
-        ChartFormat::Png => draw(report, &BitMapBackend::new(path, SIZE).into_drawing_area()).map_err(failed),
-        ChartFormat::Svg => draw(report, &SVGBackend::new(path, SIZE).into_drawing_area()).map_err(failed),
+    let bytes = encode(&FrameTimes(report), format, SIZE).map_err(|error| failed(error.to_string()))?;
+    write_atomically(path, |out| out.write_all(&bytes)).map_err(|error| failed(error.to_string()))
+}
+
+struct FrameTimes<'a>(&'a ReplayReport);
+
+impl Picture for FrameTimes<'_> {
+    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        draw(self.0, area)
     }
 }
 
@@ -136,6 +135,22 @@ fn groups(run: &RunReport, frames: u64) -> Vec<Group> {
         .collect()
 }
 
+/// How the runs look: structures as in all charts, and one structure's methods of culling by occlusion each in a way of
+/// its own.
+fn styles(runs: &[RunReport]) -> Vec<LineStyle> {
+    let style = |run: &RunReport| {
+        let Some(occlusion) = &run.occlusion else { return LineStyle::of_structure(&run.index) };
+        LineStyle::of_method(&run.index, number_of(&run.index, runs), occlusion.method)
+    };
+    runs.iter().map(style).collect()
+}
+
+/// The how-manieth structure of the runs it is.
+fn number_of(index: &str, runs: &[RunReport]) -> usize {
+    let before = runs.iter().take_while(|run| run.index != index);
+    before.map(|run| &run.index).collect::<BTreeSet<_>>().len()
+}
+
 fn draw<B: DrawingBackend>(report: &ReplayReport, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
 where
     B::ErrorType: 'static,
@@ -150,7 +165,7 @@ where
     let frames = 0.0..report.frames.max(1) as f64;
 
     let mut chart = ChartBuilder::on(area)
-        .caption(format!("{}: time of a frame", report.recording), ("sans-serif", 26))
+        .caption(format!("{}: time of a frame", one_line(&report.recording)), ("sans-serif", 26))
         .margin(16)
         .x_label_area_size(48)
         .y_label_area_size(80)
@@ -195,25 +210,31 @@ where
             RGBColor(150, 150, 150).mix(0.15),
         );
         chart.draw_secondary_series(area)?.label("polygons (right)").legend(|(x, y)| {
-            Rectangle::new([(x, y - 5), (x + 24, y + 5)], RGBColor(150, 150, 150).mix(0.3).filled())
+            Rectangle::new(
+                [(x, y - 5), (x + SAMPLE_PIXELS, y + 5)],
+                RGBColor(150, 150, 150).mix(0.3).filled(),
+            )
         });
     }
-    for (i, (run, curve)) in report.runs.iter().zip(&curves).enumerate() {
-        let color = COLORS[i % COLORS.len()];
-        chart.draw_series(LineSeries::new(curve.iter().map(|g| (g.frame, g.max_us)), color.mix(0.3)))?;
-        chart
-            .draw_series(LineSeries::new(
-                curve.iter().map(|g| (g.frame, g.median_us)),
-                color.stroke_width(3),
-            ))?
-            .label(run.name())
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], color.stroke_width(3)));
+    let styles = styles(&report.runs);
+    for (style, curve) in styles.iter().zip(&curves) {
+        chart.draw_series(LineSeries::new(curve.iter().map(|g| (g.frame, g.max_us)), style.faint()))?;
+    }
+    // The first line lies on top.
+    for (&style, curve) in styles.iter().zip(&curves).rev() {
+        let points: Vec<_> = curve.iter().map(|g| (g.frame, g.median_us)).collect();
+        style.draw(&mut chart, &points, LINE_PIXELS)?;
+    }
+    for (run, style) in report.runs.iter().zip(styles) {
+        let nothing: [PathElement<(f64, f64)>; 0] = [];
+        chart.draw_series(nothing)?.label(run.name()).legend(move |at| style.sample(at, LINE_PIXELS));
     }
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperLeft)
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(200, 200, 200))
+        .legend_area_size(SAMPLE_PIXELS + 8)
         .label_font(("sans-serif", 18))
         .draw()?;
     area.present()?;

@@ -90,11 +90,12 @@ impl<W: Write> CsvWriter<W> {
         writeln!(self.out)
     }
 
-    /// Hands everything to the system.
+    /// Hands everything to the output, and gives that back.
     ///
     /// # Errors
     /// The output could not be written.
-    pub fn finish(mut self) -> io::Result<()> {
-        self.out.flush()
+    pub fn finish(mut self) -> io::Result<W> {
+        self.out.flush()?;
+        Ok(self.out)
     }
 }

@@ -3,16 +3,21 @@
 mod chart;
 mod csv;
 mod drawing;
+mod palette;
+mod picture;
 mod pins;
+mod printable;
 mod run;
 mod structure;
 mod table;
 
-pub(crate) use chart::{COLORS, register_font};
+pub(crate) use chart::register_font;
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
+pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, VERMILION};
 pub use pins::{Pin, PinError, Pins, pinned_name};
+pub(crate) use printable::{one_line, printable};
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 pub use structure::{Side, Structure, StructureNode, StructureView};
 pub use table::replay_table;

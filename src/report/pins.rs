@@ -1,5 +1,5 @@
 use std::{
-    fs, io,
+    io,
     path::{Path, PathBuf},
 };
 
@@ -7,10 +7,12 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::RunReport;
-use crate::metrics::SessionFingerprint;
+use crate::{atomic_file::write_atomically, metrics::SessionFingerprint, small_file};
 
 /// Parts into which a session's frames are cut, so that a difference can be placed.
 const PARTS: u64 = 16;
+/// Largest file of pins that is read: those of 50,000 recordings.
+const MOST_BYTES: u64 = 64 << 20;
 
 /// Fingerprints that replays must have: one entry for each recording and setting, kept in a file of RON text.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -122,11 +124,12 @@ impl Pins {
     /// # Errors
     /// The file cannot be read or is not one of pins.
     pub fn read(path: &Path) -> Result<Self, PinError> {
-        let text = fs::read_to_string(path).map_err(|cause| PinError::Io { path: path.to_owned(), cause })?;
+        let text = small_file::read_text(path, MOST_BYTES)
+            .map_err(|cause| PinError::Io { path: path.to_owned(), cause })?;
         ron::from_str(&text).map_err(|e| PinError::Format { path: path.to_owned(), cause: Box::new(e) })
     }
 
-    /// Writes the file anew.
+    /// Writes the file anew, whole or not at all.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -134,7 +137,7 @@ impl Pins {
         let pretty = ron::ser::PrettyConfig::new().depth_limit(2);
         let io_error = |cause| PinError::Io { path: path.to_owned(), cause };
         let text = ron::ser::to_string_pretty(self, pretty).map_err(|e| io_error(io::Error::other(e)))?;
-        fs::write(path, text + "\n").map_err(io_error)
+        write_atomically(path, |out| writeln!(out, "{text}")).map_err(io_error)
     }
 
     /// The pin for the same recording and settings.

@@ -57,7 +57,7 @@ impl OcclusionReport {
 }
 
 /// A frame whose times were taken.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Measured {
     pub(super) frame: u64,
     pub(super) polygons: u64,
@@ -66,7 +66,14 @@ pub(super) struct Measured {
     visible: u64,
     /// Nanoseconds for each polygon of a frame that only inserted.
     insert_ns: Option<f64>,
-    occlusion: OcclusionRecord,
+    /// Apart, so that a frame without takes little room: a session may have millions.
+    occlusion: Option<Box<OcclusionRecord>>,
+}
+
+impl Measured {
+    fn occlusion(&self) -> OcclusionRecord {
+        self.occlusion.as_deref().copied().unwrap_or_default()
+    }
 }
 
 impl RunReport {
@@ -120,7 +127,7 @@ impl RunReport {
             cull_ns: record.cull.ns,
             visible: record.visible,
             insert_ns: only_inserts.then(|| record.insert.ns as f64 / record.inserted as f64),
-            occlusion: record.occlusion,
+            occlusion: (record.occlusion != OcclusionRecord::default()).then(|| Box::new(record.occlusion)),
         });
     }
 
@@ -192,12 +199,12 @@ impl RunReport {
         if let Some(draw) = self.draw.as_ref().filter(|draw| draw.has_culling()) {
             return draw.culling_mean(|drawn| drawn.hidden);
         }
-        self.mean(|m| m.occlusion.occluded)
+        self.mean(|m| m.occlusion().occluded)
     }
 
     /// A stage of culling by occlusion: median over the frames in which it was used, microseconds.
     fn occlusion_us(&self, stage: impl Fn(&OcclusionRecord) -> u64) -> f64 {
-        self.quantile(0.5, |m| m.occlusion.used.then(|| stage(&m.occlusion) as f64)) / 1000.0
+        self.quantile(0.5, |m| m.occlusion().used.then(|| stage(&m.occlusion()) as f64)) / 1000.0
     }
 
     /// All of culling by occlusion, median over the frames in which it was used, microseconds.
@@ -207,18 +214,18 @@ impl RunReport {
 
     /// Share of the session's frames in which occlusion was used, per cent.
     pub fn occlusion_used_percent(&self) -> f64 {
-        self.mean(|m| 100 * u64::from(m.occlusion.used))
+        self.mean(|m| 100 * u64::from(m.occlusion().used))
     }
 
     /// Share of the session's frames in which it was by what was visible in the last one, per cent.
     pub fn occlusion_by_last_percent(&self) -> f64 {
-        self.mean(|m| 100 * u64::from(m.occlusion.by_last))
+        self.mean(|m| 100 * u64::from(m.occlusion().by_last))
     }
 
     /// A whole frame and the drawing of what is left in it, by the cost of a polygon; at a quantile from 0 to 1,
     /// microseconds.
     pub fn drawn_frame_us(&self, quantile: f64, polygon_ns: f64) -> f64 {
-        let drawn = |m: &Measured| m.visible - m.occlusion.occluded.min(m.visible);
+        let drawn = |m: &Measured| m.visible - m.occlusion().occluded.min(m.visible);
         self.quantile(quantile, |m| Some(m.total_ns as f64 + drawn(m) as f64 * polygon_ns)) / 1000.0
     }
 

@@ -4,8 +4,15 @@ use std::{error::Error, fmt::Write, path::Path};
 
 use plotters::{coord::Shift, prelude::*};
 
-use super::{chart::register_font, table::thousands};
+use super::{
+    ChartFormat,
+    chart::register_font,
+    picture::{Picture, encode},
+    printable::one_line,
+    table::thousands,
+};
 use crate::{
+    atomic_file::write_atomically,
     index::{Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum},
     scene::{PolygonId, Scene},
@@ -179,10 +186,10 @@ impl Structure {
         dot
     }
 
-    /// Draws the structure to an `.svg` or `.png` file, with `title` above.
+    /// Draws the structure to an `.svg` or `.png` file, with `title` above; the file is whole or not there.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The name ends otherwise, or the file cannot be written.
     pub fn draw(
         &self,
         view: StructureView,
@@ -191,12 +198,10 @@ impl Structure {
         path: &Path,
     ) -> Result<(), Box<dyn Error>> {
         register_font();
-        let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-        if is_png {
-            self.draw_on(view, scene, title, &BitMapBackend::new(path, SIZE).into_drawing_area())
-        } else {
-            self.draw_on(view, scene, title, &SVGBackend::new(path, SIZE).into_drawing_area())
-        }
+        let title = one_line(title);
+        let picture = StructurePicture { structure: self, view, scene, title: &title };
+        let bytes = encode(&picture, ChartFormat::of(path)?, SIZE)?;
+        Ok(write_atomically(path, |out| out.write_all(&bytes))?)
     }
 
     fn draw_on<B: DrawingBackend>(
@@ -319,6 +324,22 @@ impl Structure {
             }
         }
         Ok(())
+    }
+}
+
+struct StructurePicture<'a> {
+    structure: &'a Structure,
+    view: StructureView,
+    scene: &'a Scene,
+    title: &'a str,
+}
+
+impl Picture for StructurePicture<'_> {
+    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        self.structure.draw_on(self.view, self.scene, self.title, area)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Change, Scene, edit::Edit, group};
+use super::{Change, Scene, edit::Edit, group, model::Untold};
 use crate::recording::{GroupId, StrokeId, Transform};
 
 impl Scene {
@@ -51,17 +51,17 @@ impl Scene {
         }
     }
 
-    pub(super) fn erase(&mut self, id: StrokeId, changes: &mut Vec<Change>) -> Option<()> {
+    pub(super) fn erase(&mut self, id: StrokeId) -> Option<()> {
         let at = *self.stroke_by_id.get(&id)?;
         if self.strokes[at as usize].erased {
             return None;
         }
-        self.set_erased(at, true, changes);
+        self.set_erased(at, true);
         self.record(Edit::Erase { stroke: at });
         Some(())
     }
 
-    fn set_erased(&mut self, at: u32, erased: bool, changes: &mut Vec<Change>) {
+    fn set_erased(&mut self, at: u32, erased: bool) {
         let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
         let was = stroke.is_visible();
         stroke.erased = erased;
@@ -70,17 +70,19 @@ impl Scene {
         } else {
             self.counts.erased_strokes -= 1;
         }
-        self.follow_visibility(at, was, changes);
+        self.follow_visibility(at, was);
     }
 
-    fn set_undone(&mut self, at: u32, undone: bool, changes: &mut Vec<Change>) {
+    fn set_undone(&mut self, at: u32, undone: bool) {
         let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
         let was = stroke.is_visible();
         stroke.undone = undone;
-        self.follow_visibility(at, was, changes);
+        self.follow_visibility(at, was);
     }
 
-    fn follow_visibility(&mut self, at: u32, was: bool, changes: &mut Vec<Change>) {
+    /// Counts a stroke that has come or gone. It is told of once all events of the frame are taken, so that the changes
+    /// of a frame are as many as its polygons, however often it takes a stroke back.
+    fn follow_visibility(&mut self, at: u32, was: bool) {
         let stroke = &mut self.strokes[at as usize];
         let is = stroke.is_visible();
         if was == is {
@@ -89,15 +91,35 @@ impl Scene {
         let count = stroke.polygons.iter().map(|r| u64::from(r.end - r.start)).sum::<u64>();
         if is {
             self.counts.visible += count;
-            changes.extend(stroke.polygon_ids().map(Change::Insert));
-            // Whoever has kept its polygons from before has them at the old place.
-            if std::mem::take(&mut stroke.was_displaced_unseen) {
-                self.displace(at);
-            }
         } else {
             self.counts.visible -= count;
-            changes.extend(stroke.polygon_ids().map(Change::Remove));
         }
+        if !std::mem::replace(&mut stroke.is_untold, true) {
+            self.to_tell.push(Untold { stroke: at, was_visible: was, first_new: self.bounds.len() as u32 });
+        }
+    }
+
+    /// Tells of the strokes that have come or gone in this frame.
+    pub(super) fn tell_of_visibility(&mut self, changes: &mut Vec<Change>) {
+        let mut to_tell = std::mem::take(&mut self.to_tell);
+        for Untold { stroke: at, was_visible, first_new } in to_tell.drain(..) {
+            let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
+            stroke.is_untold = false;
+            {
+                let ids = stroke.polygon_ids();
+                match (was_visible, stroke.is_visible()) {
+                    (true, false) => changes.extend(ids.filter(|id| id.0 < first_new).map(Change::Remove)),
+                    (true, true) => changes.extend(ids.filter(|id| id.0 >= first_new).map(Change::Insert)),
+                    (false, true) => changes.extend(ids.map(Change::Insert)),
+                    (false, false) => {}
+                }
+            }
+            // Whoever has kept its polygons from before has them at the old place.
+            if stroke.is_visible() && std::mem::take(&mut stroke.was_displaced_unseen) {
+                self.displace(at);
+            }
+        }
+        self.to_tell = to_tell;
     }
 
     pub(super) fn move_strokes(&mut self, ids: &[StrokeId], by: Vec3) -> Option<()> {
@@ -208,11 +230,11 @@ impl Scene {
         Some(())
     }
 
-    pub(super) fn undo(&mut self, changes: &mut Vec<Change>) -> Option<()> {
+    pub(super) fn undo(&mut self) -> Option<()> {
         let mut edit = self.history.undo()?;
         match &mut edit {
-            Edit::Draw { stroke } => self.set_undone(*stroke, true, changes),
-            Edit::Erase { stroke } => self.set_erased(*stroke, false, changes),
+            Edit::Draw { stroke } => self.set_undone(*stroke, true),
+            Edit::Erase { stroke } => self.set_erased(*stroke, false),
             Edit::Move { offsets } => self.swap_offsets(offsets),
             Edit::Group { before, group, parent_before, .. } => {
                 self.groups.hang(*group, *parent_before);
@@ -224,11 +246,11 @@ impl Scene {
         Some(())
     }
 
-    pub(super) fn redo(&mut self, changes: &mut Vec<Change>) -> Option<()> {
+    pub(super) fn redo(&mut self) -> Option<()> {
         let mut edit = self.history.redo()?;
         match &mut edit {
-            Edit::Draw { stroke } => self.set_undone(*stroke, false, changes),
-            Edit::Erase { stroke } => self.set_erased(*stroke, true, changes),
+            Edit::Draw { stroke } => self.set_undone(*stroke, false),
+            Edit::Erase { stroke } => self.set_erased(*stroke, true),
             Edit::Move { offsets } => self.swap_offsets(offsets),
             Edit::Group { before, group, parent, .. } => {
                 self.groups.hang(*group, *parent);

@@ -49,6 +49,8 @@ pub struct Stroke {
     pub(super) group: Option<usize>,
     /// It has to be placed anew before the changes are handed out.
     pub(super) is_displaced: bool,
+    /// It has come or gone in this frame.
+    pub(super) is_untold: bool,
     /// It was placed anew while it could not be seen, and nobody was told.
     pub(super) was_displaced_unseen: bool,
     /// While it is being drawn.
@@ -72,6 +74,7 @@ impl Stroke {
         offset: Vec3::ZERO,
         group: None,
         is_displaced: false,
+        is_untold: false,
         was_displaced_unseen: false,
         builder: None,
     };
@@ -110,6 +113,14 @@ impl Stroke {
     pub fn polygon_ids(&self) -> impl Iterator<Item = PolygonId> + '_ {
         self.polygons.iter().flat_map(|r| r.clone().map(PolygonId))
     }
+}
+
+/// A stroke that has come or gone in this frame: what is known of it, and its first polygon that nobody knows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Untold {
+    pub(super) stroke: u32,
+    pub(super) was_visible: bool,
+    pub(super) first_new: u32,
 }
 
 static NOTHING: Stroke = Stroke::NONE;
@@ -164,6 +175,8 @@ pub struct Scene {
     pub(super) gone: [Vec<u32>; 2],
     /// Strokes that have to be placed anew.
     pub(super) to_place: Vec<u32>,
+    /// Strokes that have come or gone in this frame.
+    pub(super) to_tell: Vec<Untold>,
     /// Scratch: the transforms of a stroke's groups.
     pub(super) chain: Vec<Transform>,
     /// Filled and emptied within one call.
@@ -281,11 +294,13 @@ impl Scene {
     }
 
     /// Takes the events of a frame and appends what they changed. A polygon that several of them move is placed anew
-    /// once, so that a frame costs no more than its events and the polygons they touch.
+    /// once, and one that several of them erase and bring back is told of once, so that a frame costs no more than its
+    /// events and the polygons they touch.
     pub fn apply_all<'e>(&mut self, events: impl IntoIterator<Item = &'e Event>, changes: &mut Vec<Change>) {
         for event in events {
             self.take(event, changes);
         }
+        self.tell_of_visibility(changes);
         self.place_displaced(changes);
     }
 
@@ -301,9 +316,9 @@ impl Scene {
                 self.point(*stroke, sample, changes)
             }
             Event::End { stroke, .. } => self.end(*stroke, changes),
-            Event::Erase { stroke, .. } => self.erase(*stroke, changes),
-            Event::Undo { .. } => self.undo(changes),
-            Event::Redo { .. } => self.redo(changes),
+            Event::Erase { stroke, .. } => self.erase(*stroke),
+            Event::Undo { .. } => self.undo(),
+            Event::Redo { .. } => self.redo(),
             Event::Move { strokes, by, .. } => self.move_strokes(strokes, *by),
             Event::Group { group, strokes, parent, .. } => self.group(*group, strokes, *parent),
             Event::Place { group, to, .. } => self.place(*group, Transform { q: unit(to.q), ..*to }),
@@ -392,7 +407,9 @@ impl Scene {
             self.counts.polygons += 1;
             if stroke.is_visible() {
                 self.counts.visible += 1;
-                changes.push(Change::Insert(id));
+                if !stroke.is_untold {
+                    changes.push(Change::Insert(id));
+                }
             }
         }
     }

@@ -12,6 +12,10 @@ use crate::{
 const FOV_DEGREES: f32 = 60.0;
 /// Width by height of every replay camera.
 const ASPECT: f32 = 16.0 / 9.0;
+/// From where [`whole_view`] looks at a model, seen from its centre: in front, to the right and above.
+const WHOLE_FROM: Vec3 = Vec3::new(0.45, 0.35, 1.0);
+/// How much farther away than needed its eye is: a narrow margin around the model.
+const WHOLE_MARGIN: f32 = 1.04;
 /// Frames in which the orbiting cameras go round once.
 const FRAMES_A_ROUND: f64 = 720.0;
 
@@ -64,6 +68,30 @@ impl Moment {
             _ => {}
         }
     }
+}
+
+/// A view that shows all of `bounds` on a screen of this shape (`aspect`: width by height), from `backwards`, the
+/// direction from the model to the eye, or from the front if there is none.
+pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
+    let path = CameraPath::new(CameraChoice::Orbit, None, bounds);
+    let away = backwards.unwrap_or(WHOLE_FROM).normalize_or(Vec3::Z);
+    let towards =
+        View::look_at(path.center + away, path.center, Projection::symmetric(FOV_DEGREES, aspect, 1.0, 2.0));
+    let [right, up] = [Vec3::X, Vec3::Y].map(|axis| rotate(towards.world_from_view, axis));
+    let Projection { right: tan_x, top: tan_y, .. } = towards.projection;
+    let half = if bounds.is_empty() { Vec3::splat(path.radius_m) } else { bounds.extent() * 0.5 };
+    // Every corner of the box lies within the four sides of the pyramid of view.
+    let mut distance_m = 0.0f32;
+    for corner in 0..8 {
+        let sign = |bit: u32| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        let p = half * Vec3::new(sign(0), sign(1), sign(2));
+        let beside = (p.dot(right).abs() / tan_x).max(p.dot(up).abs() / tan_y);
+        distance_m = distance_m.max(p.dot(away) + beside);
+    }
+    let eye = path.center + away * (distance_m.max(path.radius_m * 1.0e-2) * WHOLE_MARGIN);
+    let projection = Projection { near_m: 1.0e-3 * path.radius_m, ..towards.projection };
+    let far_m = eye.distance(path.center) + 2.0 * path.radius_m;
+    View { eye_in_world: eye, projection: Projection { far_m, ..projection }, ..towards }
 }
 
 /// The camera of a replay: where the eye is at every frame.

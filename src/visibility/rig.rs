@@ -13,10 +13,15 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{Projection, View};
-use crate::math::{COORDINATE_LIMIT_M, rotate};
+use crate::{
+    math::{COORDINATE_LIMIT_M, rotate},
+    small_file::read_text,
+};
 
 /// Most screens of a rig: a room has six walls, a tiled one a few more.
 pub const MAX_SCREENS: usize = 16;
+/// Largest file of a rig that is read: a screen takes a few lines.
+const MOST_BYTES: u64 = 1 << 20;
 /// An eye nearer to a screen's plane than this, metres, sees nothing on it: the pyramid would be flat.
 const NEAREST_EYE_M: f32 = 1.0e-3;
 /// Cosine of the angle between a screen's sides that still counts as square.
@@ -26,12 +31,12 @@ const SQUARE: f32 = 1.0e-3;
 #[derive(Debug, Error)]
 pub enum RigError {
     /// The file cannot be read.
-    #[error("{path}: {source}")]
+    #[error("{path}: {cause}")]
     Io {
         /// The file.
         path: String,
         /// What the system said.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
     /// The text is not a rig.
     #[error("{path}, line {line}: expected a rig; {found}")]
@@ -190,8 +195,8 @@ impl Rig {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(text, name);
         }
-        let text = std::fs::read_to_string(Path::new(name_or_path))
-            .map_err(|source| RigError::Io { path: name_or_path.to_owned(), source })?;
+        let text = read_text(Path::new(name_or_path), MOST_BYTES)
+            .map_err(|cause| RigError::Io { path: name_or_path.to_owned(), cause })?;
         Self::parse(&text, name_or_path)
     }
 

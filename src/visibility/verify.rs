@@ -11,7 +11,7 @@ use crate::{
         oracle::{Oracle, OracleConfig, Sight, Subject},
     },
     scene::{Change, PolygonId, Scene},
-    visibility::{OcclusionChoice, View, pvs::Pvs},
+    visibility::{OcclusionChoice, View, lost_polygons, pvs::Pvs},
 };
 
 /// Settings of a [`Verifier`].
@@ -33,9 +33,22 @@ pub struct VerifyConfig {
     pub repeats: u32,
 }
 
-/// Frames of a camera at rest that what was visible in the last frame is asked in: every one is compared with the truth,
-/// the last one counts for what is found and what it costs.
-const FRAMES_AT_REST: usize = 4;
+/// How long a camera rests at each view, for methods that go by the last frames: the frames that count are the same for
+/// all of them. Other methods do the same in each of these frames, so that one stands for all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AtRest {
+    /// Frames before, of which only what is wrong counts.
+    pub settle: u32,
+    /// Frames that count, at least 1.
+    pub frames: u32,
+}
+
+impl Default for AtRest {
+    /// The first frame has nothing to go by; three follow.
+    fn default() -> Self {
+        Self { settle: 1, frames: 3 }
+    }
+}
 
 /// One method with one number of occluders, over all views so far.
 pub struct Trial {
@@ -66,7 +79,9 @@ impl std::fmt::Debug for Trial {
 pub struct Totals {
     /// Views looked at.
     pub views: u64,
-    /// Visible polygons that were culled.
+    /// Frames of them that the sums are over.
+    pub frames: u64,
+    /// Visible polygons that were culled, in frames that do not count otherwise, too.
     pub false_culls: u64,
     /// The first of them, with the number of its view.
     pub first_false: Option<(u64, PolygonId)>,
@@ -98,9 +113,9 @@ impl Totals {
         if self.hidden == 0 { 0.0 } else { self.hidden_culled as f64 * 100.0 / self.hidden as f64 }
     }
 
-    /// The mean of a sum, over the views.
+    /// The mean of a sum, over the frames that count.
     pub fn mean(&self, sum: u64) -> f64 {
-        sum as f64 / self.views.max(1) as f64
+        sum as f64 / self.frames.max(1) as f64
     }
 }
 
@@ -151,6 +166,10 @@ pub struct ViewTotals {
     pub visible: u64,
     /// Of these, polygons in the window that cannot be seen.
     pub hidden: u64,
+    /// Polygons that reach into a view, hidden or not, but that its frustum has culled.
+    pub lost: u64,
+    /// The first of them, with the number of its view.
+    pub first_lost: Option<(u64, PolygonId)>,
     /// Culling by the frustum alone, nanoseconds.
     pub frustum_ns: u64,
 }
@@ -164,6 +183,7 @@ pub struct Verifier {
     pvs: Option<(Pvs, Totals)>,
     views: ViewTotals,
     has_truth: bool,
+    at_rest: AtRest,
     clock: StageClock,
     reuse: ReuseTable,
     in_view: DrawList,
@@ -189,6 +209,7 @@ impl Verifier {
             pvs: None,
             views: ViewTotals::default(),
             has_truth: true,
+            at_rest: AtRest::default(),
             clock,
             reuse: ReuseTable::new(),
             in_view: DrawList::new(),
@@ -232,6 +253,13 @@ impl Verifier {
         self
     }
 
+    /// How long the camera rests at each view.
+    #[must_use]
+    pub fn with_rest(mut self, at_rest: AtRest) -> Self {
+        self.at_rest = at_rest;
+        self
+    }
+
     /// Whether what is culled is compared with the truth.
     pub fn has_truth(&self) -> bool {
         self.has_truth
@@ -270,6 +298,9 @@ impl Verifier {
         self.truth.clear();
         self.truth.resize(scene.polygon_count(), (None, 0));
         if self.has_truth {
+            let lost = lost_polygons(scene, view, self.in_view.ids());
+            self.views.lost += lost.len() as u64;
+            self.views.first_lost = self.views.first_lost.or(lost.first().map(|&id| (self.views.views, id)));
             let oracle = Oracle::new(&window, subjects(scene, self.in_view.ids()), self.config.oracle);
             for (id, sight) in oracle.answers() {
                 self.truth[id.index()].0 = Some(sight);
@@ -289,9 +320,11 @@ impl Verifier {
             in_view: &self.in_view,
             clock: &self.clock,
             repeats: self.config.repeats,
+            at_rest: self.at_rest,
             number: self.views.views,
         };
         for Trial { means, totals, .. } in &mut self.trials {
+            totals.views += 1;
             match means {
                 Means::Chosen(selector, culler) => {
                     let select = &mut || selector.select(&self.pool, scene, &window);
@@ -308,16 +341,17 @@ impl Verifier {
                     };
                     let cull = look.fastest(&mut totals.query_ns, cull);
                     totals.add_counts(&select, &build, &cull);
+                    totals.add(look.number, &self.drawn, &mut self.truth, &self.in_view);
                 }
                 Means::Last(last) => look.at_rest(last, totals, &mut self.drawn, &mut self.truth),
             }
-            totals.add(look.number, &self.drawn, &mut self.truth, &self.in_view);
         }
         if let Some((pvs, totals)) = &mut self.pvs {
             fastest(&self.clock, self.config.repeats, &mut totals.query_ns, &mut || {
                 self.drawn.clear();
                 pvs.cull(view.eye_in_world, self.in_view.ids(), &mut self.drawn);
             });
+            totals.views += 1;
             totals.add(self.views.views, &self.drawn, &mut self.truth, &self.in_view);
         }
         self.views.views += 1;
@@ -328,7 +362,8 @@ impl Verifier {
         self.in_view.ids()
     }
 
-    /// Compares with the truth of the last look what somebody else would draw.
+    /// Compares with the truth of the last look what somebody else would draw in a frame of it. The views are counted by
+    /// whoever calls.
     pub fn judge(&mut self, drawn: &DrawList, totals: &mut Totals) {
         let view = self.views.views.saturating_sub(1);
         totals.add(view, drawn, &mut self.truth, &self.in_view);
@@ -359,6 +394,7 @@ struct Look<'a> {
     in_view: &'a DrawList,
     clock: &'a StageClock,
     repeats: u32,
+    at_rest: AtRest,
     number: u64,
 }
 
@@ -367,7 +403,7 @@ impl Look<'_> {
         fastest(self.clock, self.repeats, ns, stage)
     }
 
-    /// Some frames of a camera at rest; what is drawn in the last one is left in `drawn`, and counted by the caller.
+    /// The frames of a camera at rest.
     fn at_rest(
         &self,
         last: &mut LastVisible,
@@ -376,26 +412,29 @@ impl Look<'_> {
         truth: &mut [(Option<Sight>, u8)],
     ) {
         let ids = self.in_view.ids();
-        for _ in 1..FRAMES_AT_REST {
+        for _ in 0..self.at_rest.settle {
             drawn.clear();
             let mut counts = last.build(0, self.scene, self.window, ids);
             last.cull(0, self.scene, ids, drawn, &mut counts);
             totals.add_faults(self.number, drawn, truth, self.in_view);
         }
-        let build = &mut || last.build(0, self.scene, self.window, ids);
-        let built = self.fastest(&mut totals.build_ns, build);
-        // What was visible last is replaced by what is drawn; the buffer stays, so every repeat does the same.
-        let cull = &mut || {
-            drawn.clear();
-            let mut counts = built;
-            last.cull(0, self.scene, ids, drawn, &mut counts);
-            counts
-        };
-        let counts = self.fastest(&mut totals.query_ns, cull);
-        totals.select.chosen += counts.occluders as u32;
-        totals.build.occluders += counts.occluders as u32;
-        totals.build.nodes += counts.tiles as u32;
-        totals.cull.polygon_tests += counts.tests;
+        for _ in 0..self.at_rest.frames.max(1) {
+            let build = &mut || last.build(0, self.scene, self.window, ids);
+            let built = self.fastest(&mut totals.build_ns, build);
+            // What was visible last is replaced by what is drawn; the buffer stays, so every repeat does the same.
+            let cull = &mut || {
+                drawn.clear();
+                let mut counts = built;
+                last.cull(0, self.scene, ids, drawn, &mut counts);
+                counts
+            };
+            let counts = self.fastest(&mut totals.query_ns, cull);
+            totals.select.chosen += counts.occluders as u32;
+            totals.build.occluders += counts.occluders as u32;
+            totals.build.nodes += counts.tiles as u32;
+            totals.cull.polygon_tests += counts.tests;
+            totals.add(self.number, drawn, truth, self.in_view);
+        }
     }
 }
 
@@ -422,7 +461,7 @@ impl Totals {
                 _ => {}
             }
         }
-        self.views += 1;
+        self.frames += 1;
     }
 
     /// Takes only what is wrong in a frame that does not count otherwise.
@@ -504,3 +543,7 @@ fn fastest<T: Default>(clock: &StageClock, repeats: u32, ns: &mut u64, stage: &m
     *ns += least_ns;
     outcome
 }
+
+#[cfg(test)]
+#[path = "verify_tests.rs"]
+mod tests;

@@ -1,7 +1,7 @@
-use glam::{DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{DMat3, DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 
 use crate::{
-    math::{Frustum, Plane, Ray, rotate},
+    math::{Corners, Frustum, Ray, rotate, rotate_exactly},
     occlusion::ViewWindow,
 };
 
@@ -91,21 +91,43 @@ impl View {
     }
 
     /// The six planes, world space, normals inwards and of unit length: left, right, lower, upper, near, far.
+    ///
+    /// They lie outside of what is drawn by as much as the test of a box can be wrong there, and no more: a part in 10^7 of
+    /// the coordinates. What is drawn is relative to the eye, so an eye far from the origin sees what those coordinates
+    /// hardly tell apart.
     pub fn frustum(&self) -> Frustum {
         let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
-        let side = |normal_in_view: Vec3| {
-            let normal = rotate(self.world_from_view, normal_in_view).normalize_or_zero();
-            Plane::from_point_normal(self.eye_in_world, normal)
+        let [left, right, bottom, top, near_m, far_m] =
+            [left, right, bottom, top, near_m, far_m].map(f64::from);
+        let turn = |v: DVec3| rotate_exactly(self.world_from_view, v);
+        // Of a quaternion that is not quite of unit length, this makes the planes of the rays that it makes.
+        let world_from_view = DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z));
+        let normal_turn = world_from_view.inverse().transpose();
+        let eye = self.eye_in_world.as_dvec3();
+        let plane = |x, y, z, d| {
+            let normal = normal_turn * DVec3::new(x, y, z);
+            normal.extend(d - normal.dot(eye))
         };
-        let forward = self.forward_in_world();
-        Frustum::new([
-            side(Vec3::new(1.0, 0.0, left)),
-            side(Vec3::new(-1.0, 0.0, -right)),
-            side(Vec3::new(0.0, 1.0, bottom)),
-            side(Vec3::new(0.0, -1.0, -top)),
-            Plane::from_point_normal(self.eye_in_world + forward * near_m, forward),
-            Plane::from_point_normal(self.eye_in_world + forward * far_m, -forward),
-        ])
+        let rays = [(left, bottom), (right, bottom), (right, top), (left, top)]
+            .map(|(x, y)| world_from_view * DVec3::new(x, y, -1.0));
+        let corners_at = |distance_m: f64| {
+            rays.map(|ray| {
+                if distance_m.is_infinite() { ray.extend(0.0) } else { (eye + ray * distance_m).extend(1.0) }
+            })
+        };
+        let depth = plane(0.0, 0.0, -1.0, 0.0);
+        let corners = Corners { near: corners_at(near_m), far: corners_at(far_m), depth };
+        Frustum::new(
+            [
+                plane(1.0, 0.0, left, 0.0),
+                plane(-1.0, 0.0, -right, 0.0),
+                plane(0.0, 1.0, bottom, 0.0),
+                plane(0.0, -1.0, -top, 0.0),
+                plane(0.0, 0.0, -1.0, -near_m),
+                plane(0.0, 0.0, 1.0, far_m),
+            ]
+            .map(|side| corners.plane(side)),
+        )
     }
 
     /// The view as the window that occlusion is culled for; `None` if the projection is no pointed cone.

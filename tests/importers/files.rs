@@ -61,7 +61,7 @@ const MOST_EVENTS: usize = 100_000;
 /// error or the end.
 pub(crate) fn read(path: &Path, lenient: bool) -> Read {
     let mut read = Read::default();
-    let mut session = match open(path, &OpenOptions { lenient }) {
+    let mut session = match open(path, &OpenOptions { lenient, ..OpenOptions::default() }) {
         Ok(session) => session,
         Err(error) => return Read { error: Some(error), ..read },
     };

@@ -8,11 +8,14 @@
 )]
 
 #[cfg(feature = "cli")]
+mod bombs;
+#[cfg(feature = "cli")]
 mod command;
 mod corpus;
 mod damage;
 mod files;
 mod forged;
+mod limits;
 mod messages;
 mod tilt;
 mod values;

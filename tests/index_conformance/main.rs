@@ -3,6 +3,7 @@
 #[path = "../support/boxes.rs"]
 mod boxes;
 mod check;
+mod life_cycles;
 mod osp_paper;
 #[cfg(feature = "peers")]
 mod peers;

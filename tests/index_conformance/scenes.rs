@@ -15,7 +15,7 @@ pub(crate) struct TestScene {
     pub(crate) boxes: Vec<Aabb>,
 }
 
-fn around(center: Vec3, size_m: f32) -> Aabb {
+pub(crate) fn around(center: Vec3, size_m: f32) -> Aabb {
     Aabb::cube(center, size_m)
 }
 
@@ -24,7 +24,7 @@ fn point(p: Vec3) -> Aabb {
 }
 
 /// `count` small boxes scattered in `room`.
-fn scattered(count: usize, room: &Aabb, size_m: f32, seed: u64) -> Vec<Aabb> {
+pub(crate) fn scattered(count: usize, room: &Aabb, size_m: f32, seed: u64) -> Vec<Aabb> {
     let mut random = Rng(seed);
     (0..count)
         .map(|_| {

@@ -50,8 +50,8 @@ pub(crate) fn read_from(input: impl BufRead + Send, options: OpenOptions) -> Out
     outcome
 }
 
-pub(crate) const STRICT: OpenOptions = OpenOptions { lenient: false };
-pub(crate) const LENIENT: OpenOptions = OpenOptions { lenient: true };
+pub(crate) const STRICT: OpenOptions = OpenOptions::STRICT;
+pub(crate) const LENIENT: OpenOptions = OpenOptions::LENIENT;
 
 /// A few events of every kind.
 pub(crate) fn sample_events() -> Vec<Event> {

@@ -6,5 +6,6 @@ mod damage;
 mod events;
 mod format;
 mod last_line;
+mod limits;
 mod synth;
 mod writer;

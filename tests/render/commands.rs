@@ -132,3 +132,26 @@ fn verify_tells_what_share_of_the_hidden_is_found_while_drawing() {
     assert!(drawn.iter().all(|run| run["differing_pixels"] == 0), "{report}");
     assert!(report["runs"].as_array().expect("runs").is_empty());
 }
+
+#[test]
+fn a_picture_shows_the_whole_model_unless_asked_otherwise() {
+    let Some(_) = gpu() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let drawn = |camera: &[&str], size: &str| {
+        let out = folder.path().join("a.png");
+        let out = out.to_str().expect("text");
+        let output = osp(&[&["render", "recordings/room.ron", out, "--size", size][..], camera].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let line = String::from_utf8_lossy(&output.stdout).into_owned();
+        let numbers: Vec<u64> =
+            line.split([':', ' ']).filter_map(|word| word.replace(',', "").parse().ok()).collect();
+        (numbers[1], numbers[2])
+    };
+    // Wide and tall.
+    for size in ["160x90", "60x120"] {
+        let (seen, all) = drawn(&[], size);
+        assert_eq!(seen, all, "{size}");
+    }
+    let (seen, all) = drawn(&["--camera", "recorded"], "160x90");
+    assert!(seen < all / 2, "the head stands in one of the rooms: {seen} of {all}");
+}

@@ -23,15 +23,15 @@ use super::{
 const SIZE: (u32, u32) = (481, 361);
 
 /// Draws the same frame twice: with culling while drawing, and without.
-struct Pair {
-    culled: Offscreen,
+pub(crate) struct Pair {
+    pub(crate) culled: Offscreen,
     whole: Offscreen,
-    counts: DrawnCounts,
+    pub(crate) counts: DrawnCounts,
 }
 
 impl Pair {
     /// `None`, with a line, on an adapter that cannot.
-    fn new(
+    pub(crate) fn new(
         gpu: &Arc<Gpu>,
         (width, height): (u32, u32),
         occlusion: DrawnOcclusion,
@@ -50,13 +50,13 @@ impl Pair {
         Some(Self { culled, whole: drawer(), counts: DrawnCounts::default() })
     }
 
-    fn follow(&mut self, changes: &[Change]) {
+    pub(crate) fn follow(&mut self, changes: &[Change]) {
         self.culled.follow(changes);
         self.whole.follow(changes);
     }
 
     /// Pixels that differ, and the picture without culling.
-    fn compare(&mut self, scene: &Scene, view: &View, ids: &[PolygonId]) -> (usize, Image) {
+    pub(crate) fn compare(&mut self, scene: &Scene, view: &View, ids: &[PolygonId]) -> (usize, Image) {
         let times = self.culled.draw(scene, view, &[Layer::plain(ids)]).expect("a drawn frame");
         let counts = times.occlusion.expect("counts");
         assert_eq!(counts.in_view, ids.len() as u64);
@@ -70,7 +70,7 @@ impl Pair {
         (self.culled.image().expect("a picture").differing_pixels(&whole), whole)
     }
 
-    fn check(&mut self, scene: &Scene, view: &View, what: &dyn std::fmt::Display) -> Image {
+    pub(crate) fn check(&mut self, scene: &Scene, view: &View, what: &dyn std::fmt::Display) -> Image {
         let (differing, whole) = self.compare(scene, view, &all_ids(scene));
         assert_eq!(differing, 0, "{what}");
         whole
@@ -82,7 +82,7 @@ impl Pair {
 }
 
 /// The ways to find what is hidden, as they are by default.
-const HZB: DrawnOcclusion = DrawnOcclusion::Hzb(HzbConfig {
+pub(crate) const HZB: DrawnOcclusion = DrawnOcclusion::Hzb(HzbConfig {
     group: HzbGroup::One,
     bound: HzbBound::Corners,
     fine: HzbFine::Triangles,
@@ -94,7 +94,7 @@ fn the_default_settings_are_those_tested() {
     assert_eq!(HZB, DrawnOcclusion::Hzb(HzbConfig::default()));
 }
 
-fn chunk_len() -> usize {
+pub(crate) fn chunk_len() -> usize {
     RendererConfig::default().chunk_len
 }
 

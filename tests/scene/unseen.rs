@@ -1,6 +1,6 @@
 //! Strokes that are moved while they are erased or taken back are drawn where they are when they come back.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, slice::from_ref};
 
 use glam::{Quat, Vec3};
 use osp::{
@@ -53,9 +53,9 @@ fn a_stroke_that_was_moved_while_it_was_away_is_told_of_when_it_comes_back() {
     let sessions: [&[&[Event]]; 4] = [
         // Moved before it is erased, in the same frame; the undo takes back only the erasure.
         &[&[moved.clone(), erase.clone()], &[undo()]],
-        &[&[moved.clone()], &[erase.clone()], &[undo(), undo(), undo()], &[redo.clone(), redo.clone()]],
-        &[&[group.clone()], &[place, erase.clone()], &[undo()]],
-        &[&[moved.clone()], &[moved, erase], &[undo(), undo(), undo()]],
+        &[from_ref(&moved), from_ref(&erase), &[undo(), undo(), undo()], &[redo.clone(), redo.clone()]],
+        &[from_ref(&group), &[place, erase.clone()], &[undo()]],
+        &[from_ref(&moved), &[moved.clone(), erase.clone()], &[undo(), undo(), undo()]],
     ];
     for (number, frames) in sessions.iter().enumerate() {
         let (mut scene, mut held) = (Scene::new(), Held::default());

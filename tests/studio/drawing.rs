@@ -270,7 +270,7 @@ fn the_file_holds_every_event_at_every_moment() {
     assert!(opened.is_recovered);
     assert_eq!(document.scene().counts().visible, polygons);
     assert!(document.scene().strokes().iter().all(|stroke| !stroke.is_open()));
-    document.close();
+    document.close().expect("closed");
     let (document, opened) = Document::recover_or_new(&autosaves);
     assert!(!opened.is_recovered && document.scene().polygon_count() == 0);
 }

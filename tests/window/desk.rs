@@ -6,7 +6,10 @@ use std::{
     io::{BufRead, BufReader, Read},
     path::{Path, PathBuf},
     process::{Child, Command, ExitStatus, Stdio},
-    sync::{Mutex, MutexGuard, PoisonError},
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU32, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
@@ -33,6 +36,8 @@ impl Drop for Ours {
 pub(crate) struct Desk {
     display: String,
     folder: tempfile::TempDir,
+    /// Opened so far.
+    windows: AtomicU32,
     _window_manager: Ours,
     _server: Ours,
     _turn: MutexGuard<'static, ()>,
@@ -71,8 +76,15 @@ impl Desk {
             .stderr(Stdio::null())
             .spawn()
             .expect("openbox");
-        let desk =
-            Self { display, folder, _window_manager: Ours(window_manager), _server: server, _turn: turn };
+        let windows = AtomicU32::new(0);
+        let desk = Self {
+            display,
+            folder,
+            windows,
+            _window_manager: Ours(window_manager),
+            _server: server,
+            _turn: turn,
+        };
         desk.await_window_manager();
         Some(desk)
     }
@@ -108,35 +120,42 @@ impl Desk {
 
     /// Opens a window of `osp` and waits until it is there.
     pub(crate) fn open(&self, arguments: &[&str]) -> OspWindow<'_> {
-        let trace = self.folder.path().join(format!("trace-{}.jsonl", arguments.join("-").len()));
-        let _ = fs::remove_file(&trace);
+        let mut window = self.start(arguments, None);
+        window.until("the first frames", |frames| frames.len() >= 3);
+        window.find();
+        window
+    }
+
+    /// Opens a window of `osp` whose trace goes elsewhere: of its frames nothing is known.
+    pub(crate) fn open_with_trace(&self, arguments: &[&str], trace: &str) -> OspWindow<'_> {
+        let mut window = self.start(arguments, Some(trace));
+        window.find();
+        window
+    }
+
+    fn start(&self, arguments: &[&str], trace: Option<&str>) -> OspWindow<'_> {
+        let number = self.windows.fetch_add(1, Ordering::Relaxed);
+        let file = |name: &str| self.folder.path().join(format!("{name}-{number}.txt"));
+        let (own_trace, stderr) = (file("trace"), file("stderr"));
+        // A file that would grow beyond a limit is refused, as on a full disk, instead of ending the program.
         let process = self
-            .command(env!("CARGO_BIN_EXE_osp"))
+            .command("sh")
+            .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_osp")])
             .args(arguments)
-            .args(["--trace", trace.to_str().expect("a path")])
+            .args(["--trace", trace.unwrap_or(own_trace.to_str().expect("a path"))])
             .stdout(Stdio::null())
-            .stderr(File::create(self.folder.path().join("stderr.txt")).expect("a file"))
+            .stderr(File::create(&stderr).expect("a file"))
             .spawn()
             .expect("osp");
-        let mut window = OspWindow {
+        OspWindow {
             desk: self,
             process: Some(Ours(process)),
-            trace,
+            trace: own_trace,
+            stderr,
             read: 0,
             frames: Vec::new(),
             id: String::new(),
-        };
-        window.until("the first frames", |frames| frames.len() >= 3);
-        let mut id = String::new();
-        window.until("a window", |_| {
-            let search = ["search", "--onlyvisible", "--name", " - osp$"];
-            let found = self.command("xdotool").args(search).output().expect("xdotool");
-            id = String::from_utf8_lossy(&found.stdout).lines().next().unwrap_or_default().to_owned();
-            !id.is_empty()
-        });
-        window.id = id;
-        window.become_active();
-        window
+        }
     }
 }
 
@@ -145,6 +164,7 @@ pub(crate) struct OspWindow<'d> {
     desk: &'d Desk,
     process: Option<Ours>,
     trace: PathBuf,
+    stderr: PathBuf,
     /// Bytes of the trace that have been read.
     read: usize,
     frames: Vec<Value>,
@@ -152,8 +172,26 @@ pub(crate) struct OspWindow<'d> {
 }
 
 impl OspWindow<'_> {
+    fn find(&mut self) {
+        let process = self.process_id().to_string();
+        let (desk, mut id) = (self.desk, String::new());
+        self.until("a window", |_| {
+            let search = ["search", "--all", "--onlyvisible", "--pid", &process, "--name", " - osp$"];
+            let found = desk.command("xdotool").args(search).output().expect("xdotool");
+            id = String::from_utf8_lossy(&found.stdout).lines().next().unwrap_or_default().to_owned();
+            !id.is_empty()
+        });
+        self.id = id;
+        self.become_active();
+    }
+
+    /// The number of its process.
+    pub(crate) fn process_id(&self) -> u32 {
+        self.process.as_ref().map(|process| process.0.id()).expect("a process")
+    }
+
     /// Waits until keys reach it: the window manager may still be starting.
-    fn become_active(&mut self) {
+    pub(crate) fn become_active(&mut self) {
         let id = self.id.clone();
         let (desk, mut asked_at) = (self.desk, None::<Instant>);
         self.until("the keyboard", |_| {
@@ -265,8 +303,14 @@ impl OspWindow<'_> {
         self.last()[name].as_u64().unwrap_or_else(|| panic!("no number {name}"))
     }
 
-    fn stderr(&self) -> String {
-        fs::read_to_string(self.desk.folder().join("stderr.txt")).unwrap_or_default()
+    /// Where its standard error goes.
+    pub(crate) fn stderr_file(&self) -> PathBuf {
+        self.stderr.clone()
+    }
+
+    /// What it has written to standard error.
+    pub(crate) fn stderr(&self) -> String {
+        fs::read_to_string(&self.stderr).unwrap_or_default()
     }
 
     /// A picture of the window: red, green, blue of each pixel, its width and height.
@@ -296,9 +340,19 @@ impl OspWindow<'_> {
     }
 
     /// Closes the window as a person does, and waits for the end.
-    pub(crate) fn close(mut self) -> ExitStatus {
+    pub(crate) fn close(self) -> ExitStatus {
+        self.ask_to_close();
+        self.wait()
+    }
+
+    /// Asks it to close, as a person does.
+    pub(crate) fn ask_to_close(&self) {
         let status = self.desk.command("wmctrl").args(["-i", "-c", &self.id]).status().expect("wmctrl");
         assert!(status.success());
+    }
+
+    /// Waits for its end.
+    pub(crate) fn wait(mut self) -> ExitStatus {
         let mut process = self.process.take().expect("a process");
         let start = Instant::now();
         loop {

@@ -3,7 +3,7 @@ use std::{fs::OpenOptions, io::Write, net::UdpSocket};
 use super::desk::Desk;
 
 /// An address that nobody listens to.
-fn free_address() -> String {
+pub(crate) fn free_address() -> String {
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
     socket.local_addr().expect("an address").to_string()
 }

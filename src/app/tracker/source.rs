@@ -20,6 +20,7 @@ use super::{
     door::{Admission, Door, is_osc},
     parse_line, parse_osc,
 };
+use crate::small_file::open_regular;
 
 /// Messages that may wait for the next frame. Of a socket, later ones are dropped and counted; a stream is read on once
 /// there is room.
@@ -87,10 +88,10 @@ fn parse_address(text: &str) -> Option<SocketAddr> {
 
 /// Why a tracker cannot be listened to.
 #[derive(Debug, Error)]
-#[error("tracker {what}: {source}")]
+#[error("tracker {what}: {cause}")]
 pub struct TrackerError {
     what: String,
-    source: io::Error,
+    cause: io::Error,
 }
 
 /// What has come so far.
@@ -142,7 +143,7 @@ impl Tracker {
         options: &TrackerOptions,
         wake: impl Fn() + Send + 'static,
     ) -> Result<Self, TrackerError> {
-        let failed = |what: String| move |source| TrackerError { what, source };
+        let failed = |what: String| move |cause| TrackerError { what, cause };
         let shared = Arc::new(Shared::default());
         let (sender, messages) = sync_channel(WAITING);
         let output = Output { sender, shared: Arc::clone(&shared), wake: Box::new(wake) };
@@ -162,7 +163,7 @@ impl Tracker {
                 .map_err(failed("-".to_owned())),
             TrackerAddress::File(path) => {
                 let name = path.display().to_string();
-                let file = File::open(path).map_err(failed(name.clone()))?;
+                let file = open_regular(path).map_err(failed(name.clone()))?;
                 let path = path.clone();
                 builder.spawn(move || output.tail(file, &path)).map_err(failed(name))
             }

@@ -7,6 +7,10 @@ use egui::{Align2, Context, Key, TextEdit, Window};
 
 use crate::app::command::Command;
 
+/// Whether the system's dialog asks before a file is replaced. Those of Windows and macOS do; which one a desktop
+/// portal brings up is not known, and one question too many is better than a file too few.
+const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
+
 /// What a path is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ask {
@@ -40,11 +44,23 @@ impl Ask {
         }
     }
 
+    /// What is done with a path that was typed.
     fn command(self, path: PathBuf) -> Command {
         match self {
             Self::Open => Command::Open(path),
             Self::SaveAs => Command::SaveAs(with_ending(path, "ron")),
             Self::Export => Command::ExportGltf(with_ending(path, "glb")),
+        }
+    }
+
+    /// What is done with a path from the system's own dialog, which has asked whether a file there is to be replaced:
+    /// but it has not asked about a name that gets its ending here.
+    fn command_of_chosen(self, path: PathBuf) -> Command {
+        let is_whole = path.extension().is_some();
+        match (self, is_whole && ASKS_ITSELF) {
+            (Self::SaveAs, true) => Command::SaveOver(path),
+            (Self::Export, true) => Command::ExportOver(path),
+            (_, _) => self.command(path),
         }
     }
 }
@@ -116,7 +132,7 @@ impl PathDialog {
     /// What was chosen in the system's dialog; a cancelled one leaves this one open.
     fn take_chosen(&mut self) -> Option<Answer> {
         match self.chosen.as_ref()?.try_recv() {
-            Ok(Some(path)) => Some(Answer::Chosen(self.ask.command(path))),
+            Ok(Some(path)) => Some(Answer::Chosen(self.ask.command_of_chosen(path))),
             Ok(None) | Err(TryRecvError::Disconnected) => {
                 self.chosen = None;
                 None

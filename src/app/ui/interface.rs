@@ -7,11 +7,12 @@ use super::{
     canvas,
     dialog::{Answer, Ask, PathDialog},
     keys::{Action, HINTS, SHORTCUTS},
-    numbers, replay_bar, tools,
+    numbers, questions, replay_bar, tools,
 };
 use crate::{
     app::{
         command::Command,
+        question::Question,
         stats::{FrameTimes, History},
         studio::{Studio, Subject},
     },
@@ -36,6 +37,8 @@ pub struct Interface {
     shows_help: bool,
     dialog: Option<PathDialog>,
     adapter: String,
+    /// The question that was on the window in the last frame.
+    asked: Option<Question>,
     /// Something was drawn: the newcomer's hint has done its work.
     has_drawn: bool,
 }
@@ -88,8 +91,23 @@ impl Interface {
         if wishes.help {
             help(ui, &mut wishes.help);
         }
+        if studio.question().is_none() {
+            questions::trouble(ui.ctx(), studio, &mut wishes);
+        }
+        self.question(ui.ctx(), studio, &mut wishes);
         self.take_wishes(ui, studio, wishes);
         area
+    }
+
+    fn question(&mut self, ctx: &egui::Context, studio: &Studio, wishes: &mut Wishes) {
+        let asked = studio.question();
+        let is_new = self.asked.as_ref() != asked;
+        if is_new {
+            self.asked = asked.cloned();
+        }
+        if let Some(question) = asked {
+            questions::question(ctx, question, is_new, wishes);
+        }
     }
 
     fn take_wishes(&mut self, ui: &Ui, studio: &mut Studio, wishes: Wishes) {
@@ -115,7 +133,7 @@ impl Interface {
     }
 
     fn shortcuts(&mut self, ui: &Ui, studio: &mut Studio, wishes: &mut Wishes) {
-        if ui.ctx().egui_wants_keyboard_input() || self.dialog.is_some() {
+        if ui.ctx().egui_wants_keyboard_input() || self.dialog.is_some() || studio.question().is_some() {
             studio.set_flight(Vec3::ZERO);
             return;
         }
@@ -151,9 +169,8 @@ impl Interface {
 
     /// What a newcomer does first.
     fn hint(&mut self, ui: &Ui, area: Rect, studio: &Studio) {
-        let is_sketch = matches!(studio.subject(), Subject::Sketch(_));
         self.has_drawn |= studio.scene().polygon_count() > 0;
-        if self.has_drawn || !is_sketch {
+        if self.has_drawn || !studio.can_draw() {
             return;
         }
         let at = area.center() - egui::vec2(0.0, area.height() * 0.22);

@@ -8,6 +8,7 @@ mod interface;
 mod keys;
 mod numbers;
 mod plot;
+mod questions;
 mod replay_bar;
 mod tools;
 

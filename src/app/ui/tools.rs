@@ -1,9 +1,10 @@
 use egui::{Button, Color32, ComboBox, RichText, Slider, Ui, Vec2};
 
-use super::{dialog::Ask, interface::Wishes};
+use super::{dialog::Ask, interface::Wishes, questions::ALARM};
 use crate::{
     app::{
         command::Command,
+        document::{Access, Opening},
         pen::{Brush, Snap},
         studio::{Studio, Subject, ToolChoice},
     },
@@ -30,7 +31,7 @@ const SWATCHES: [[u8; 3]; 12] = [
 pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let is_replay = matches!(studio.subject(), Subject::Replay(_));
     ui.add_space(4.0);
-    ui.add_enabled_ui(!is_replay, |ui| {
+    ui.add_enabled_ui(studio.can_draw(), |ui| {
         tool_buttons(ui, studio, wishes);
         ui.separator();
         brush(ui, studio, wishes);
@@ -46,7 +47,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         });
     });
     ui.separator();
-    file_buttons(ui, is_replay, wishes);
+    file_buttons(ui, studio, is_replay, wishes);
     ui.separator();
     if ui.button("Show everything (H)").clicked() {
         wishes.commands.push(Command::ShowAll);
@@ -55,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         ui.toggle_value(&mut wishes.panel, "Times (F2)");
         ui.toggle_value(&mut wishes.help, "Keys (F1)");
     });
-    session(ui, studio);
+    session(ui, studio, wishes);
 }
 
 fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
@@ -126,7 +127,7 @@ fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     shown.response.labelled_by(label.id);
 }
 
-fn file_buttons(ui: &mut Ui, is_replay: bool, wishes: &mut Wishes) {
+fn file_buttons(ui: &mut Ui, studio: &Studio, is_replay: bool, wishes: &mut Wishes) {
     ui.horizontal(|ui| {
         if ui.button("New").clicked() {
             wishes.commands.push(Command::New);
@@ -143,25 +144,44 @@ fn file_buttons(ui: &mut Ui, is_replay: bool, wishes: &mut Wishes) {
             wishes.ask = Some(Ask::Export);
         }
     });
+    let is_changed = match studio.subject() {
+        Subject::Sketch(document) => document.journal().is_changed(),
+        Subject::Replay(_) => false,
+    };
+    let discard = ui.add_enabled(is_changed, Button::new("Discard…"));
+    let hint = "throw away what was drawn since the session was opened, or saved under a name";
+    if discard.on_hover_text(hint).clicked() {
+        wishes.commands.push(Command::Discard);
+    }
 }
 
 /// Where the session is and whether it is safe.
-fn session(ui: &mut Ui, studio: &Studio) {
+fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let Subject::Sketch(document) = studio.subject() else { return };
     let journal = document.journal();
+    let name = journal.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let whole = journal.path().display().to_string();
     ui.add_space(6.0);
-    match journal.failure() {
-        Some(reason) => {
-            let warning = format!("{} events are NOT saved: {reason}", journal.waiting());
-            ui.label(RichText::new(warning).color(Color32::from_rgb(255, 120, 100)).small());
+    let line = |ui: &mut Ui, text: String| {
+        ui.label(RichText::new(text).weak()).on_hover_text(&whole);
+    };
+    if journal.is_read_only() {
+        line(ui, format!("only looked at: {name}"));
+        if ui.button("Draw on a copy").clicked() {
+            let copy = Opening::with(Access::Copy);
+            wishes.commands.push(Command::OpenAs(journal.path().to_owned(), copy));
         }
-        None if document.event_count() == 0 => {
-            ui.label(RichText::new("saves itself as you draw").weak());
-        }
-        None => {
-            let name = journal.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let label = ui.label(RichText::new(format!("saved: {name}")).weak());
-            label.on_hover_text(journal.path().display().to_string());
-        }
+    } else if journal.trouble().is_some() {
+        let text = match (journal.shelter(), journal.missing()) {
+            (Some(_), _) => format!("not saved in {name}, but in a file of its own"),
+            (None, missing) => format!("{missing} events are NOT saved"),
+        };
+        ui.label(RichText::new(text).color(ALARM).small());
+    } else if !journal.is_changed() && !journal.is_named() && document.event_count() > 0 {
+        line(ui, format!("a copy, {name}: saves itself as you draw"));
+    } else if document.event_count() == 0 {
+        line(ui, "saves itself as you draw".to_owned());
+    } else {
+        line(ui, format!("saved: {name}"));
     }
 }

@@ -2,12 +2,53 @@ use super::{BucketTree, Partition, ROOT};
 use crate::{
     index::{
         Node, Visit, Visitor, WorkCounts,
+        lanes::Planes,
         probe::{Nearest, is_wanted},
+        simd::{Backend, Kernel, PlaneLanes, PlaneSet, WithKernel},
         sink::{Sink, VisitorSink},
         walk_stack::WalkStack,
     },
     math::{Containment, Frustum, PlaneMask, Ray},
 };
+
+struct Cull<'a, P: Partition, S> {
+    tree: &'a BucketTree<P>,
+    top: u32,
+    mask: PlaneMask,
+    one: PlaneLanes,
+    many: PlaneSet,
+    sink: &'a mut S,
+}
+
+impl<P: Partition, S: Sink> WithKernel for Cull<'_, P, S> {
+    type Output = WorkCounts;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> WorkCounts {
+        let Self { tree, sink, .. } = self;
+        let mut work = WorkCounts::default();
+        let mut stack = WalkStack::from((self.top, self.mask.bits()));
+        while let Some((at, mask)) = stack.pop() {
+            let node = tree.node(at);
+            work.nodes += 1;
+            let mut mask = mask;
+            if mask != 0 {
+                work.boxes += 1;
+                work.planes += u64::from(mask.count_ones());
+                let Some(cut) = self.one.cut(kernel, mask, &node.bounds) else { continue };
+                mask = cut;
+            }
+            if !node.is_leaf() {
+                tree.push_children(at, |child| stack.push((child, mask)));
+            } else if mask == 0 {
+                tree.buckets.take_all(node.chain, sink, &mut work);
+            } else {
+                tree.buckets.cull(node.chain, kernel, Planes { all: &self.many, mask }, sink, &mut work);
+            }
+        }
+        work
+    }
+}
 
 impl<P: Partition> BucketTree<P> {
     pub(super) fn frustum_cull_all(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
@@ -18,30 +59,8 @@ impl<P: Partition> BucketTree<P> {
     }
 
     fn cull(&self, top: u32, mask: PlaneMask, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
-        let mut work = WorkCounts::default();
-        let mut stack = WalkStack::from((top, mask));
-        while let Some((at, mask)) = stack.pop() {
-            let node = self.node(at);
-            work.nodes += 1;
-            let mut mask = mask;
-            if !mask.is_empty() {
-                work.boxes += 1;
-                let (containment, left, planes) = frustum.classify_masked(&node.bounds, mask);
-                work.planes += u64::from(planes);
-                if containment == Containment::Outside {
-                    continue;
-                }
-                mask = left;
-            }
-            if !node.is_leaf() {
-                self.push_children(at, |child| stack.push((child, mask)));
-            } else if mask.is_empty() {
-                self.buckets.take_all(node.chain, sink, &mut work);
-            } else {
-                self.buckets.cull(node.chain, frustum, mask, sink, &mut work);
-            }
-        }
-        work
+        let (one, many) = (PlaneLanes::new(frustum), PlaneSet::new(frustum));
+        Backend::detect().run(Cull { tree: self, top, mask, one, many, sink })
     }
 
     fn push_children(&self, at: u32, mut push: impl FnMut(u32)) {

@@ -1,44 +1,47 @@
 use super::tree::{Below, BoxTree, NONE};
 use crate::{
     index::{
-        Node, Visit, Visitor, WorkCounts,
+        DrawList, Node, Visit, Visitor, WorkCounts,
         probe::{Nearest, is_wanted},
+        simd::{Backend, Kernel, PlaneLanes, WithKernel},
         sink::{Gather, Sink, VisitorSink},
         walk_stack::WalkStack,
     },
     math::{Containment, Frustum, PlaneMask, Ray},
 };
 
-impl BoxTree {
-    pub(in crate::index) fn frustum_cull(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
-        if self.root == NONE {
-            return WorkCounts::default();
-        }
-        self.cull(self.root, PlaneMask::ALL, frustum, sink)
-    }
+struct Cull<'a, S> {
+    tree: &'a BoxTree,
+    top: u32,
+    mask: PlaneMask,
+    planes: PlaneLanes,
+    sink: &'a mut S,
+}
 
-    fn cull(&self, top: u32, mask: PlaneMask, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+impl<S: Sink> WithKernel for Cull<'_, S> {
+    type Output = WorkCounts;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> WorkCounts {
+        let Self { tree, sink, .. } = self;
         let mut work = WorkCounts::default();
         let mut seen = Gather::new();
-        let mut stack = WalkStack::from((top, mask));
+        let mut stack = WalkStack::from((self.top, self.mask.bits()));
         while let Some((at, mask)) = stack.pop() {
             work.nodes += 1;
             let mut mask = mask;
-            if !mask.is_empty() {
+            if mask != 0 {
                 work.boxes += 1;
-                let (containment, left, planes) = frustum.classify_masked(&self.node(at).bounds, mask);
-                work.planes += u64::from(planes);
-                if containment == Containment::Outside {
-                    continue;
-                }
-                mask = left;
+                work.planes += u64::from(mask.count_ones());
+                let Some(cut) = self.planes.cut(kernel, mask, &tree.node(at).bounds) else { continue };
+                mask = cut;
             }
-            match self.below(at) {
+            match tree.below(at) {
                 Below::Leaf(id) => {
                     work.reported += 1;
                     seen.push(id, sink);
                 }
-                Below::Inner(_) if mask.is_empty() => self.take_below(at, &mut seen, sink, &mut work),
+                Below::Inner(_) if mask == 0 => tree.take_below(at, &mut seen, sink, &mut work),
                 Below::Inner([a, b]) => {
                     stack.push((b, mask));
                     stack.push((a, mask));
@@ -47,6 +50,19 @@ impl BoxTree {
         }
         seen.flush(sink);
         work
+    }
+}
+
+impl BoxTree {
+    pub(in crate::index) fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        if self.root == NONE {
+            return WorkCounts::default();
+        }
+        self.cull(self.root, PlaneMask::ALL, frustum, draw_list)
+    }
+
+    fn cull(&self, top: u32, mask: PlaneMask, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+        Backend::detect().run(Cull { tree: self, top, mask, planes: PlaneLanes::new(frustum), sink })
     }
 
     /// Takes everything below an inner node.

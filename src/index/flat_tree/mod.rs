@@ -7,8 +7,11 @@
 mod near;
 mod ray;
 mod validate;
+mod wide;
 
 pub(super) use validate::Tightness;
+
+use wide::WideNode;
 
 use super::{
     Node, Visit, Visitor, WorkCounts,
@@ -54,6 +57,8 @@ pub(super) struct FlatTree {
     holes: usize,
     /// While it is being filled: the nodes whose subtrees are not complete, from the top.
     open: Vec<u32>,
+    /// The same tree with eight children a node, for the frustum query.
+    wide: Vec<WideNode>,
 }
 
 impl FlatTree {
@@ -67,10 +72,11 @@ impl FlatTree {
         self.nodes.clear();
         self.lanes.clear();
         self.open.clear();
+        self.wide.clear();
         self.holes = 0;
     }
 
-    /// The next node, depth first: one with nodes below. The top has depth 0.
+    /// The next node, depth first: one with two to eight nodes below. The top has depth 0.
     pub(super) fn inner(&mut self, depth: usize) {
         self.close(depth);
         self.open.push(self.nodes.len() as u32);
@@ -97,10 +103,10 @@ impl FlatTree {
     /// Ends the tree: boxes and counts of the inner nodes.
     pub(super) fn finish(&mut self) {
         self.close(0);
-        self.lanes.finish();
         for at in (0..self.nodes.len()).rev() {
             self.gather_children(at);
         }
+        self.widen();
     }
 
     fn is_leaf(&self, at: usize) -> bool {
@@ -168,6 +174,7 @@ impl FlatTree {
                 self.gather_children(at);
             }
         }
+        self.widen();
     }
 
     /// The surface of all nodes as a multiple of the top's: how much work the tree makes. 0 where the top has none.
@@ -175,11 +182,6 @@ impl FlatTree {
         let Some(top) = self.nodes.first() else { return 0.0 };
         let all: f64 = self.nodes.iter().map(|node| area(&node.bounds)).sum();
         if area(&top.bounds) > 0.0 { all / area(&top.bounds) } else { 0.0 }
-    }
-
-    pub(super) fn frustum_cull(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
-        let part = Part { start: 0, end: self.nodes.len(), first: 0, mask: PlaneMask::ALL };
-        self.cull(part, frustum, sink)
     }
 
     fn cull(&self, part: Part, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
@@ -199,7 +201,7 @@ impl FlatTree {
                 Containment::Outside => {}
                 Containment::Inside => self.take(first, behind_it, sink, &mut work),
                 Containment::Intersects if next == at + 1 => {
-                    self.lanes.cull(first..behind_it, frustum, mask, sink, &mut work);
+                    self.cull_leaf(first..behind_it, (frustum, mask), sink, &mut work);
                 }
                 Containment::Intersects => {
                     above.push(next, mask);
@@ -263,7 +265,9 @@ impl FlatTree {
                         continue;
                     }
                     _ if containment == Containment::Inside => self.take(first, behind_it, sink, &mut work),
-                    _ if is_leaf => self.lanes.cull(first..behind_it, frustum, inner_mask, sink, &mut work),
+                    _ if is_leaf => {
+                        self.cull_leaf(first..behind_it, (frustum, inner_mask), sink, &mut work);
+                    }
                     _ => {
                         let part = Part { start: at + 1, end: next, first, mask: inner_mask };
                         work += self.cull(part, frustum, sink);
@@ -284,6 +288,7 @@ impl FlatTree {
         self.nodes.capacity() * size_of::<FlatNode>()
             + self.lanes.bytes()
             + self.open.capacity() * size_of::<u32>()
+            + self.wide.capacity() * size_of::<WideNode>()
     }
 }
 

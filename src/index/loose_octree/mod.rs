@@ -20,6 +20,7 @@ use super::{
     buckets::{self, Buckets, NOWHERE, Spot},
     by_id::{ById, FiledBoxes},
     flat_tree::Item,
+    simd::IdWriter,
 };
 use crate::{
     math::{Aabb, Frustum},
@@ -27,8 +28,8 @@ use crate::{
 };
 use cell::LooseGrid;
 
-/// Polygons of a bucket: about what a cell holds.
-const LANES: usize = 32;
+/// Blocks of sixteen polygons of a bucket: about what a cell holds.
+const BLOCKS: usize = 2;
 
 /// The deepest tree that is made: 2.4 million cells, 19 MB.
 const MAX_MAX_DEPTH: u32 = 7;
@@ -68,7 +69,7 @@ pub struct LooseOctree {
     grid: LooseGrid,
     /// Every cell by its number; the last one is the list beside the tree.
     slots: Vec<Slot>,
-    buckets: Buckets<LANES>,
+    buckets: Buckets<BLOCKS>,
     filed: FiledBoxes,
     spot: ById<Spot>,
 }
@@ -169,7 +170,7 @@ impl SpatialIndex for LooseOctree {
     fn commit(&mut self) {}
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        self.cull_all(frustum, draw_list)
+        IdWriter::append(draw_list.ids_mut(), |out| self.cull_all(frustum, out))
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {

@@ -2,58 +2,96 @@ use super::{LooseOctree, buckets, cell::Cell};
 use crate::{
     index::{
         Node, Visit, Visitor, WorkCounts,
+        lanes::Planes,
+        simd::{Backend, Kernel, PlaneLanes, PlaneSet, WithKernel},
         sink::{Sink, VisitorSink},
         walk_stack::WalkStack,
     },
     math::{Aabb, Containment, Frustum, PlaneMask},
 };
 
+/// A walk through cells, or a list of polygons, with a kernel.
+struct Cull<'a, S> {
+    tree: &'a LooseOctree,
+    one: PlaneLanes,
+    many: PlaneSet,
+    sink: &'a mut S,
+    from: From,
+}
+
+/// What is culled.
+#[derive(Clone, Copy)]
+enum From {
+    /// A cell and everything below, against these planes.
+    Cell(Cell, PlaneMask),
+    /// The polygons of a cell itself.
+    Own(Cell, PlaneMask),
+    /// The list beside the tree.
+    Outside,
+}
+
+impl<S: Sink> WithKernel for Cull<'_, S> {
+    type Output = WorkCounts;
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> WorkCounts {
+        let mut work = WorkCounts::default();
+        let (top, mask) = match self.from {
+            From::Cell(top, mask) => (top, mask),
+            From::Own(cell, mask) => {
+                self.chain(kernel, cell.number as usize, mask.bits(), &mut work);
+                return work;
+            }
+            From::Outside => {
+                self.chain(kernel, self.tree.outside(), PlaneSet::ALL, &mut work);
+                return work;
+            }
+        };
+        let mut stack = WalkStack::from((top, mask.bits()));
+        while let Some((cell, mask)) = stack.pop() {
+            work.nodes += 1;
+            let mut mask = mask;
+            if mask != 0 {
+                work.boxes += 1;
+                work.planes += u64::from(mask.count_ones());
+                let Some(cut) = self.one.cut(kernel, mask, &self.tree.grid.loose_box(&cell)) else {
+                    continue;
+                };
+                mask = cut;
+            }
+            self.chain(kernel, cell.number as usize, mask, &mut work);
+            self.tree.for_children(&cell, |child| stack.push((child, mask)));
+        }
+        work
+    }
+}
+
+impl<S: Sink> Cull<'_, S> {
+    /// The polygons of a slot.
+    #[inline(always)]
+    fn chain<K: Kernel>(&mut self, kernel: K, slot: usize, mask: u8, work: &mut WorkCounts) {
+        let chain = self.tree.slots[slot].chain;
+        if mask == 0 {
+            self.tree.buckets.take_all(chain, self.sink, work);
+        } else {
+            self.tree.buckets.cull(chain, kernel, Planes { all: &self.many, mask }, self.sink, work);
+        }
+    }
+}
+
 impl LooseOctree {
     pub(super) fn cull_all(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
         let mut work = WorkCounts::default();
         if self.slots[0].polygons > 0 {
-            work += self.cull(Cell::ROOT, PlaneMask::ALL, frustum, sink);
+            work += self.cull(From::Cell(Cell::ROOT, PlaneMask::ALL), frustum, sink);
         }
-        self.buckets.cull(self.slots[self.outside()].chain, frustum, PlaneMask::ALL, sink, &mut work);
+        work += self.cull(From::Outside, frustum, sink);
         work
     }
 
-    fn cull(&self, top: Cell, mask: PlaneMask, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
-        let mut work = WorkCounts::default();
-        let mut stack = WalkStack::from((top, mask));
-        while let Some((cell, mask)) = stack.pop() {
-            work.nodes += 1;
-            let mut mask = mask;
-            if !mask.is_empty() {
-                work.boxes += 1;
-                let (containment, left, planes) = frustum.classify_masked(&self.grid.loose_box(&cell), mask);
-                work.planes += u64::from(planes);
-                if containment == Containment::Outside {
-                    continue;
-                }
-                mask = left;
-            }
-            self.own(&cell, mask, frustum, sink, &mut work);
-            self.for_children(&cell, |child| stack.push((child, mask)));
-        }
-        work
-    }
-
-    /// The polygons of a cell itself.
-    fn own(
-        &self,
-        cell: &Cell,
-        mask: PlaneMask,
-        frustum: &Frustum,
-        sink: &mut impl Sink,
-        work: &mut WorkCounts,
-    ) {
-        let chain = self.slots[cell.number as usize].chain;
-        if mask.is_empty() {
-            self.buckets.take_all(chain, sink, work);
-        } else {
-            self.buckets.cull(chain, frustum, mask, sink, work);
-        }
+    fn cull(&self, from: From, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+        let (one, many) = (PlaneLanes::new(frustum), PlaneSet::new(frustum));
+        Backend::detect().run(Cull { tree: self, one, many, sink, from })
     }
 
     /// Calls `each` for the children that hold anything, the last first.
@@ -90,9 +128,9 @@ impl LooseOctree {
             let sink = &mut VisitorSink { visitor, asked };
             match asked {
                 Visit::Skip => {}
-                Visit::Take => work += self.cull(cell, mask, frustum, sink),
+                Visit::Take => work += self.cull(From::Cell(cell, mask), frustum, sink),
                 Visit::Descend => {
-                    self.own(&cell, mask, frustum, sink, &mut work);
+                    work += self.cull(From::Own(cell, mask), frustum, sink);
                     self.for_children(&cell, |child| stack.push((child, mask)));
                 }
             }
@@ -116,7 +154,7 @@ impl LooseOctree {
         let polygons = self.outside_root();
         let asked = visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
         if asked != Visit::Skip {
-            self.buckets.cull(chain, frustum, PlaneMask::ALL, &mut VisitorSink { visitor, asked }, work);
+            *work += self.cull(From::Outside, frustum, &mut VisitorSink { visitor, asked });
         }
     }
 }

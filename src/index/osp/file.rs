@@ -119,12 +119,12 @@ impl Osp {
             let slot = grid::octant(&at, shift + 1);
             let node_box = self.node_box(old);
             let node = &mut self.nodes[top];
-            (node.shift, node.key) = (shift + 1, at);
+            (node.shift, node.key, node.parent) = (shift + 1, at, NONE);
+            // What was the top is noted in the preallocated levels already.
             node.children[slot] = Link::node(old);
             node.boxes.set(slot, &node_box);
             (self.nodes[old].parent, self.nodes[old].slot) = (top, slot as u32);
-            self.nodes[top].parent = NONE;
-            self.top = top;
+            self.set_top(top);
         }
     }
 
@@ -150,19 +150,12 @@ impl Osp {
         bounds.to_box()
     }
 
-    /// What there is on the way to runs of `level` at `key`: the lowest node, and the leaf if one follows. Inside the
-    /// root cube the way is read from the preallocated levels, whose entries are known from the key alone.
+    /// What there is on the way to runs of `level` at `key`: the lowest node, and the leaf if one follows.
     #[inline]
     fn descend(&self, key: &Key, level: u32) -> (u32, u32) {
-        let mut at = self.top;
-        if let Some(morton) = grid::morton_in_root(key).filter(|_| level <= grid::ROOT_SHIFT) {
-            for depth in 0..=(grid::ROOT_SHIFT - level).min(FLAT_LEVELS) {
-                match Link::from_bits(self.flat[grid::flat_entry_at(morton, depth)]).target() {
-                    Target::Node(node) => at = node,
-                    Target::Leaf(head) => return (at, head),
-                    Target::Nothing => break,
-                }
-            }
+        let (mut at, leaf) = self.direct_way(key, level);
+        if leaf != NONE {
+            return (at, leaf);
         }
         loop {
             let node = &self.nodes[at];
@@ -175,6 +168,25 @@ impl Osp {
                 Target::Nothing => return (at, NONE),
             }
         }
+    }
+
+    /// [`Osp::descend`] as far as the preallocated levels go: inside the root cube their entries are known from the key
+    /// alone.
+    #[inline]
+    pub(super) fn direct_way(&self, key: &Key, level: u32) -> (u32, u32) {
+        let mut at = self.top;
+        if let Some(morton) = grid::morton_in_root(key).filter(|_| level <= grid::ROOT_SHIFT) {
+            // Nothing is noted above the top.
+            let first = grid::ROOT_SHIFT.saturating_sub(self.nodes[at].shift);
+            for depth in first..=(grid::ROOT_SHIFT - level).min(FLAT_LEVELS) {
+                match Link::from_bits(self.flat[grid::flat_entry_at(morton, depth)]).target() {
+                    Target::Node(node) => at = node,
+                    Target::Leaf(head) => return (at, head),
+                    Target::Nothing => break,
+                }
+            }
+        }
+        (at, NONE)
     }
 
     /// Hangs an empty bucket up at a free slot of a node.
@@ -197,6 +209,15 @@ impl Osp {
         self.nodes[node].children[slot as usize] = link;
         if let Some(entry) = Grid::flat_entry(key, self.nodes[node].shift - 1) {
             self.flat[entry] = link.to_bits();
+        }
+    }
+
+    /// Makes a node the top, in the preallocated levels too.
+    pub(super) fn set_top(&mut self, top: u32) {
+        self.top = top;
+        let Node { key, shift, .. } = self.nodes[top];
+        if let Some(entry) = Grid::flat_entry(&key, shift) {
+            self.flat[entry] = Link::node(top).to_bits();
         }
     }
 

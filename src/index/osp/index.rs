@@ -1,7 +1,7 @@
 use super::{
     grid::{FLAT_ENTRIES, Grid, ROOT_SHIFT},
     ids::IdMap,
-    layout::{Bucket, Link, Node, OWN},
+    layout::{Bucket, Node, OWN},
     open::{Gathered, OpenBlock},
     pages::Pages,
     pool::{NONE, Pool},
@@ -10,6 +10,7 @@ use super::{
 use crate::{
     index::{
         DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts,
+        admission::admit_id,
         probe::Nearest,
         simd::{Backend, Wide},
     },
@@ -86,10 +87,10 @@ impl Osp {
     /// Sets the root cube's node up.
     pub(super) fn plant(&mut self) {
         self.young = true;
-        self.top = self.nodes.take();
-        let node = &mut self.nodes[self.top];
+        let top = self.nodes.take();
+        let node = &mut self.nodes[top];
         (node.shift, node.key, node.parent) = (ROOT_SHIFT, Grid::root_key(), NONE);
-        self.flat[0] = Link::node(self.top).to_bits();
+        self.set_top(top);
     }
 
     /// The box of a filed polygon.
@@ -163,6 +164,7 @@ impl SpatialIndex for Osp {
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        admit_id(id)?;
         let bounds = Wide::from_box(bounds);
         if !bounds.is_valid() {
             return Err(IndexError::InvalidBounds(id));

@@ -56,6 +56,10 @@ impl Osp {
         let masks = self.ids.shelves().flat_map(|(_, masks)| masks);
         let filed: usize = masks.map(|mask| mask.count_ones() as usize).sum();
         ensure!(filed == found.polygons as usize, "{filed} ids filed, {} polygons in runs", found.polygons);
+        if let Some(entry) = Grid::flat_entry(&top.key, top.shift) {
+            let link = Link::from_bits(self.flat[entry]);
+            ensure!(link == Link::node(self.top), "preallocated cell {entry} does not lead to the top");
+        }
         let linked = self.flat.iter().filter(|&&bits| Link::from_bits(bits) != Link::NONE).count();
         let reached = self.count_flat(self.top);
         ensure!(linked == reached, "{linked} preallocated cells in use, {reached} reached");
@@ -92,6 +96,10 @@ impl Osp {
     ) -> Result<Found, String> {
         *nodes += 1;
         let node = &self.nodes[number];
+        if Grid::flat_entry(&node.key, node.shift).is_some() {
+            let direct = self.direct_way(&node.key, node.shift);
+            ensure!(direct == (number, NONE), "the direct way to node {number} leads to {direct:?}");
+        }
         let mut found = Found::default();
         for slot in 0..8u32 {
             let bounds = node.boxes.get(slot as usize);

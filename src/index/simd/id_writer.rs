@@ -33,6 +33,14 @@ impl<'a> IdWriter<'a> {
         Self { list, start, len, capacity }
     }
 
+    /// Lets `write` append to a list.
+    pub(in crate::index) fn append<R>(list: &'a mut Vec<PolygonId>, write: impl FnOnce(&mut Self) -> R) -> R {
+        let mut writer = Self::new(list);
+        let result = write(&mut writer);
+        writer.finish();
+        result
+    }
+
     /// The length of the list.
     #[inline(always)]
     pub(in crate::index) fn len(&self) -> usize {
@@ -96,6 +104,31 @@ impl<'a> IdWriter<'a> {
         // SAFETY: there is room now.
         kernel.copy(ids, unsafe { self.places(0) });
         self.len += (count as usize).min(16);
+    }
+
+    /// Appends ids.
+    #[inline]
+    pub(in crate::index) fn push_slice(&mut self, ids: &[PolygonId]) {
+        self.make_room(ids.len());
+        // SAFETY: there is room for them now, and they do not belong to the list.
+        unsafe {
+            self.start.add(self.len).cast::<PolygonId>().copy_from_nonoverlapping(ids.as_ptr(), ids.len())
+        };
+        self.len += ids.len();
+    }
+
+    /// Appends those of sixteen ids that are in `lanes`.
+    #[inline(always)]
+    pub(in crate::index) fn push_packed<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], lanes: u32) {
+        self.make_room(0);
+        // SAFETY: there is room now.
+        let places = unsafe { self.places(0) };
+        self.len += if lanes == 0xFFFF {
+            kernel.copy(ids, places);
+            16
+        } else {
+            kernel.pack(ids, lanes, places)
+        };
     }
 
     /// Appends the first `runs` runs of a page.

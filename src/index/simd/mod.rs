@@ -29,5 +29,5 @@ pub use backend::Backend;
 pub(in crate::index) use backend::{Kernel, WithKernel};
 pub(in crate::index) use boxes::{Boxes, Halves, Wide};
 pub(in crate::index) use id_writer::{IdWriter, PageRuns};
-pub(in crate::index) use planes::{PlaneSet, PreparedPlane};
+pub(in crate::index) use planes::{PlaneLanes, PlaneSet, PreparedPlane};
 pub(in crate::index) use prefetch::{prefetch, prefetch_lines};

@@ -31,11 +31,8 @@ pub fn open_apa(path: &Path, options: &OpenOptions) -> Result<Session, Recording
     let strokes = read_head(&mut bytes)?;
     let format = Apa { full_pressure: full_pressure(path) };
     let stream = StrokeStream::new(format, bytes, strokes, OnDamage::of(options.lenient), Vec::new());
-    Ok(Session {
-        header: Header::new(session_name(path), "A-Painter"),
-        format: "apa",
-        events: Box::new(stream),
-    })
+    let header = Header::new(session_name(path), "A-Painter");
+    Ok(Session::new(header, "apa", Box::new(stream), path, options))
 }
 
 fn open_bytes(path: &Path) -> Result<ByteReader, RecordingError> {

@@ -14,7 +14,7 @@ use zip::{CompressionMethod, ZipArchive};
 
 use super::bytes::ByteReader;
 use super::strokes::OnDamage;
-use crate::recording::RecordingError;
+use crate::recording::{Limits, RecordingError, unpacked::Unpacked};
 
 /// Most entries that a walk over local headers looks at. Real sketches have three or four.
 const MOST_ENTRIES: usize = 64;
@@ -87,7 +87,7 @@ impl Archive {
 
 impl Entry {
     /// A reader of the entry's unpacked bytes.
-    pub(super) fn read(&self, path: &Path) -> Result<ByteReader, RecordingError> {
+    pub(super) fn read(&self, path: &Path, limits: &Limits) -> Result<ByteReader, RecordingError> {
         let entry_path = path.join(&self.name);
         let refuse = |expected: &str, found: String| RecordingError::Unknown {
             path: entry_path.clone(),
@@ -106,7 +106,10 @@ impl Entry {
         let reader: Box<dyn Read + Send> = match &self.packing {
             Packing::Stored => Box::new(packed),
             // Points are decoded 36 bytes at a time, so the unpacked side is buffered as well.
-            Packing::Deflated => Box::new(BufReader::new(DeflateDecoder::new(packed))),
+            Packing::Deflated => {
+                let unpacked = Unpacked::new(DeflateDecoder::new(packed), self.packed_bytes, limits);
+                Box::new(BufReader::new(unpacked))
+            }
             Packing::Other(name) => return Err(refuse("an entry that is stored or deflated", name.clone())),
         };
         Ok(ByteReader::new(entry_path, reader).with_checksum(self.crc))

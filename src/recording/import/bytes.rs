@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use flate2::Crc;
 use glam::{Quat, Vec3};
 
-use crate::recording::RecordingError;
+use crate::recording::{Place, RecordingError, unpacked};
 
 /// Decodes little-endian values from a stream and says where it stands when one is missing.
 pub(super) struct ByteReader {
@@ -167,6 +167,9 @@ impl ByteReader {
 
     /// A failed read is damage if the data ended or could not be unpacked, else a fault of the system.
     fn read_error(&self, error: io::Error, wanted: &str) -> RecordingError {
+        if let Some(beyond) = unpacked::beyond(&error, &self.path, Place::Byte(self.offset)) {
+            return beyond;
+        }
         match error.kind() {
             io::ErrorKind::UnexpectedEof => self.expected(wanted, "the end of the data"),
             io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => self.expected(wanted, error),

@@ -21,7 +21,6 @@ use std::vec;
 use glam::Vec3;
 
 use super::cassie_json::{self, Document, HistoryStroke, RawData, State};
-use super::strokes::OnDamage;
 use super::{axes, session_name};
 use crate::math::rotate;
 use crate::recording::{
@@ -41,18 +40,19 @@ const DELETE_STROKE: i64 = 2;
 
 /// Opens a CASSIE sketch by either of its files.
 ///
-/// All of it is held in memory, because its parts must be put in order; files above 64 MiB are refused.
+/// All of it is held in memory, because its parts must be put in order; files above [`Limits::whole_bytes`] are refused.
+///
+/// [`Limits::whole_bytes`]: crate::recording::Limits::whole_bytes
 ///
 /// # Errors
 /// A file cannot be read or (unless lenient) is damaged.
 pub fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
-    let on_damage = OnDamage::of(options.lenient);
     let mut warnings = Vec::new();
-    let first = cassie_json::read(path, on_damage, &mut warnings)?;
+    let first = cassie_json::read(path, options, &mut warnings)?;
     let folder = if matches!(first, Document::History(_)) { "raw_data" } else { "sketch_history" };
     let sibling = sibling(path, folder);
     let second =
-        sibling.as_deref().map(|path| cassie_json::read(path, on_damage, &mut warnings)).transpose()?;
+        sibling.as_deref().map(|path| cassie_json::read(path, options, &mut warnings)).transpose()?;
     let (mut history, mut raw) = (None, None);
     let mut raw_path = path;
     for (document, path) in [(Some(first), path), (second, sibling.as_deref().unwrap_or(path))] {
@@ -68,11 +68,14 @@ pub fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, Record
     let strokes = history.map_or_else(|| strokes_of_raw(raw), strokes_of_history);
     let events = merge(heads, strokes).into_iter();
     let stream = Cassie { events, notes: Notes { warnings, skipped } };
-    Ok(Session {
-        header: Header::new(session_name(path), "CASSIE"),
-        format: "cassie",
-        events: Box::new(stream),
-    })
+    let header = Header::new(session_name(path), "CASSIE");
+    Ok(Session::new(header, "cassie", Box::new(stream), path, options))
+}
+
+/// The other files that a sketch of this name is read from.
+#[cfg(feature = "cli")]
+pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
+    ["raw_data", "sketch_history"].into_iter().filter_map(|folder| sibling(path, folder)).collect()
 }
 
 /// The file of the same name in the folder beside that of `path`, if it exists.

@@ -7,12 +7,10 @@ use glam::{Quat, Vec3};
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, de};
 
-use super::strokes::OnDamage;
 use crate::math::COORDINATE_LIMIT_M;
-use crate::recording::RecordingError;
+use crate::recording::limits::beyond;
+use crate::recording::{OpenOptions, Place, RecordingError};
 
-/// Longest file that is read, because all of it is held. Real ones have less than a million bytes.
-const MOST_BYTES: u64 = 64 << 20;
 /// Greatest time that is read, seconds: 30,000 years.
 const GREATEST_TIME_SECS: f64 = 1e12;
 
@@ -120,20 +118,18 @@ impl From<RotationForm> for Rotation {
 /// Reads a file of either kind; `warnings` takes what a lenient reader passed over.
 pub(super) fn read(
     path: &Path,
-    on_damage: OnDamage,
+    options: &OpenOptions,
     warnings: &mut Vec<String>,
 ) -> Result<Document, RecordingError> {
     let io = |error| RecordingError::io(path, error);
     let file = File::open(path).map_err(io)?;
     let bytes = file.metadata().map_err(io)?.len();
-    if bytes > MOST_BYTES {
-        return Err(RecordingError::Unknown {
-            path: path.to_owned(),
-            expected: format!("a CASSIE sketch of at most {MOST_BYTES} bytes"),
-            found: format!("{bytes} bytes"),
-        });
+    // All of it is held. Real ones have less than a million bytes.
+    let most = options.limits.whole_bytes();
+    if bytes > most {
+        return Err(beyond(path, Place::File, most, "bytes"));
     }
-    let mut reader = BufReader::new(file.take(MOST_BYTES));
+    let mut reader = BufReader::new(file.take(most));
     let is_list = reader.fill_buf().map_err(io)?.trim_ascii_start().starts_with(b"[");
     let mut json = serde_json::Deserializer::from_reader(reader);
     let (document, result) = if is_list {
@@ -156,7 +152,7 @@ pub(super) fn read(
             .to_owned(),
         found: error.to_string(),
     };
-    if on_damage == OnDamage::Fail {
+    if !options.lenient {
         return Err(error);
     }
     warnings.push(format!("{error}; reading ended there"));

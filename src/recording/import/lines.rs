@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 use flate2::read::MultiGzDecoder;
 
 use super::strokes::OnDamage;
-use crate::recording::{Notes, RecordingError};
+use crate::recording::{
+    Notes, OpenOptions, Place, RecordingError,
+    unpacked::{self, Unpacked},
+};
 
 /// Damaged lines that get a warning of their own; all are counted.
 const MOST_WARNINGS: u64 = 16;
@@ -30,14 +33,16 @@ impl LineReader {
     /// Longest line that is read. The longest that means something is a face of 1024 corners, about 24 KiB.
     pub(super) const MOST_LINE_BYTES: usize = 64 << 10;
 
-    pub(super) fn open(path: &Path, on_damage: OnDamage) -> Result<Self, RecordingError> {
+    pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Self, RecordingError> {
         let open = || -> io::Result<Box<dyn BufRead + Send>> {
             let mut file = File::open(path)?;
             let mut magic = Vec::new();
             (&mut file).take(GZIP_MAGIC.len() as u64).read_to_end(&mut magic)?;
             file.rewind()?;
             if magic == GZIP_MAGIC {
-                return Ok(Box::new(BufReader::new(MultiGzDecoder::new(BufReader::new(file)))));
+                let packed = file.metadata()?.len();
+                let decoder = MultiGzDecoder::new(BufReader::new(file));
+                return Ok(Box::new(BufReader::new(Unpacked::new(decoder, packed, &options.limits))));
             }
             Ok(Box::new(BufReader::new(file)))
         };
@@ -47,10 +52,19 @@ impl LineReader {
             reader,
             line: 0,
             text: Vec::new(),
-            on_damage,
+            on_damage: OnDamage::of(options.lenient),
             notes: Notes::default(),
             done: false,
         })
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The line read last.
+    pub(super) fn place(&self) -> Place {
+        Place::Line(self.line)
     }
 
     pub(super) fn notes(&self) -> &Notes {
@@ -124,6 +138,9 @@ impl LineReader {
     /// A failed read: damage if the packed data ended early or cannot be unpacked, else a fault of the system.
     fn stop(&mut self, error: io::Error) -> Result<Option<String>, RecordingError> {
         self.done = true;
+        if let Some(beyond) = unpacked::beyond(&error, &self.path, self.place()) {
+            return Err(beyond);
+        }
         let damage = [io::ErrorKind::UnexpectedEof, io::ErrorKind::InvalidInput, io::ErrorKind::InvalidData];
         if !damage.contains(&error.kind()) {
             return Err(RecordingError::io(&self.path, error));

@@ -31,6 +31,8 @@ mod strokes;
 mod tilt;
 
 pub use apa::open_apa;
+#[cfg(feature = "cli")]
+pub(crate) use cassie::files_beside;
 pub use cassie::open_cassie;
 pub(super) use detect::{FORMATS, by_mark, by_name};
 pub use obj::open_obj;

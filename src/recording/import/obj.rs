@@ -11,12 +11,10 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::lines::{LineReader, shown};
 use super::session_name;
-use super::strokes::OnDamage;
 use crate::math::COORDINATE_LIMIT_M;
-use crate::recording::{Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session};
+use crate::recording::limits::beyond;
+use crate::recording::{Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session};
 
-/// Most vertices that are kept (12 bytes each). A packed file of a few megabytes can claim more than fit into memory.
-const MOST_VERTICES: usize = 1 << 26;
 /// Colour of faces that no group or material names, sRGB.
 const PLAIN: [f32; 3] = [0.72, 0.72, 0.70];
 /// Colours of named faces, sRGB; the name's hash chooses. Light and of one strength, so that shading stays readable.
@@ -41,16 +39,14 @@ const PALETTE: [[f32; 3]; 12] = [
 /// The file cannot be read.
 pub fn open_obj(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let obj = Obj {
-        lines: LineReader::open(path, OnDamage::of(options.lenient))?,
+        lines: LineReader::open(path, options)?,
         vertices: Vec::new(),
         group: None,
         material: None,
+        most_vertices: options.limits.polygons,
     };
-    Ok(Session {
-        header: Header::new(session_name(path), "Wavefront OBJ"),
-        format: "obj",
-        events: Box::new(obj),
-    })
+    let header = Header::new(session_name(path), "Wavefront OBJ");
+    Ok(Session::new(header, "obj", Box::new(obj), path, options))
 }
 
 struct Obj {
@@ -58,6 +54,7 @@ struct Obj {
     vertices: Vec<Vec3>,
     group: Option<[f32; 3]>,
     material: Option<[f32; 3]>,
+    most_vertices: u64,
 }
 
 /// What a line should have been, and what of it was not.
@@ -110,9 +107,6 @@ impl Obj {
         line: &str,
         mut fields: impl Iterator<Item = &'a str>,
     ) -> Result<(), Fault> {
-        if self.vertices.len() == MOST_VERTICES {
-            return Err(Fault::new(format!("at most {MOST_VERTICES} vertices"), line));
-        }
         let mut coordinate = || fields.next().and_then(|field| field.parse::<f32>().ok()).unwrap_or(f32::NAN);
         let vertex = Vec3::new(coordinate(), coordinate(), coordinate());
         let usable = vertex.is_finite() && vertex.abs().max_element() <= COORDINATE_LIMIT_M;
@@ -160,6 +154,10 @@ fn color_of(line: &str) -> Option<[f32; 3]> {
 impl EventSource for Obj {
     fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
         while let Some(line) = self.next_line()? {
+            if self.vertices.len() as u64 > self.most_vertices {
+                let (path, place) = (self.lines.path(), self.lines.place());
+                return Err(beyond(path, place, self.most_vertices, "vertices"));
+            }
             match self.read_line(&line) {
                 Ok(Some(event)) => return Ok(Some(event)),
                 Ok(None) => {}
@@ -171,5 +169,9 @@ impl EventSource for Obj {
 
     fn notes(&self) -> Notes {
         self.lines.notes().clone()
+    }
+
+    fn place(&self) -> Place {
+        self.lines.place()
     }
 }

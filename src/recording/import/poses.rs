@@ -13,10 +13,10 @@ use std::path::Path;
 use glam::{Quat, Vec3};
 
 use super::lines::{LineReader, shown};
-use super::strokes::OnDamage;
 use super::{axes, session_name};
 use crate::recording::{
-    Event, EventSource, Header, NormalRule, Notes, OpenOptions, RecordingError, Session, StrokeId, Tool,
+    Event, EventSource, Header, NormalRule, Notes, OpenOptions, Place, RecordingError, Session, StrokeId,
+    Tool,
 };
 
 /// A longer pause between two poses, or a step back in time by more, starts a new stroke: the tracker was lost. Trackers
@@ -38,18 +38,15 @@ const LINE: &str = "`time x y z qw qx qy qz`";
 /// The file cannot be read.
 pub fn open_poses(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let poses = Poses {
-        lines: LineReader::open(path, OnDamage::of(options.lenient))?,
+        lines: LineReader::open(path, options)?,
         up: Up::Z,
         first_secs: None,
         last: None,
         next_stroke: 0,
         ahead: [None, None],
     };
-    Ok(Session {
-        header: Header::new(session_name(path), "tracker poses"),
-        format: "poses",
-        events: Box::new(poses),
-    })
+    let header = Header::new(session_name(path), "tracker poses");
+    Ok(Session::new(header, "poses", Box::new(poses), path, options))
 }
 
 /// The axis of the file that points up.
@@ -174,5 +171,9 @@ impl EventSource for Poses {
 
     fn notes(&self) -> Notes {
         self.lines.notes().clone()
+    }
+
+    fn place(&self) -> Place {
+        self.lines.place()
     }
 }

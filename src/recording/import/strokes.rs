@@ -1,7 +1,7 @@
 use glam::{Quat, Vec3};
 
 use super::bytes::ByteReader;
-use crate::recording::{Event, EventSource, NormalRule, Notes, RecordingError, StrokeId, Tool};
+use crate::recording::{Event, EventSource, NormalRule, Notes, Place, RecordingError, StrokeId, Tool};
 
 /// A binary format that is a list of strokes, each a head and its points.
 pub(super) trait StrokeFormat: Send {
@@ -165,7 +165,10 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
         };
         let state = std::mem::replace(&mut self.state, State::Done);
         // A fault of the system is not damage: reading again may succeed.
-        if self.on_damage == OnDamage::Fail || matches!(error, RecordingError::Io { .. }) {
+        // Nor is a limit: what the session is read into notes it.
+        if self.on_damage == OnDamage::Fail
+            || matches!(error, RecordingError::Io { .. } | RecordingError::Limit { .. })
+        {
             return Err(error);
         }
         self.notes.skipped += 1;
@@ -179,6 +182,10 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
 
     fn notes(&self) -> Notes {
         self.notes.clone()
+    }
+
+    fn place(&self) -> Place {
+        Place::Byte(self.bytes.offset())
     }
 }
 

@@ -5,7 +5,6 @@
 //! least pressure that each brush has and no file holds; here pressure does not matter. Every stroke is read as a
 //! ribbon, though some brushes draw tubes or particles. Strokes keep the order of the file, whatever their times.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
@@ -17,7 +16,8 @@ use super::bytes::ByteReader;
 use super::strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream};
 use super::{axes, session_name};
 use crate::math::rotate;
-use crate::recording::{Camera, Event, Header, NormalRule, OpenOptions, RecordingError, Session};
+use crate::recording::{Camera, Event, Header, Limits, NormalRule, OpenOptions, RecordingError, Session};
+use crate::small_file::open_regular;
 
 /// The first bytes of a file.
 pub(super) const MAGIC: &[u8] = b"tilT";
@@ -46,7 +46,7 @@ const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main
 pub fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let on_damage = OnDamage::of(options.lenient);
     let (mut sketch, metadata, mut warnings) =
-        if path.is_dir() { open_folder(path)? } else { open_zip(path, on_damage)? };
+        if path.is_dir() { open_folder(path)? } else { open_zip(path, on_damage, &options.limits)? };
     let metadata = metadata.map_or_else(
         || {
             warnings.push(format!("{}: there is no metadata.json, so no camera", path.display()));
@@ -73,7 +73,7 @@ pub fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, Recordin
         Err(error) => return Err(error),
     };
     let stream = StrokeStream::new(Sketch::default(), sketch, strokes, on_damage, warnings);
-    Ok(Session { header, format: "tilt", events: Box::new(stream) })
+    Ok(Session::new(header, "tilt", Box::new(stream), path, options))
 }
 
 /// Whether a folder is a `.tilt` in its unpacked form.
@@ -94,7 +94,7 @@ fn open_folder(path: &Path) -> Result<Parts, RecordingError> {
     Ok((sketch, open(&METADATA_NAMES)?, Vec::new()))
 }
 
-fn open_zip(path: &Path, on_damage: OnDamage) -> Result<Parts, RecordingError> {
+fn open_zip(path: &Path, on_damage: OnDamage, limits: &Limits) -> Result<Parts, RecordingError> {
     let mut bytes = open_file(path.to_owned())?;
     let mut magic = [0; MAGIC.len()];
     bytes.fill(&mut magic, "the word `tilT`")?;
@@ -104,13 +104,13 @@ fn open_zip(path: &Path, on_damage: OnDamage) -> Result<Parts, RecordingError> {
     let zip_start = bytes.u16("the length of the head")?;
     let archive = Archive::open(path, zip_start.into(), on_damage)?;
     let sketch =
-        archive.find(&SKETCH_NAMES).ok_or_else(|| no_sketch(path, "a zip without it"))?.read(path)?;
-    let metadata = archive.find(&METADATA_NAMES).map(|entry| entry.read(path)).transpose()?;
+        archive.find(&SKETCH_NAMES).ok_or_else(|| no_sketch(path, "a zip without it"))?.read(path, limits)?;
+    let metadata = archive.find(&METADATA_NAMES).map(|entry| entry.read(path, limits)).transpose()?;
     Ok((sketch, metadata, archive.warning.into_iter().collect()))
 }
 
 fn open_file(path: PathBuf) -> Result<ByteReader, RecordingError> {
-    let file = File::open(&path).map_err(|error| RecordingError::io(&path, error))?;
+    let file = open_regular(&path).map_err(|error| RecordingError::io(&path, error))?;
     let reader: Box<dyn Read + Send> = Box::new(BufReader::new(file));
     Ok(ByteReader::new(path, reader))
 }

@@ -100,7 +100,7 @@ impl HzbView {
                 gpu,
                 "depth pyramid",
                 &hzb.pyramid_layout,
-                &[span.clone(), whole(&buffers.params), depth, whole(&buffers.pyramid)],
+                &[span.clone(), whole(&buffers.params), depth.clone(), whole(&buffers.pyramid)],
             ),
             test: bind(
                 gpu,
@@ -116,6 +116,7 @@ impl HzbView {
                     whole(&buffers.pyramid),
                     whole(frame.list),
                     whole(&buffers.args),
+                    depth,
                 ],
             ),
             compact: bind(

@@ -1,6 +1,7 @@
 use super::{
     super::{Gpu, RenderError, gpu_scene::GpuScene, shaders},
     queries::QueryPipelines,
+    samples,
     span::{PARAMS_BYTES, SPAN_BYTES},
 };
 
@@ -46,7 +47,11 @@ impl Hzb {
     /// # Errors
     /// The adapter lacks something.
     pub(in super::super) fn new(gpu: &Gpu) -> Result<Self, RenderError> {
-        if let Some(lacks) = missing(gpu) {
+        let missing = match missing(gpu) {
+            None if !samples::are_in_place(gpu)? => Some("samples at the usual places of a pixel"),
+            missing => missing,
+        };
+        if let Some(lacks) = missing {
             return Err(RenderError::NoOcclusion { adapter: gpu.name(), lacks });
         }
         use Bound::{Depth, Read, Span, Uniform, Write};
@@ -54,8 +59,11 @@ impl Hzb {
         let params = Uniform(PARAMS_BYTES);
         let recall_layout = layout(gpu, "recall", &[Span, Read, Read, Write, Write]);
         let pyramid_layout = layout(gpu, "depth pyramid", &[Span, params, Depth, Write]);
-        let test_layout =
-            layout(gpu, "occlusion test", &[Span, params, view, Read, Write, Write, Read, Write, Write]);
+        let test_layout = layout(
+            gpu,
+            "occlusion test",
+            &[Span, params, view, Read, Write, Write, Read, Write, Write, Depth],
+        );
         let compact_layout = layout(gpu, "compaction", &[Span, Read, Write, Write, Write]);
         let chunk_layout = layout(gpu, "polygon chunk", &[Read]);
         let pyramid = [Some(&pyramid_layout)];

@@ -25,7 +25,7 @@ struct Span {
 const LANES: u32 = 256u;
 
 var<workgroup> total: atomic<u32>;
-var<workgroup> partial: array<u32, LANES>;
+var<workgroup> summed: array<u32, LANES>;
 
 fn kept_at(at: u32) -> vec2<u32> {
     if at < span.end {
@@ -36,18 +36,18 @@ fn kept_at(at: u32) -> vec2<u32> {
 
 // The sum of this lane's number and those of the lanes before it.
 fn sum_up_to(lane: u32, number: u32) -> u32 {
-    partial[lane] = number;
+    summed[lane] = number;
     workgroupBarrier();
     for (var step = 1u; step < LANES; step *= 2u) {
         var before = 0u;
         if lane >= step {
-            before = partial[lane - step];
+            before = summed[lane - step];
         }
         workgroupBarrier();
-        partial[lane] += before;
+        summed[lane] += before;
         workgroupBarrier();
     }
-    return partial[lane];
+    return summed[lane];
 }
 
 @compute @workgroup_size(LANES)
@@ -75,7 +75,7 @@ fn scan(@builtin(local_invocation_index) lane: u32) {
         if at < groups {
             sums[span.first_sum + at] = before + up_to - own;
         }
-        before += partial[LANES - 1u];
+        before += summed[LANES - 1u];
         workgroupBarrier();
     }
     if lane == 0u {

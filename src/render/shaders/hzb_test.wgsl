@@ -51,48 +51,104 @@ struct Polygon {
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
 @group(0) @binding(7) var<storage, read_write> list: array<u32>;
 @group(0) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
+@group(0) @binding(9) var samples: texture_depth_multisampled_2d;
 @group(1) @binding(0) var<storage, read> chunk: array<Polygon>;
 
 const NOTHING: u32 = 0xffffffffu;
 // Texels that a group's rectangle covers at most, each way …
 const GROUP_TEXELS: i32 = 4;
-// … and a triangle's.
+// … and a triangle's, where its test begins.
 const FINE_TEXELS: i32 = 8;
+// Texels that a triangle is tested on at most, finer ones included. One that needs more is drawn.
+const MOST_STEPS: u32 = 1024u;
 
 const BY_BOX: u32 = 1u;
 const BY_FARTHEST: u32 = 2u;
 
-// Pixels that a corner may be beside where it is computed to be: corners are snapped to a grid (1/256 pixel or finer),
-// and computed with rounding (a few units in the last place).
+// How far the rasteriser may put a sample's polygon from where it is computed to be here. u is 2^-24, half a unit in the
+// last place; S is the sum of the absolute products that a coordinate is made of, n how far a corner is from the middle,
+// in half pictures.
+//
+// - Corners are snapped to a grid: SNAP, 1/256 pixel or finer.
+// - Here and in the vertex shader the same sums of four products may be rounded in another order: they differ by 8 u S.
+//   A quotient of two then differs by 8 u (S_x + n S_w) / w and what the division rounds, 5 u n; the way to pixels
+//   rounds 6 u n more, twice. In pixels that is below 19 u (S_x + n S_w) / w of the picture's side, because S_x is at
+//   least n w, and S_w at least w: `spread`.
+// - A driver that cuts a triangle at the picture's border, or at some distance from it, computes new corners on its
+//   edges: 3 u of the largest coordinates, divided by a w that is no smaller than the smallest: in pixels, below
+//   2 u (most x + n most w) / least w of the side: `cut`. That may be much more than where its corners are.
+// - Depth may be off by 13 u (S_z + depth S_w) / w at a corner, at a new corner by 3 u depth most w / least w, and by
+//   u or two where it is interpolated, as long as it does not change over the picture's width; that part is among what
+//   is made of `slope` below.
 const SNAP: f32 = 1.0 / 256.0;
-const ROUNDING: f32 = 1.0 / 1048576.0;
-// Part of a depth that interpolation may be off by.
-const DEPTH_ROUNDING: f32 = 4.0e-6;
-// Beyond it nothing is decided, pixels.
-const FARTHEST: f32 = 1.0e6;
+// 32 u.
+const ROUNDING: f32 = 1.0 / 524288.0;
+// A triangle of which the rasteriser may make more than so many pixels is drawn: its corners are extremely far beside the
+// picture, or one is next to the eye's plane or behind.
+const MOST_PLAY: f32 = 2.0;
 
-// A corner on the picture: pixels, depth; w is 0 if it is not clearly before the eye.
-fn on_picture(point: vec3<f32>) -> vec4<f32> {
-    let clip = view.clip_from_eye * vec4(point, 1.0);
-    if !(clip.w > 0.0 && clip.z < clip.w * 0.9999) {
-        return vec4(0.0);
-    }
-    let size = vec2(f32(params.width), f32(params.height));
-    let pixel = (clip.xy / clip.w * vec2(0.5, -0.5) + 0.5) * size;
-    if !(abs(pixel.x) < FARTHEST && abs(pixel.y) < FARTHEST) {
-        return vec4(0.0);
-    }
-    return vec4(pixel, clip.z / clip.w, 1.0);
+// A corner on the picture.
+struct Corner {
+    // Pixels, depth.
+    at: vec3<f32>,
+    // The largest of the coordinates across, and w.
+    reach: vec2<f32>,
+    spread: f32,
+    depth_play: f32,
 }
 
-// How far a corner may be from where it is said to be, pixels.
-fn play(low: vec2<f32>, high: vec2<f32>) -> f32 {
-    let size = max(vec2(f32(params.width), f32(params.height)), max(abs(low), abs(high)));
-    return SNAP + max(size.x, size.y) * ROUNDING;
+fn on_picture(point: vec3<f32>) -> Corner {
+    let m = view.clip_from_eye;
+    let clip = m * vec4(point, 1.0);
+    let p = abs(point);
+    let sum = abs(m[0]) * p.x + abs(m[1]) * p.y + abs(m[2]) * p.z + abs(m[3]);
+    let ndc = clip.xyz / clip.w;
+    let beside = max(abs(ndc.x), abs(ndc.y));
+    let size = vec2(f32(params.width), f32(params.height));
+    return Corner(
+        vec3((ndc.xy * vec2(0.5, -0.5) + 0.5) * size, ndc.z),
+        vec2(max(abs(clip.x), abs(clip.y)), clip.w),
+        (max(sum.x, sum.y) + beside * sum.w) / clip.w,
+        (sum.z + abs(ndc.z) * sum.w) / clip.w,
+    );
 }
 
 fn corner(polygon: Polygon, i: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(polygon.corners[i].xyz) - view.eye_in_world.xyz;
+}
+
+// A polygon on the picture.
+struct Placed {
+    // Pixels, depth.
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+    d: vec3<f32>,
+    // How far a corner may be from where it is said to be, pixels; negative if nothing can be said.
+    play: f32,
+    // How much nearer a depth may be than what is said.
+    depth_play: f32,
+}
+
+fn placed(polygon: Polygon) -> Placed {
+    let a = on_picture(corner(polygon, 0u));
+    let b = on_picture(corner(polygon, 1u));
+    let c = on_picture(corner(polygon, 2u));
+    let d = on_picture(corner(polygon, 3u));
+    let least_w = min(min(a.reach.y, b.reach.y), min(c.reach.y, d.reach.y));
+    let most = max(max(a.reach, b.reach), max(c.reach, d.reach));
+    let spread = max(max(a.spread, b.spread), max(c.spread, d.spread));
+    // As far beside the picture as the farthest corner may a triangle be cut.
+    let beside = max(max(a.reach.x / a.reach.y, b.reach.x / b.reach.y), max(c.reach.x / c.reach.y, d.reach.x / d.reach.y));
+    let cut = (most.x + max(beside, 1.0) * most.y) / least_w;
+    let side = max(f32(params.width), f32(params.height));
+    let play = SNAP + side * ROUNDING * max(spread, cut);
+    let nearest = max(max(abs(a.at.z), abs(b.at.z)), max(abs(c.at.z), abs(d.at.z)));
+    let at_corners = max(max(a.depth_play, b.depth_play), max(c.depth_play, d.depth_play));
+    let depth_play = ROUNDING * (at_corners + nearest * most.y / least_w);
+    // Not so if one of them is not a number.
+    let is_known = least_w > 0.0 && play < MOST_PLAY && depth_play < 1.0;
+    return Placed(a.at, b.at, c.at, d.at, select(-1.0, play, is_known), depth_play);
 }
 
 // How fast depth changes over a triangle at most, by pixel along both axes together, for any place of its corners within
@@ -123,6 +179,9 @@ struct Bound {
     is_known: u32,
 }
 
+// Beyond every picture, pixels.
+const FARTHEST: f32 = 1.0e6;
+
 fn nothing() -> Bound {
     return Bound(vec2(FARTHEST), vec2(-FARTHEST), 0.0, 1u);
 }
@@ -138,29 +197,25 @@ fn both(a: Bound, b: Bound) -> Bound {
 // Depth is linear on the picture, so no sample within a triangle is nearer than its nearest corner. A sample may lie
 // outside of it by as much as the corners are moved by snapping: there depth goes on as steep as it is.
 fn bound_of(polygon: Polygon) -> Bound {
-    let a = on_picture(corner(polygon, 0u));
-    let b = on_picture(corner(polygon, 1u));
-    let c = on_picture(corner(polygon, 2u));
-    let d = on_picture(corner(polygon, 3u));
-    if a.w * b.w * c.w * d.w == 0.0 {
+    let p = placed(polygon);
+    if p.play < 0.0 {
         return unknown();
     }
-    let low = min(min(a.xy, b.xy), min(c.xy, d.xy));
-    let high = max(max(a.xy, b.xy), max(c.xy, d.xy));
-    let by = play(low, high);
-    var steep = steepness(a.xyz, b.xyz, c.xyz, by);
+    let low = min(min(p.a.xy, p.b.xy), min(p.c.xy, p.d.xy));
+    let high = max(max(p.a.xy, p.b.xy), max(p.c.xy, p.d.xy));
+    var steep = steepness(p.a, p.b, p.c, p.play);
     if !is_same(polygon.corners[2], polygon.corners[3]) {
-        let other = steepness(a.xyz, c.xyz, d.xyz, by);
+        let other = steepness(p.a, p.c, p.d, p.play);
         steep = select(max(steep, other), -1.0, min(steep, other) < 0.0);
     }
     if steep < 0.0 {
         return unknown();
     }
-    var nearest = max(max(a.z, b.z), max(c.z, d.z));
+    var nearest = max(max(p.a.z, p.b.z), max(p.c.z, p.d.z)) + p.depth_play;
     if params.bound == BY_FARTHEST {
-        nearest = min(min(a.z, b.z), min(c.z, d.z)) * 0.8;
+        nearest = min(min(p.a.z, p.b.z), min(p.c.z, p.d.z)) * 0.8;
     }
-    return Bound(low - 2.0 * by, high + 2.0 * by, nearest + steep * 2.0 * by, 1u);
+    return Bound(low - 2.0 * p.play, high + 2.0 * p.play, nearest + steep * 2.0 * p.play, 1u);
 }
 
 // Pixels from the first to the last that a rectangle may touch; the first is beyond the last if it lies outside.
@@ -171,19 +226,18 @@ fn pixels(low: vec2<f32>, high: vec2<f32>) -> vec4<i32> {
 
 // The finest level on which a rectangle of pixels covers so many texels at most, each way.
 fn level_for(rect: vec4<i32>, most: i32) -> u32 {
-    var level = 0u;
-    loop {
+    for (var level = 0u; level + 1u < params.level_count; level++) {
         let texels = (rect.zw >> vec2(level)) - (rect.xy >> vec2(level));
-        if max(texels.x, texels.y) < most || level + 1u >= params.level_count {
+        if max(texels.x, texels.y) < most {
             return level;
         }
-        level += 1u;
     }
-    return level;
+    return params.level_count - 1u;
 }
 
-fn rounded_up(depth: f32) -> f32 {
-    return depth + abs(depth) * DEPTH_ROUNDING;
+fn depth_at(level: u32, at: vec2<i32>) -> f32 {
+    let texels = params.levels[level];
+    return pyramid[texels.x + u32(at.y) * texels.y + u32(at.x)];
 }
 
 fn is_bound_hidden(bound: Bound) -> bool {
@@ -192,18 +246,34 @@ fn is_bound_hidden(bound: Bound) -> bool {
     }
     let rect = pixels(bound.low, bound.high);
     let level = level_for(rect, GROUP_TEXELS);
-    let texels = params.levels[level];
     let first = rect.xy >> vec2(level);
     let last = rect.zw >> vec2(level);
-    let nearest = rounded_up(bound.nearest);
     for (var y = first.y; y <= last.y; y++) {
         for (var x = first.x; x <= last.x; x++) {
-            if !(nearest < pyramid[texels.x + u32(y) * texels.y + u32(x)]) {
+            if !(bound.nearest < depth_at(level, vec2(x, y))) {
                 return false;
             }
         }
     }
     return true;
+}
+
+// A triangle on the picture, and how far the rasteriser may differ from it.
+struct Triangle {
+    a: vec2<f32>,
+    b: vec2<f32>,
+    c: vec2<f32>,
+    // 1 or -1: which way round it is.
+    side: f32,
+    // The most that a place of it may be outside of each edge, as twice an area, negative.
+    outside: vec3<f32>,
+    // Depth at `a`, and how it changes by pixel.
+    depth: f32,
+    slope: vec2<f32>,
+    // How much nearer than its plane a sample may be.
+    more: f32,
+    // The nearest depth of all.
+    nearest: f32,
 }
 
 // Twice the area that the edge from `p` to `q` and the corner of a rectangle span, for the corner where it is largest.
@@ -214,72 +284,114 @@ fn most_inside(p: vec2<f32>, q: vec2<f32>, low: vec2<f32>, high: vec2<f32>, side
     return along.x * (y - p.y) - along.y * (x - p.x);
 }
 
-// A triangle against the texels that it touches, each with the nearest depth that the triangle can have there: its plane's
-// over the texel, and never more than that of its nearest corner.
-fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> bool {
+// Whether a sample of the triangle may lie in a rectangle.
+fn may_touch(t: Triangle, low: vec2<f32>, high: vec2<f32>) -> bool {
+    let inside = vec3(
+        most_inside(t.a, t.b, low, high, t.side),
+        most_inside(t.b, t.c, low, high, t.side),
+        most_inside(t.c, t.a, low, high, t.side),
+    );
+    return !any(inside < t.outside);
+}
+
+// The nearest depth that a sample of the triangle in a rectangle can have: its plane's, and never more than that of its
+// nearest corner.
+fn nearest_in(t: Triangle, low: vec2<f32>, high: vec2<f32>) -> f32 {
+    let steps = max(t.slope * (low - t.a), t.slope * (high - t.a));
+    return min(t.depth + steps.x + steps.y + t.more, t.nearest);
+}
+
+fn may_win(t: Triangle, pixel: vec2<i32>, sample: i32, place: vec2<f32>) -> bool {
+    let at = vec2<f32>(pixel) + place;
+    return may_touch(t, at, at) && !(nearest_in(t, at, at) < textureLoad(samples, pixel, sample));
+}
+
+// A triangle against the texels that it touches. Where a texel cannot tell, its four parts on the next finer level are
+// asked, in turn, down to single pixels and their samples, and after the fourth their parent's neighbour: a walk through a
+// tree of which only the place is remembered. Hidden is what is behind in every texel or sample that the walk ends on, and
+// those cover the triangle; a walk that is broken off says nothing.
+fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_play: f32) -> bool {
     let low = min(min(a.xy, b.xy), c.xy);
     let high = max(max(a.xy, b.xy), c.xy);
-    let by = play(low, high);
     let steep = steepness(a, b, c, by);
     if steep < 0.0 {
         return false;
     }
+    // Samples of it are no farther out.
+    let out_low = low - 2.0 * by;
+    let out_high = high + 2.0 * by;
+    let rect = pixels(out_low, out_high);
+    if any(rect.xy > rect.zw) {
+        return true;
+    }
     let ab = b - a;
     let ac = c - a;
     let area = ab.x * ac.y - ab.y * ac.x;
-    let side = select(-1.0, 1.0, area > 0.0);
     let slope = vec2(ab.z * ac.y - ac.z * ab.y, ac.z * ab.x - ab.z * ac.x) / area;
     let extent = max(high.x - low.x, high.y - low.y);
     // What the rounding of `slope` makes over the triangle.
     let uneven = extent * (1.0e-6 + 4.0e-7 * extent * extent / abs(area));
-    let more = steep * (2.0 * by + uneven);
-    let nearest = max(max(a.z, b.z), c.z) + steep * 2.0 * by;
-    // What moving the corners makes of the areas below.
+    // What moving the corners makes of the areas at the edges.
     let beside = by * (4.0 * extent + 8.0 * by) + extent * extent * 4.0e-7;
     let outside = -vec3(
         beside + by * (abs(ab.x) + abs(ab.y)),
         beside + by * (abs(c.x - b.x) + abs(c.y - b.y)),
         beside + by * (abs(ac.x) + abs(ac.y)),
     );
+    let more = steep * (2.0 * by + uneven) + depth_play;
+    let nearest = max(max(a.z, b.z), c.z) + steep * 2.0 * by + depth_play;
+    let side = select(-1.0, 1.0, area > 0.0);
+    let t = Triangle(a.xy, b.xy, c.xy, side, outside, a.z, slope, more, nearest);
 
-    let rect = pixels(low - 2.0 * by, high + 2.0 * by);
-    let level = level_for(rect, FINE_TEXELS);
-    let texels = params.levels[level];
-    let first = rect.xy >> vec2(level);
-    let last = rect.zw >> vec2(level);
-    let size = f32(1u << level);
-    for (var y = first.y; y <= last.y; y++) {
-        for (var x = first.x; x <= last.x; x++) {
-            // Samples of the triangle are no farther out than its rectangle.
-            let from_ = max(vec2(f32(x), f32(y)) * size, low - 2.0 * by);
-            let to = min(vec2(f32(x + 1), f32(y + 1)) * size, high + 2.0 * by);
-            let inside = vec3(
-                most_inside(a.xy, b.xy, from_, to, side),
-                most_inside(b.xy, c.xy, from_, to, side),
-                most_inside(c.xy, a.xy, from_, to, side),
-            );
-            if any(inside < outside) {
-                continue;
-            }
-            let steps = max(slope * (from_ - a.xy), slope * (to - a.xy));
-            let depth = rounded_up(min(a.z + steps.x + steps.y + more, nearest));
-            if !(depth < pyramid[texels.x + u32(y) * texels.y + u32(x)]) {
-                return false;
+    let top = level_for(rect, FINE_TEXELS);
+    let first = rect.xy >> vec2(top);
+    let end = rect.zw >> vec2(top);
+    var level = top;
+    var at = first;
+    for (var step = 0u; step < MOST_STEPS; step++) {
+        let size = f32(1u << level);
+        let texel_low = max(vec2<f32>(at) * size, out_low);
+        let texel_high = min(vec2<f32>(at + 1) * size, out_high);
+        // Parts of a texel may lie beside the rectangle.
+        let is_in = all(at >= (rect.xy >> vec2(level))) && all(at <= (rect.zw >> vec2(level)));
+        if is_in && may_touch(t, texel_low, texel_high) {
+            if !(nearest_in(t, texel_low, texel_high) < depth_at(level, at)) {
+                if level > 0u {
+                    level -= 1u;
+                    at *= 2;
+                    continue;
+                }
+                // Where the samples of a pixel are: see `samples.rs`.
+                if may_win(t, at, 0, vec2(0.375, 0.125)) || may_win(t, at, 1, vec2(0.875, 0.375))
+                    || may_win(t, at, 2, vec2(0.125, 0.625)) || may_win(t, at, 3, vec2(0.625, 0.875)) {
+                    return false;
+                }
             }
         }
+        // Where this was the last of four parts, the parent is done, too, and so on.
+        let up = min(firstTrailingBit(~u32(at.x & at.y)), top - level);
+        level += up;
+        at = at >> vec2(up);
+        if level < top {
+            at = select(vec2(at.x - 1, at.y + 1), vec2(at.x + 1, at.y), (at.x & 1) == 0);
+        } else if at.x < end.x {
+            at.x += 1;
+        } else if at.y < end.y {
+            at = vec2(first.x, at.y + 1);
+        } else {
+            return true;
+        }
     }
-    return true;
+    return false;
 }
 
 fn is_polygon_hidden(polygon: Polygon) -> bool {
-    let a = on_picture(corner(polygon, 0u));
-    let b = on_picture(corner(polygon, 1u));
-    let c = on_picture(corner(polygon, 2u));
-    let d = on_picture(corner(polygon, 3u));
-    if a.w * b.w * c.w * d.w == 0.0 || !is_triangle_hidden(a.xyz, b.xyz, c.xyz) {
+    let p = placed(polygon);
+    if p.play < 0.0 || !is_triangle_hidden(p.a, p.b, p.c, p.play, p.depth_play) {
         return false;
     }
-    return is_same(polygon.corners[2], polygon.corners[3]) || is_triangle_hidden(a.xyz, c.xyz, d.xyz);
+    return is_same(polygon.corners[2], polygon.corners[3])
+        || is_triangle_hidden(p.a, p.c, p.d, p.play, p.depth_play);
 }
 
 const LANES: u32 = 64u;
@@ -303,10 +415,10 @@ fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
     for (var i = 0u; i < 8u; i++) {
         let at = select(low, high, vec3((i & 1u) != 0u, (i & 2u) != 0u, (i & 4u) != 0u));
         let p = on_picture(at);
-        if p.w == 0.0 {
+        if !(p.reach.y > 0.0 && p.spread < FARTHEST) {
             return unknown();
         }
-        bound = both(bound, Bound(p.xy, p.xy, p.z, 1u));
+        bound = both(bound, Bound(p.at.xy, p.at.xy, p.at.z, 1u));
     }
     return bound;
 }
@@ -320,7 +432,7 @@ fn test(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if at < span.end {
         handle = handles[at];
     }
-    let is_on = (handle.mask >> bit & 1u) == 1u;
+    let is_on = ((handle.mask >> bit) & 1u) == 1u;
     var polygon: Polygon;
     bounds[lane] = nothing();
     lows[lane] = vec3(1.0e30);

@@ -22,6 +22,7 @@ pub use file::PvsError;
 use std::sync::Arc;
 
 use glam::{UVec3, Vec3};
+use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::{
@@ -94,11 +95,14 @@ impl ViewCells {
     }
 }
 
-/// A number for the polygons of a model and where they are: sets are of use for one model only.
+/// A number for the polygons of a model, where they are, and whether they hide what is behind them: sets are of use
+/// for one model only.
 pub fn fingerprint_of_model(scene: &Scene) -> u64 {
     let mut hash = Xxh3::new();
     for id in scene.visible_ids() {
         hash.update(&id.0.to_le_bytes());
+        let (.., opacity) = scene.stroke_of(id).color();
+        hash.update(&[u8::from(opacity >= 1.0)]);
         for corner in scene.polygon(id).vertices() {
             corner.to_array().iter().for_each(|c| hash.update(&c.to_bits().to_le_bytes()));
         }
@@ -107,7 +111,7 @@ pub fn fingerprint_of_model(scene: &Scene) -> u64 {
 }
 
 /// The sets of all cells.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Pvs {
     cells: ViewCells,
     /// Polygons of the model, visible or not.
@@ -119,12 +123,46 @@ pub struct Pvs {
     sets: Vec<u64>,
 }
 
+impl std::fmt::Debug for Pvs {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Pvs")
+            .field("cells", &self.cells)
+            .field("polygons", &self.polygons)
+            .field("model", &self.model)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Sets that would take more memory than [`Pvs::MOST_BYTES`], or than there is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error(
+    "the sets of {cells} cells and {polygons} polygons take {bytes} bytes: expected at most {}, and memory for them; \
+     fewer cells take less",
+    Pvs::MOST_BYTES
+)]
+pub struct TooManySets {
+    cells: usize,
+    polygons: usize,
+    bytes: u64,
+}
+
 impl Pvs {
+    /// Most bytes of all sets together.
+    pub const MOST_BYTES: usize = 1 << 30;
+
     /// Sets without anything in them yet.
-    pub fn new(scene: &Scene, cells: ViewCells, samples: u32) -> Self {
+    ///
+    /// # Errors
+    /// They would take too much memory.
+    pub fn new(scene: &Scene, cells: ViewCells, samples: u32) -> Result<Self, TooManySets> {
         let polygons = scene.polygon_count();
-        let sets = vec![0; words_of(polygons) * cells.len()];
-        Self { cells, polygons, model: fingerprint_of_model(scene), samples, sets }
+        let bytes = words_of(polygons) as u64 * cells.len() as u64 * 8;
+        let mut sets = Vec::new();
+        if bytes > Self::MOST_BYTES as u64 || sets.try_reserve_exact(bytes as usize / 8).is_err() {
+            return Err(TooManySets { cells: cells.len(), polygons, bytes });
+        }
+        sets.resize(bytes as usize / 8, 0);
+        Ok(Self { cells, polygons, model: fingerprint_of_model(scene), samples, sets })
     }
 
     /// The cells.

@@ -1,0 +1,261 @@
+use std::{
+    borrow::Cow,
+    io::{self, BufRead, Read, Write},
+};
+
+use crate::recording::{Event, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter};
+
+/// Bytes of text that are compressed at once: about a quarter of a millisecond on the window's thread.
+const BLOCK_BYTES: usize = 1 << 16;
+/// The fastest of those that compress a session to less than half.
+const COMPRESSION_LEVEL: i32 = 1;
+
+/// A session's whole text, in memory: what its file holds, or ought to. Whatever becomes of the file, the session can
+/// be written again.
+#[derive(Debug)]
+pub(super) struct History {
+    lines: RonWriter<Text>,
+    header: Header,
+}
+
+impl History {
+    /// The history of an empty session.
+    ///
+    /// # Errors
+    /// The header holds a number that no recording may hold.
+    pub(super) fn new(header: Header) -> Result<Self, RecordingError> {
+        let lines = RonWriter::new(Text::default(), "the session", &header, Flush::EachEvent)?;
+        Ok(Self { lines, header })
+    }
+
+    /// What the session says of itself.
+    pub(super) fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Appends an event.
+    ///
+    /// # Errors
+    /// No recording can hold it; the history is as it was.
+    pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.lines.write(event)
+    }
+
+    /// Bytes of the text.
+    pub(super) fn bytes(&self) -> u64 {
+        let text = self.lines.get_ref();
+        text.sealed_bytes + text.open.len() as u64
+    }
+
+    /// Events.
+    pub(super) fn events(&self) -> u64 {
+        self.lines.lines() - 1
+    }
+
+    /// The text from a byte on, in pieces of whole lines if a line begins at that byte.
+    pub(super) fn pieces(&self, from: u64) -> Pieces<'_> {
+        let text = self.lines.get_ref();
+        let next = text.blocks.partition_point(|block| block.end <= from);
+        Pieces { text, next, from }
+    }
+
+    /// Writes the whole text.
+    ///
+    /// # Errors
+    /// The output fails.
+    pub(super) fn write_to(&self, out: &mut dyn Write) -> io::Result<()> {
+        self.pieces(0).try_for_each(|piece| out.write_all(&piece?))
+    }
+
+    /// The events, as a reader of the file would read them.
+    ///
+    /// # Errors
+    /// There is no memory for a block.
+    pub(super) fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
+        let reader = TextReader { pieces: self.pieces(0), piece: Cow::Borrowed(&[]), read: 0 };
+        RonReader::new(reader, "the session", OpenOptions::default())
+    }
+}
+
+/// Lines in blocks, all but the last of them compressed.
+#[derive(Debug, Default)]
+struct Text {
+    blocks: Vec<Block>,
+    sealed_bytes: u64,
+    open: Vec<u8>,
+}
+
+#[derive(Debug)]
+struct Block {
+    /// Bytes of the text up to its end.
+    end: u64,
+    plain_bytes: usize,
+    packed: Packed,
+}
+
+#[derive(Debug)]
+enum Packed {
+    Zstd(Vec<u8>),
+    Plain(Vec<u8>),
+}
+
+impl Block {
+    fn start(&self) -> u64 {
+        self.end - self.plain_bytes as u64
+    }
+
+    fn unpack(&self) -> io::Result<Cow<'_, [u8]>> {
+        match &self.packed {
+            Packed::Plain(bytes) => Ok(Cow::Borrowed(bytes)),
+            Packed::Zstd(bytes) => zstd::bulk::decompress(bytes, self.plain_bytes).map(Cow::Owned),
+        }
+    }
+}
+
+impl Write for Text {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.open.extend_from_slice(bytes);
+        if self.open.len() >= BLOCK_BYTES {
+            let plain_bytes = self.open.len();
+            self.sealed_bytes += plain_bytes as u64;
+            // Nothing is lost where there is no memory to compress in.
+            let packed = match zstd::bulk::compress(&self.open, COMPRESSION_LEVEL) {
+                Ok(packed) => Packed::Zstd(packed),
+                Err(_) => Packed::Plain(self.open.clone()),
+            };
+            self.blocks.push(Block { end: self.sealed_bytes, plain_bytes, packed });
+            self.open.clear();
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A part of a history's text, block by block.
+#[derive(Debug)]
+pub(super) struct Pieces<'h> {
+    text: &'h Text,
+    next: usize,
+    from: u64,
+}
+
+impl<'h> Iterator for Pieces<'h> {
+    type Item = io::Result<Cow<'h, [u8]>>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (start, bytes) = match self.text.blocks.get(self.next) {
+            Some(block) => match block.unpack() {
+                Ok(bytes) => (block.start(), bytes),
+                Err(error) => return Some(Err(error)),
+            },
+            None if self.next == self.text.blocks.len() => {
+                (self.text.sealed_bytes, Cow::Borrowed(&self.text.open[..]))
+            }
+            None => return None,
+        };
+        self.next += 1;
+        let skipped = (self.from.saturating_sub(start) as usize).min(bytes.len());
+        let piece = match bytes {
+            Cow::Borrowed(bytes) => Cow::Borrowed(&bytes[skipped..]),
+            Cow::Owned(mut bytes) => {
+                bytes.drain(..skipped);
+                Cow::Owned(bytes)
+            }
+        };
+        (!piece.is_empty()).then_some(Ok(piece))
+    }
+}
+
+/// Reads a history's text.
+#[derive(Debug)]
+pub(super) struct TextReader<'h> {
+    pieces: Pieces<'h>,
+    piece: Cow<'h, [u8]>,
+    read: usize,
+}
+
+impl Read for TextReader<'_> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let count = self.fill_buf()?.read(out)?;
+        self.consume(count);
+        Ok(count)
+    }
+}
+
+impl BufRead for TextReader<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        if self.read == self.piece.len()
+            && let Some(piece) = self.pieces.next()
+        {
+            (self.piece, self.read) = (piece?, 0);
+        }
+        Ok(&self.piece[self.read..])
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.read += count;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{EventSource, StrokeId};
+
+    fn history(events: u32) -> History {
+        let mut history = History::new(Header::new("a", "a test")).expect("a header");
+        for stroke in 0..events {
+            history.push(&Event::End { t: f64::from(stroke), stroke: StrokeId(stroke) }).expect("an event");
+        }
+        history
+    }
+
+    #[test]
+    fn the_text_is_the_text_from_any_line_on() {
+        let history = history(20_000);
+        assert!(history.lines.get_ref().blocks.len() > 5, "several blocks");
+        assert_eq!(history.events(), 20_000);
+        let mut whole = Vec::new();
+        history.write_to(&mut whole).expect("memory");
+        assert_eq!(whole.len() as u64, history.bytes());
+        let starts = whole.iter().enumerate().filter(|(_, byte)| **byte == b'\n').map(|(at, _)| at + 1);
+        for start in starts.step_by(777).chain([0, whole.len()]) {
+            let rest: Vec<u8> =
+                history.pieces(start as u64).flat_map(|piece| piece.expect("a block").into_owned()).collect();
+            assert!(rest == whole[start..], "from byte {start}");
+        }
+        let packed: usize = history
+            .lines
+            .get_ref()
+            .blocks
+            .iter()
+            .map(|block| match &block.packed {
+                Packed::Zstd(bytes) => bytes.len(),
+                Packed::Plain(_) => panic!("compressed"),
+            })
+            .sum();
+        assert!(packed * 2 < whole.len(), "{packed} of {}", whole.len());
+    }
+
+    #[test]
+    fn what_was_pushed_is_read() {
+        let history = history(10_000);
+        let mut reader = history.read().expect("a header");
+        for expected in 0..10_000 {
+            let event = reader.next_event().expect("an event").expect("one more");
+            assert_eq!(event, Event::End { t: f64::from(expected), stroke: StrokeId(expected) });
+        }
+        assert_eq!(reader.next_event().expect("the end"), None);
+    }
+
+    #[test]
+    fn what_no_recording_can_hold_changes_nothing() {
+        let mut history = history(3);
+        let before = history.bytes();
+        history.push(&Event::Undo { t: f64::NAN }).expect_err("no time");
+        assert_eq!((history.bytes(), history.events()), (before, 3));
+    }
+}

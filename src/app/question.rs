@@ -1,0 +1,298 @@
+use std::path::{Path, PathBuf};
+
+use super::{
+    document::{Access, Document, OpenError, Opening},
+    journal::{OpenElsewhere, Unwritten},
+    studio::{Studio, Subject},
+};
+
+/// Something that a person decides before it is done. Until then nothing is written and nothing is lost.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Question {
+    /// Another window draws on the session that is to be opened.
+    Held {
+        /// Who has it.
+        held: OpenElsewhere,
+        /// Whether the session is on the window already, to be looked at.
+        is_shown: bool,
+    },
+    /// The session that is to be opened is damaged.
+    Damaged {
+        /// The session.
+        path: PathBuf,
+        /// Where and how.
+        damage: String,
+    },
+    /// A session would replace a file.
+    SaveOver(PathBuf),
+    /// A model would replace a file.
+    ExportOver(PathBuf),
+    /// Something of the session is not where it should be.
+    Unwritten {
+        /// What, and why.
+        reason: String,
+        /// Whether the whole session is in another file.
+        is_kept: bool,
+        /// What was asked for.
+        then: Then,
+    },
+    /// What was drawn since the session was opened, or saved under a name, would be thrown away.
+    Discard {
+        /// Events since.
+        events: u64,
+        /// Whether the session began with them.
+        is_all: bool,
+    },
+}
+
+/// What ends the session at hand.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Then {
+    /// The window closes.
+    Close,
+    /// An empty session begins.
+    New,
+    /// Another session is opened.
+    Open(PathBuf, Opening),
+}
+
+/// What a person may decide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Only look at the session.
+    Look,
+    /// Draw on a copy of it.
+    Copy,
+    /// Try once more to have it.
+    TryAgain,
+    /// Draw on a copy without the damaged pieces.
+    Lenient,
+    /// Replace the file.
+    Replace,
+    /// Choose another place first.
+    SaveAs,
+    /// Go on, and leave behind what could not be written.
+    GoOn,
+    /// Throw away what was drawn.
+    Discard,
+    /// Leave everything as it is.
+    Cancel,
+}
+
+impl Question {
+    /// What it is about.
+    pub fn title(&self) -> &'static str {
+        match self {
+            Self::Held { .. } => "Open in another window",
+            Self::Damaged { .. } => "Damaged session",
+            Self::SaveOver(_) | Self::ExportOver(_) => "Replace the file?",
+            Self::Unwritten { .. } => "Not everything is written",
+            Self::Discard { .. } => "Discard what was drawn?",
+        }
+    }
+
+    /// What there is to know.
+    pub fn text(&self) -> String {
+        match self {
+            Self::Held { held, .. } => {
+                let name = held.session().file_name().unwrap_or_default().to_string_lossy();
+                format!("{name} is being drawn on: {}.", held.holder())
+            }
+            Self::Damaged { damage, .. } => format!("{damage}. What can be read can be drawn on, as a copy."),
+            Self::SaveOver(path) | Self::ExportOver(path) => format!("{} exists already.", path.display()),
+            Self::Unwritten { reason, .. } => format!("{reason}."),
+            Self::Discard { events, is_all } => {
+                let since = if *is_all { "began" } else { "was opened, or saved under a name" };
+                format!(
+                    "{events} events since this session {since} leave it and its file. They cannot be brought back."
+                )
+            }
+        }
+    }
+
+    /// The possible answers, with what stands on their buttons.
+    pub fn answers(&self) -> &'static [(Answer, &'static str)] {
+        match self {
+            Self::Held { is_shown: true, .. } => &[
+                (Answer::Look, "Only look"),
+                (Answer::Copy, "Draw on a copy"),
+                (Answer::TryAgain, "Try again"),
+            ],
+            Self::Held { is_shown: false, .. } => &[
+                (Answer::Look, "Only look"),
+                (Answer::Copy, "Draw on a copy"),
+                (Answer::TryAgain, "Try again"),
+                (Answer::Cancel, "Cancel"),
+            ],
+            Self::Damaged { .. } => &[(Answer::Lenient, "Open what can be read"), (Answer::Cancel, "Cancel")],
+            Self::SaveOver(_) | Self::ExportOver(_) => {
+                &[(Answer::Replace, "Replace"), (Answer::Cancel, "Cancel")]
+            }
+            Self::Unwritten { is_kept: true, .. } => &[
+                (Answer::SaveAs, "Save elsewhere…"),
+                (Answer::GoOn, "Go on, keep it there"),
+                (Answer::Cancel, "Back"),
+            ],
+            Self::Unwritten { is_kept: false, .. } => &[
+                (Answer::SaveAs, "Save elsewhere…"),
+                (Answer::GoOn, "Go on, lose them"),
+                (Answer::Cancel, "Back"),
+            ],
+            Self::Discard { .. } => &[(Answer::Discard, "Discard"), (Answer::Cancel, "Cancel")],
+        }
+    }
+
+    /// The answer that changes nothing: that of the key Escape.
+    pub fn safe_answer(&self) -> Answer {
+        match self {
+            Self::Held { is_shown: true, .. } => Answer::Look,
+            _ => Answer::Cancel,
+        }
+    }
+}
+
+impl Studio {
+    /// What the window asks.
+    pub fn question(&self) -> Option<&Question> {
+        self.question.as_ref()
+    }
+
+    /// Lets the window ask something.
+    pub fn ask(&mut self, question: Question) {
+        self.question = Some(question);
+    }
+
+    /// Whether a person has asked for the end, and nothing keeps it.
+    pub fn is_closing(&self) -> bool {
+        self.is_closing
+    }
+
+    /// Ends the session if everything of it is where it should be, else asks.
+    pub fn ask_to_close(&mut self) {
+        self.leave(Then::Close);
+    }
+
+    /// Leaves the session at hand for something else, unless something of it would be left behind.
+    pub(super) fn leave(&mut self, then: Then) {
+        self.finish_gestures();
+        self.question = None;
+        if let Subject::Sketch(document) = &mut self.subject
+            && let Err(unwritten) = document.journal_mut().settle()
+        {
+            self.tend();
+            let Unwritten { kept_in, .. } = &unwritten;
+            let is_kept = kept_in.is_some();
+            self.ask(Question::Unwritten { reason: unwritten.to_string(), is_kept, then });
+            return;
+        }
+        self.go(then);
+    }
+
+    fn go(&mut self, then: Then) {
+        match then {
+            Then::Close => self.is_closing = true,
+            Then::New => self.begin(),
+            Then::Open(path, how) => self.open_or_ask(&path, how),
+        }
+    }
+
+    fn begin(&mut self) {
+        self.replace(Subject::Sketch(Box::new(Document::new(&self.autosaves))));
+    }
+
+    fn open_or_ask(&mut self, path: &Path, how: Opening) {
+        if let Subject::Sketch(document) = &self.subject
+            && document.journal().is_at(path)
+            && how.access == Access::Write
+        {
+            if document.journal().trouble().is_none() {
+                self.say(format!("{}: is open already", path.display()));
+                return;
+            }
+            // Another file lies there now, and our own session keeps it from being opened.
+            self.begin();
+        }
+        match self.open(path, how) {
+            Ok(()) => {}
+            Err(OpenError::Held(held)) => self.ask(Question::Held { held, is_shown: false }),
+            Err(error) if error.is_damage() && !how.lenient => {
+                self.ask(Question::Damaged { path: path.to_owned(), damage: error.to_string() });
+            }
+            Err(error) => self.say(error.to_string()),
+        }
+    }
+
+    pub(super) fn ask_to_save_as(&mut self, path: PathBuf) {
+        let is_own = match &self.subject {
+            Subject::Sketch(document) => {
+                document.journal().is_at(&path) && document.journal().trouble().is_none()
+            }
+            Subject::Replay(_) => false,
+        };
+        if !is_own && path.is_file() {
+            self.ask(Question::SaveOver(path));
+        } else {
+            self.save_as(&path);
+        }
+    }
+
+    pub(super) fn ask_to_export(&mut self, path: PathBuf) {
+        if path.is_file() {
+            self.ask(Question::ExportOver(path));
+        } else {
+            self.export_gltf(&path);
+        }
+    }
+
+    pub(super) fn ask_to_discard(&mut self) {
+        self.finish_gestures();
+        let Subject::Sketch(document) = &self.subject else { return };
+        let events = document.journal().new_events();
+        if events > 0 {
+            let is_all = document.event_count() == events;
+            self.ask(Question::Discard { events, is_all });
+        }
+    }
+
+    /// Takes a person's answer to the question that is asked.
+    pub(super) fn answer(&mut self, answer: Answer) {
+        let Some(question) = self.question.take() else { return };
+        match (question, answer) {
+            (Question::Held { held, is_shown }, _) => self.answer_held(&held, is_shown, answer),
+            (Question::Damaged { path, .. }, Answer::Lenient) => {
+                self.leave(Then::Open(path, Opening { lenient: true, ..Opening::with(Access::Copy) }));
+            }
+            (Question::SaveOver(path), Answer::Replace) => self.save_as(&path),
+            (Question::ExportOver(path), Answer::Replace) => self.export_gltf(&path),
+            (Question::Unwritten { then, .. }, Answer::GoOn) => self.go(then),
+            (Question::Discard { .. }, Answer::Discard) => self.discard(),
+            _ => {}
+        }
+    }
+
+    fn answer_held(&mut self, held: &OpenElsewhere, is_shown: bool, answer: Answer) {
+        let access = match answer {
+            Answer::Look if is_shown => return,
+            Answer::Look => Access::ReadOnly,
+            Answer::Copy => Access::Copy,
+            Answer::TryAgain => Access::Write,
+            _ => return,
+        };
+        self.leave(Then::Open(held.session().to_owned(), Opening::with(access)));
+        // Still held: the session that is looked at stays on the window.
+        if let Some(Question::Held { is_shown: still_shown, .. }) = &mut self.question {
+            *still_shown = is_shown;
+        }
+    }
+
+    fn discard(&mut self) {
+        let Subject::Sketch(document) = &mut self.subject else { return };
+        let events = document.journal().new_events();
+        match document.discard() {
+            Ok(()) => self.say(format!("{events} events discarded")),
+            Err(error) => self.say(error.to_string()),
+        }
+        self.take_up_time();
+        self.meet_subject();
+    }
+}

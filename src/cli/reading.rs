@@ -1,0 +1,70 @@
+//! How sessions are read: the options of every command that reads one.
+
+use std::path::Path;
+
+use anyhow::ensure;
+use clap::Args;
+
+use crate::{
+    metrics::Summary,
+    recording::{Limits, OpenOptions, Pace},
+};
+
+/// What is done about damage, and how large a session may be.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct ReadArgs {
+    /// Skip damaged pieces and count them, instead of stopping at the first; end where a limit is reached.
+    #[arg(long)]
+    pub(super) lenient: bool,
+    #[command(flatten)]
+    limits: LimitArgs,
+}
+
+/// How large a session may be.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct LimitArgs {
+    /// Most polygons that a session may become: a sample of a ribbon counts as one, of a tube as eight, a face as its
+    /// corners less two. With it go the limits of strokes (a quarter of it) and of events (four times it).
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = Limits::DEFAULT.polygons,
+        value_parser = clap::value_parser!(u64).range(1..=u64::from(u32::MAX)),
+        hide_short_help = true
+    )]
+    max_polygons: u64,
+    /// Most bytes that each byte of a packed session (.ron.zst, .tilt, .gz) may become, beyond 1 MiB.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = Limits::DEFAULT.unpacking,
+        value_parser = clap::value_parser!(u64).range(1..),
+        hide_short_help = true
+    )]
+    max_unpacking: u64,
+}
+
+impl LimitArgs {
+    pub(super) fn limits(&self) -> Limits {
+        Limits { polygons: self.max_polygons, unpacking: self.max_unpacking }
+    }
+}
+
+impl ReadArgs {
+    pub(super) fn options(&self) -> OpenOptions {
+        OpenOptions { lenient: self.lenient, limits: self.limits.limits() }
+    }
+
+    /// Refuses a session that time stamps cut into more frames than can be reported on.
+    pub(super) fn check_frames(&self, file: &Path, summary: &Summary, pace: Pace) -> anyhow::Result<()> {
+        let most = self.limits.limits().frames();
+        ensure!(
+            summary.frames <= most || pace != Pace::Recorded,
+            "{}: expected at most {most} frames at the pace {pace} (--max-polygons N allows half as many); found {}: \
+             --pace samples:16 goes by samples instead",
+            file.display(),
+            summary.frames
+        );
+        Ok(())
+    }
+}

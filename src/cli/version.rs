@@ -1,0 +1,18 @@
+use std::sync::LazyLock;
+
+/// Version, commit and features, as `osp --version` prints them.
+pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let features: Vec<&str> = [
+        ("cli", cfg!(feature = "cli")),
+        ("formats", cfg!(feature = "formats")),
+        ("render", cfg!(feature = "render")),
+        ("window", cfg!(feature = "window")),
+        ("gamepad", cfg!(feature = "gamepad")),
+        ("peers", cfg!(feature = "peers")),
+    ]
+    .into_iter()
+    .filter_map(|(name, is_built)| is_built.then_some(name))
+    .collect();
+    let commit = option_env!("OSP_COMMIT").map(|commit| format!(" ({commit})")).unwrap_or_default();
+    format!("{}{commit}\nfeatures: {}", env!("CARGO_PKG_VERSION"), features.join(", "))
+});

@@ -1,0 +1,141 @@
+//! Planes in `f32` that cut off nothing of what they are meant to hold, whatever the box test rounds.
+//!
+//! **The bound.** The test of a box ([`crate::math`]) computes `s = ((n.x*x + n.y*y) + n.z*z) + d` at the box's corner
+//! that lies farthest along `n`. Let `p` be a point of the box that must not be lost. Take `q`, `p` with each coordinate
+//! rounded along `n`: its coordinates are `f32`, and it lies in the box, because the box's corners are. Each step of the
+//! sum is monotone, so `s` is no less than it would be at `q`, and `n.q >= n.p`. With `u = 2^-24`, at `q`
+//! * a product and two sums are rounded on the way of each axis: at most `3 u |n_i q_i|`, and less than the smallest normal
+//!   number where something underflows;
+//! * the last sum costs nothing, because only its sign is looked at, which rounding never changes.
+//!
+//! So `s >= 0` if `n.p + d >= 3 u (|n_x p_x| + |n_y p_y| + |n_z p_z|)`, but for terms in `u^2`. The left side is linear in
+//! `p` and the right one convex: it holds in all of a frustum if it holds at its eight corners. So `d` is chosen. Far
+//! corners want a large `d`, near ones would get more of it than they need; so the normal is first turned outwards by as
+//! much as the bound grows with depth.
+
+use glam::{DVec3, DVec4};
+
+use super::Plane;
+
+/// Half a unit in the last place of 1, `u`.
+const UNIT: f64 = f32::EPSILON as f64 * 0.5;
+
+/// What the box test may be wrong by, in `u` times the sum of its terms' sizes: three, and a little for squares of `u`.
+const ROUNDED: f64 = 3.001 * UNIT;
+
+/// How much a normal is turned, in `u` times the growth of the terms' sizes with depth: three for [`ROUNDED`], one for the
+/// rounding of the normal, one to spare. Smaller: planes lie farther out near the eye. Larger: farther out in the distance.
+const TURNED: f64 = 5.0 * UNIT;
+
+/// A plane that has everything on its inner side.
+pub(super) const EVERYTHING: Plane = Plane { normal: glam::Vec3::ZERO, d: 0.0 };
+
+/// What a frustum has to hold: the hull of its corners, exactly.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Corners {
+    /// Homogeneous: divided by `w`, or a direction where `w` is 0. In the same order as those of `far`.
+    pub(crate) near: [DVec4; 4],
+    pub(crate) far: [DVec4; 4],
+    /// A function `xyz . p + w` that grows with the distance from the eye, or is the same everywhere.
+    pub(crate) depth: DVec4,
+}
+
+impl Corners {
+    /// The plane `side.xyz . p + side.w = 0`, whose inner side holds the corners but for rounding, moved outwards until no
+    /// box test can exclude a box that shares a point with their hull. [`EVERYTHING`] if it is no plane, or not finite.
+    pub(crate) fn plane(&self, side: DVec4) -> Plane {
+        let Some(unit) = side.truncate().try_normalize() else { return EVERYTHING };
+        let growth = (0..4).map(|i| (unit * self.ray(i)).abs().element_sum()).fold(0.0, f64::max);
+        let turned = unit + self.depth.truncate() * (growth * TURNED);
+        let normal = turned.normalize_or_zero().as_vec3();
+        let exact = normal.as_dvec3();
+        let mut least = f64::NEG_INFINITY;
+        for corner in self.near.iter().chain(&self.far) {
+            let terms = exact * corner.truncate();
+            let missing = terms.abs().element_sum() * ROUNDED - terms.element_sum();
+            if corner.w > 0.0 && !missing.is_nan() {
+                least = least.max(missing / corner.w);
+            } else if missing > 0.0 || missing.is_nan() {
+                return EVERYTHING; // It cuts the hull far out, or nobody knows.
+            }
+        }
+        let d = round_up(least + f64::from(f32::MIN_POSITIVE));
+        if normal.is_finite() && d.is_finite() { Plane { normal, d } } else { EVERYTHING }
+    }
+
+    /// How a point moves on the line from a near to a far corner while the depth grows by one; nowhere if it does not grow.
+    fn ray(&self, i: usize) -> DVec3 {
+        let (near, far) = (self.near[i], self.far[i]);
+        let deeper = self.depth.dot(far) * near.w - self.depth.dot(near) * far.w;
+        let ray = (far * near.w - near * far.w).truncate() / deeper;
+        if ray.is_finite() { ray } else { DVec3::ZERO }
+    }
+}
+
+/// The least `f32` that is no less.
+pub(super) fn round_up(v: f64) -> f32 {
+    let nearest = v as f32;
+    if f64::from(nearest) < v { nearest.next_up() } else { nearest }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::math::{Aabb, Frustum};
+
+    /// Steps of a linear congruential generator (Knuth), as numbers from -1 to 1.
+    fn next(state: &mut u64) -> f64 {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// A hull of one point: the margin is all that is left of the plane's distance, and it is needed.
+    #[test]
+    fn a_plane_through_a_point_excludes_no_box_around_it() {
+        let mut state = 1;
+        let mut nearest = f64::INFINITY;
+        for i in 0..2_000_000 {
+            let mut vector = |scale: f64| DVec3::from_array([(); 3].map(|()| next(&mut state) * scale));
+            let scale = [1.0, 1.0, 1.0e3, 1.0e6, 1.0e12, 1.0e-38, 1.0e-43][i % 7];
+            let (mut p, mut normal) = (vector(scale).as_vec3(), vector(1.0));
+            if i % 7 == 0 {
+                // Products just above a half, whose sum is 1 but for a few last bits: nothing is rounded by more, and
+                // the plane's distance by less.
+                normal = DVec3::new(1.0, 1.0, 0.0) + normal * DVec3::new(1.0e-3, 1.0e-3, 1.0e-3);
+                let n = normal.normalize().as_vec3().as_dvec3();
+                let (x, z) = (std::f32::consts::FRAC_1_SQRT_2 + 1.0e-3 * p.x, p.z * 1.0e-3);
+                let sum = 1.0 + next(&mut state).abs() * 4.0 * UNIT;
+                p = Vec3::new(x, ((sum - n.x * f64::from(x) - n.z * f64::from(z)) / n.y) as f32, z);
+            }
+            let corner = p.as_dvec3().extend(1.0);
+            let corners = Corners { near: [corner; 4], far: [corner; 4], depth: DVec4::W };
+            let plane = corners.plane(normal.extend(-normal.dot(p.as_dvec3())));
+            let bounds = Aabb::new(p, p);
+            assert!(Frustum::new([plane; 6]).may_see(&bounds), "{p} {plane:?}");
+            // How much of the margin was used.
+            let terms = (plane.normal.as_dvec3() * p.as_dvec3()).abs().element_sum();
+            if scale >= 1.0 {
+                nearest = nearest.min(f64::from(plane.signed_distance(p)) / (terms * ROUNDED));
+            }
+        }
+        assert!(nearest < 0.34, "a smaller margin would do: {nearest} is left of it");
+    }
+
+    #[test]
+    fn numbers_are_rounded_up() {
+        for (v, rounded) in [
+            (1.0, 1.0),
+            (1.0 + 1.0e-12, 1.0 + f32::EPSILON),
+            (-1.0 - 1.0e-12, -1.0),
+            (0.1, 0.1),
+            (-0.1, (-0.1f32).next_up()),
+            (1.0e-60, f32::from_bits(1)),
+            (1.0e60, f32::INFINITY),
+            (-1.0e60, f32::MIN),
+        ] {
+            assert_eq!(round_up(v), rounded, "{v}");
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Where an adapter takes the samples of a pixel.
+//!
+//! The test of single samples goes by the places that WebGPU, Vulkan, Direct3D and Metal have for four samples. A driver
+//! may have others without saying so: they are measured, once, and an adapter with others does without the test.
+
+use super::{
+    super::{
+        Gpu, RenderError,
+        read_back::read_buffer,
+        shaders,
+        target::{DEPTH_FORMAT, SAMPLES},
+    },
+    pipelines::{Bound, bind, compute, layout},
+    state::create,
+};
+
+/// Pixels of the picture that is looked at, each way.
+const SIDE: u32 = 2;
+/// From the left and from the top, parts of a pixel, as `hzb_test.wgsl` has them.
+const PLACES: [[f32; 2]; SAMPLES as usize] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+/// How far from there a sample may be found to be: rounding. The test allows for far more.
+const NEAR_ENOUGH: f32 = 1.0e-4;
+
+/// Whether the samples of a pixel are where the test of occlusion takes them to be.
+///
+/// # Errors
+/// The device is lost or the driver reported something.
+pub(super) fn are_in_place(gpu: &Gpu) -> Result<bool, RenderError> {
+    let found = [measure(gpu, 0)?, measure(gpu, 1)?];
+    Ok((0..(SIDE * SIDE * SAMPLES) as usize).all(|i| {
+        let pixel = i / PLACES.len();
+        let pixel = [pixel as u32 % SIDE, pixel as u32 / SIDE];
+        let place = PLACES[i % PLACES.len()];
+        (0..2).all(|axis| (found[axis][i] - pixel[axis] as f32 - place[axis]).abs() < NEAR_ENOUGH)
+    }))
+}
+
+/// Distance of each sample of each pixel from the left (axis 0) or from the top, pixels.
+fn measure(gpu: &Gpu, axis: u32) -> Result<Vec<f32>, RenderError> {
+    let device = gpu.device();
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("places of samples"),
+        size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: SAMPLES,
+        dimension: wgpu::TextureDimension::D2,
+        format: DEPTH_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    let view = texture.create_view(&Default::default());
+    let bytes = u64::from(SIDE * SIDE * SAMPLES) * 4;
+    let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+    let depths = create(gpu, "places of samples", bytes, storage);
+    let read_layout = layout(gpu, "places of samples", &[Bound::Depth, Bound::Write]);
+    let read = compute(gpu, shaders::SAMPLE_PLACES, &[Some(&read_layout)], "read");
+    let resources = [wgpu::BindingResource::TextureView(&view), depths.as_entire_binding()];
+    let group = bind(gpu, "places of samples", &read_layout, &resources);
+
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("places of samples"),
+        color_attachments: &[],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &view,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    });
+    pass.set_pipeline(&growing_depth(gpu));
+    pass.draw(0..3, axis..axis + 1);
+    drop(pass);
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(&read);
+    pass.set_bind_group(0, &group, &[]);
+    pass.dispatch_workgroups(1, 1, 1);
+    drop(pass);
+    gpu.queue().submit([encoder.finish()]);
+    let bytes = read_buffer(gpu, &depths, bytes)?;
+    Ok(bytemuck::pod_collect_to_vec::<u8, f32>(&bytes).iter().map(|part| part * 2.0 * SIDE as f32).collect())
+}
+
+fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {
+    let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("places of samples"),
+        source: wgpu::ShaderSource::Wgsl(shaders::SAMPLE_PLACES.into()),
+    });
+    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("places of samples"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("grow"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Always),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
+        fragment: None,
+        multiview_mask: None,
+        cache: None,
+    })
+}

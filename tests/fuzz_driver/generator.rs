@@ -1,0 +1,116 @@
+//! Bytes for a target: the same for the same number.
+
+/// SplitMix64 (Steele, Lea, Flood, 2014), and what it does to seeds.
+pub struct Generator(u64);
+
+/// What is wrong more often than other bytes.
+const WORDS: &[&[u8]] = &[
+    b"NaN",
+    b"inf",
+    b"-0",
+    b"-1",
+    b"1e39",
+    b"1e-46",
+    b"1e400",
+    b"4294967295",
+    b"4294967296",
+    b"18446744073709551616",
+    b"null",
+    b"\"",
+    b"[",
+    b"{",
+    b"(",
+    b")",
+    b"\n",
+    b"\r\n",
+    b"\0",
+    b"\\",
+    b"//",
+    b"#",
+    b",",
+    b"\xFF\xFE",
+    b"\xC3",
+    b"\x1B[2J",
+    b"\xFF\xFF\xFF\xFF",
+    b"\xFF\xFF\xFF\x7F",
+    b"\0\0\0\x80",
+    b"\0\0\x80\x7F",
+    b"\0\0\xC0\x7F",
+    b"\x01\0\0\0",
+];
+
+impl Generator {
+    pub fn new(case: u64) -> Self {
+        Self(case.wrapping_mul(0xA076_1D64_78BD_642F) ^ 0x5EED)
+    }
+
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ z >> 31
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n as u64) as usize
+    }
+
+    /// A changed seed, or noise where there is none.
+    pub fn case(&mut self, seeds: &[Vec<u8>]) -> Vec<u8> {
+        if seeds.is_empty() {
+            let length = 1 << (4 + self.below(9));
+            return (0..1 + self.below(length)).map(|_| self.bits() as u8).collect();
+        }
+        let mut data = seeds[self.below(seeds.len())].clone();
+        for _ in 0..1 + self.below(4) {
+            self.change(&mut data, seeds);
+        }
+        data
+    }
+
+    /// The first byte chooses what the others are: it stays.
+    fn change(&mut self, data: &mut Vec<u8>, seeds: &[Vec<u8>]) {
+        if data.len() < 2 {
+            data.push(self.bits() as u8);
+            return;
+        }
+        let at = 1 + self.below(data.len() - 1);
+        let length = 1 + self.below((data.len() - at).min(64));
+        match self.below(9) {
+            0 => data[at] ^= 1 << self.below(8),
+            1 => data[at] = self.bits() as u8,
+            2 => data.truncate(at),
+            3 => drop(data.drain(at..at + length)),
+            4 => {
+                let piece = data[at..at + length].to_vec();
+                let to = 1 + self.below(data.len() - 1);
+                drop(data.splice(to..to, piece));
+            }
+            5 => {
+                let word = WORDS[self.below(WORDS.len())];
+                let end = (at + word.len()).min(data.len());
+                drop(data.splice(at..end, word.iter().copied()));
+            }
+            6 => {
+                let word = WORDS[self.below(WORDS.len())];
+                drop(data.splice(at..at, word.iter().copied()));
+            }
+            7 => self.change_number(data, at),
+            _ => {
+                let other = &seeds[self.below(seeds.len())];
+                let from = self.below(other.len());
+                data.truncate(at);
+                data.extend_from_slice(&other[from..]);
+            }
+        }
+    }
+
+    /// Replaces a written number near a place by another.
+    fn change_number(&mut self, data: &mut Vec<u8>, at: usize) {
+        let is_of_number = |b: &u8| b.is_ascii_digit() || *b == b'.' || *b == b'-';
+        let Some(start) = data[at..].iter().position(is_of_number).map(|i| at + i) else { return };
+        let end = data[start..].iter().position(|b| !is_of_number(b)).map_or(data.len(), |i| start + i);
+        drop(data.splice(start..end, WORDS[self.below(10)].iter().copied()));
+    }
+}

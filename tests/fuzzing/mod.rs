@@ -1,0 +1,18 @@
+//! The fuzz targets: each takes any bytes, makes of them what one part of osp takes, and panics where that part breaks
+//! a promise. `tests/fuzz.rs` drives them with bytes from a seeded generator, `tests/fuzz/` with libFuzzer.
+
+#[cfg(feature = "cli")]
+pub mod arguments;
+pub mod frame_occlusion;
+pub mod input;
+pub mod journal;
+pub mod memory;
+pub mod pvs;
+pub mod rays;
+pub mod read_bytes;
+pub mod scratch;
+pub mod session_on_indexes;
+#[cfg(feature = "cli")]
+pub mod small_files;
+#[cfg(feature = "window")]
+pub mod tracker;
