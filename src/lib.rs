@@ -53,6 +53,7 @@ pub mod math;
 pub mod metrics;
 pub mod occlusion;
 #[cfg(any(feature = "cli", feature = "window"))]
+#[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the window writes models alone"))]
 mod output_file;
 pub mod recording;
 #[cfg(feature = "render")]

@@ -24,8 +24,12 @@ pub(super) struct GpuScene {
     /// Polygons of a chunk.
     chunk_len: usize,
     chunks: Vec<wgpu::Buffer>,
+    /// Of each chunk, whether the placeholder is in its place: the scene has let go every polygon of it.
+    is_free: Vec<bool>,
+    /// Polygons that the scene had let go when that was last looked at.
+    let_go: u64,
     pages: Vec<wgpu::BindGroup>,
-    /// Bound in the place of chunks that do not exist yet.
+    /// Bound in the place of chunks that do not exist yet, or no more.
     placeholder: wgpu::Buffer,
     layout: wgpu::BindGroupLayout,
     /// Polygons that are on the GPU.
@@ -58,6 +62,8 @@ impl GpuScene {
             // No block of the order of drawing lies in two chunks.
             chunk_len: chunk_len.clamp(1, MAX_CHUNK).next_multiple_of(BLOCK),
             chunks: Vec::new(),
+            is_free: Vec::new(),
+            let_go: 0,
             pages: Vec::new(),
             placeholder: create_chunk(gpu, 1),
             layout,
@@ -97,7 +103,8 @@ impl GpuScene {
 
     /// Bytes reserved on the GPU.
     pub(super) fn bytes(&self) -> u64 {
-        self.chunks.iter().map(wgpu::Buffer::size).sum()
+        let chunks = self.chunks.iter().zip(&self.is_free);
+        chunks.filter(|(_, is_free)| !**is_free).map(|(chunk, _)| chunk.size()).sum()
     }
 
     /// Which of the 64 polygons from `first`, a multiple of 64, can be seen through.
@@ -134,6 +141,10 @@ impl GpuScene {
     /// Sends what is new or has moved; returns the bytes sent.
     pub(super) fn flush(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
         let mut bytes = 0;
+        if self.let_go != scene.let_go_count() {
+            self.let_go = scene.let_go_count();
+            self.free_chunks(gpu, scene);
+        }
         if self.any_moved {
             bytes += self.send_moved(gpu, scene);
         }
@@ -176,16 +187,43 @@ impl GpuScene {
     /// Sends a range of polygons, cut at the ends of chunks.
     fn send(&mut self, gpu: &Gpu, scene: &Scene, range: std::ops::Range<usize>) -> u64 {
         let mut at = range.start;
+        let mut sent = 0;
         while at < range.end {
             let (chunk, first) = (at / self.chunk_len, at % self.chunk_len);
             let count = (range.end - at).min(self.chunk_len - first).min(TRANSFER);
+            if self.is_free[chunk] {
+                if scene.are_let_go(at..at + count) {
+                    at += count;
+                    continue;
+                }
+                // A replay has been taken back to when there was something.
+                let buffer = create_chunk(gpu, self.chunk_len);
+                self.put_chunk(gpu, chunk, buffer, false);
+            }
             self.scratch.clear();
             self.scratch.extend((at..at + count).map(|i| PolygonRecord::of(scene, PolygonId(i as u32))));
             let offset = first as u64 * PolygonRecord::SIZE;
             gpu.queue().write_buffer(&self.chunks[chunk], offset, bytemuck::cast_slice(&self.scratch));
             at += count;
+            sent += count as u64 * PolygonRecord::SIZE;
         }
-        range.len() as u64 * PolygonRecord::SIZE
+        sent
+    }
+
+    /// Gives the memory of chunks back of which the scene has let every polygon go.
+    fn free_chunks(&mut self, gpu: &Gpu, scene: &Scene) {
+        for chunk in 0..self.uploaded / self.chunk_len {
+            let polygons = chunk * self.chunk_len..(chunk + 1) * self.chunk_len;
+            if !self.is_free[chunk] && scene.are_let_go(polygons) {
+                self.put_chunk(gpu, chunk, self.placeholder.clone(), true);
+            }
+        }
+    }
+
+    fn put_chunk(&mut self, gpu: &Gpu, chunk: usize, buffer: wgpu::Buffer, is_free: bool) {
+        (self.chunks[chunk], self.is_free[chunk]) = (buffer, is_free);
+        let page = chunk / CHUNKS_A_PAGE;
+        self.pages[page] = self.bind_page(gpu, page);
     }
 
     /// Makes room for `count` polygons.
@@ -195,6 +233,7 @@ impl GpuScene {
         self.transparent.resize(words, 0);
         while self.chunks.len() * self.chunk_len < count {
             self.chunks.push(create_chunk(gpu, self.chunk_len));
+            self.is_free.push(false);
             let page = (self.chunks.len() - 1) / CHUNKS_A_PAGE;
             self.pages.truncate(page);
             self.pages.push(self.bind_page(gpu, page));

@@ -92,6 +92,11 @@ impl Offscreen {
         self.renderer.forget_from(count);
     }
 
+    /// GPU memory reserved for polygons, bytes.
+    pub fn polygon_memory_bytes(&self) -> u64 {
+        self.renderer.bytes()
+    }
+
     /// Draws a frame and waits until it is done. The picture is as wide as the view says: see
     /// [`View::with_aspect`].
     ///

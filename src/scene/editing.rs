@@ -39,6 +39,7 @@ impl Scene {
                 self.polygons.release(id as usize);
                 self.bounds.release(id as usize);
                 self.owner.release(id as usize);
+                self.let_go += 1;
             }
             self.strokes.release(at as usize);
         }

@@ -69,3 +69,22 @@ impl History {
         self.done.push_back(edit);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn the_last_edit_can_be_taken_back_however_many_strokes_it_names() {
+        let (mut history, mut gone) = (History::default(), Vec::new());
+        let moved = |strokes: usize| Edit::Move { offsets: vec![(0, Vec3::ZERO); strokes] };
+        history.record(moved(1), &mut gone);
+        history.record(moved(History::NAMED + 1), &mut gone);
+        assert!(history.undo().is_some_and(|edit| edit.named() > History::NAMED) && !history.can_undo());
+        let mut history = History::default();
+        history.record(moved(1), &mut gone);
+        history.record(moved(History::NAMED - 1), &mut gone);
+        assert!(history.undo().is_some() && history.undo().is_some() && gone.is_empty());
+    }
+}

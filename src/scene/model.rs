@@ -170,6 +170,7 @@ pub struct Scene {
     pub(super) history: History,
     pub(super) counts: SceneCounts,
     pub(super) displaced: u64,
+    pub(super) let_go: u64,
     /// Strokes that are gone since the last call of [`Scene::let_go`], and since the one before.
     pub(super) gone: [Vec<u32>; 2],
     /// Strokes that have to be placed anew.
@@ -205,6 +206,16 @@ impl Scene {
     /// What edits of many strokes have cost.
     pub fn work(&self) -> SceneWork {
         SceneWork { group_steps: self.groups.steps(), displaced: self.displaced }
+    }
+
+    /// Polygons that were let go so far.
+    pub fn let_go_count(&self) -> u64 {
+        self.let_go
+    }
+
+    /// Whether these polygons were, every one.
+    pub fn are_let_go(&self, ids: Range<usize>) -> bool {
+        self.owner.all_released(ids)
     }
 
     /// The tight box of a polygon, world space; empty if it was let go. Panics if there is no such id.

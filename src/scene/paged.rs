@@ -149,6 +149,19 @@ impl<T, const PAGE: usize> Paged<T, PAGE> {
         }
     }
 
+    /// Whether every entry of a range was pushed and released.
+    pub fn all_released(&self, range: std::ops::Range<usize>) -> bool {
+        let mut at = range.start;
+        while at < range.end.min(self.len) {
+            let is_empty = self.pages[at / PAGE].left_count == 0;
+            if !is_empty && self.get(at).is_some() {
+                return false;
+            }
+            at = if is_empty { (at / PAGE + 1) * PAGE } else { at + 1 };
+        }
+        range.end <= self.len
+    }
+
     /// All entries in order, without the released ones.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
         (0..self.len).filter_map(|i| self.get(i))
@@ -214,9 +227,16 @@ mod tests {
         assert_eq!(all, plain);
         assert!(paged.iter().copied().eq(plain.iter().flatten().copied()));
         assert_eq!(paged.get(plain.len()), None);
+        for _ in 0..200 {
+            let first = below(plain.len());
+            let end = first + below(20);
+            let none_left = plain.get(first..end).is_some_and(|range| range.iter().all(Option::is_none));
+            assert_eq!(paged.all_released(first..end), none_left, "{first}..{end} of {}", plain.len());
+        }
         let left = plain.iter().flatten().count();
         assert!(held(&paged) <= THIN * left + 2 * PAGE, "{left} left, room for {}", held(&paged));
         (0..plain.len()).for_each(|i| paged.release(i));
+        assert!(paged.all_released(0..plain.len()) && !paged.all_released(0..plain.len() + 1));
         assert!(held(&paged) <= PAGE, "room for {} when nothing is left", held(&paged));
     }
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use osp::{
     recording::{Event, StrokeId},
-    render::{Gpu, Image, Layer, Offscreen, RendererConfig},
-    scene::{Change, Scene},
+    render::{DrawnOcclusion, Gpu, HzbConfig, Image, Layer, Offscreen, RenderError, RendererConfig},
+    scene::{Change, PolygonId, Scene},
     visibility::{Projection, View},
 };
 
@@ -126,5 +126,66 @@ fn wherever_a_recording_is_entered_the_picture_is_a_fresh_drawers() {
                 compare(&gpu, &mut follower, player.scene(), &when);
             }
         }
+    }
+}
+
+/// Squares in stacks of 64, a chunk each.
+fn stacks(count: u32, number: &mut u32) -> Vec<Event> {
+    let mut events = Vec::new();
+    for _ in 0..count {
+        let stroke = Some(StrokeId(*number));
+        for i in 0..64 {
+            let x = (*number % 7) as f32 * 0.2 - 0.6;
+            let mut event = square(Vec3::new(x, 0.0, -2.0 - 0.01 * i as f32), 0.08, (0.9, 0.5, 0.1, 1.0));
+            if let Event::Polygon { stroke: of, .. } = &mut event {
+                *of = stroke;
+            }
+            events.push(event);
+        }
+        *number += 1;
+    }
+    events
+}
+
+#[test]
+fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
+    let Some(gpu) = gpu() else { return };
+    const CHUNK_BYTES: u64 = 64 * 64;
+    let config = RendererConfig { chunk_len: 64, ..RendererConfig::default() };
+    for occlusion in [DrawnOcclusion::None, DrawnOcclusion::Hzb(HzbConfig::default())] {
+        let mut follower = Offscreen::on(Arc::clone(&gpu), SIDE, SIDE, &config).expect("a drawer");
+        match follower.set_occlusion(occlusion) {
+            Err(error @ RenderError::NoOcclusion { .. }) if !crate::required::nothing_may_be_skipped() => {
+                eprintln!("skipped: {error}");
+                continue;
+            }
+            outcome => outcome.expect("what hzb needs"),
+        }
+        let (mut scene, mut number) = (Scene::new(), 0);
+        let mut frame = |scene: &mut Scene, follower: &mut Offscreen, events: &[Event]| {
+            let mut changes = Vec::new();
+            scene.let_go();
+            scene.apply_all(events, &mut changes);
+            follower.follow(&changes);
+            compare(&gpu, follower, scene, &format!("{occlusion:?}"));
+            follower.polygon_memory_bytes()
+        };
+        let first = stacks(20, &mut number);
+        assert_eq!(frame(&mut scene, &mut follower, &first), 20 * CHUNK_BYTES);
+        let early = scene.clone();
+        // All but two are taken back and drawn over.
+        let mut events = vec![Event::Undo { t: 0.0 }; 18];
+        events.extend(stacks(3, &mut number));
+        frame(&mut scene, &mut follower, &events);
+        frame(&mut scene, &mut follower, &[]);
+        assert_eq!(frame(&mut scene, &mut follower, &[]), 5 * CHUNK_BYTES);
+        // A replay that is taken back to when they were there.
+        follower.forget_from(early.polygon_count());
+        let all: Vec<Change> =
+            (0..early.polygon_count() as u32).map(|i| Change::Update(PolygonId(i))).collect();
+        follower.follow(&all);
+        let mut scene = early;
+        assert_eq!(frame(&mut scene, &mut follower, &[]), (20 + 3) * CHUNK_BYTES);
+        assert_eq!(frame(&mut scene, &mut follower, &stacks(2, &mut number)), (20 + 3) * CHUNK_BYTES);
     }
 }

@@ -2,11 +2,11 @@
 
 use glam::{Quat, Vec3};
 use osp::{
-    recording::{Event, GroupId, NormalRule, StrokeId, Transform},
+    recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform},
     scene::{Change, PolygonId, Scene},
 };
 
-use crate::{editor::Editor, play, straight};
+use crate::{begin, editor::Editor, play, point, straight};
 
 const HALF_TURN_ABOUT_Y: Quat = Quat::from_xyzw(0.0, 1.0, 0.0, 0.0);
 const QUARTER_TURN_ABOUT_Z: Quat =
@@ -104,6 +104,42 @@ fn a_stroke_is_where_its_points_say_in_its_group_moved_or_not() {
         &[group(1, &[1], None), moved(1, Vec3::X * 3.0), place(1, Vec3::Y, HALF_TURN_ABOUT_Y, 2.0)],
     );
     assert_near(center(&other), center(&scene));
+}
+
+#[test]
+fn a_group_that_was_hung_elsewhere_does_not_go_with_the_old_one() {
+    let mut scene = grouped();
+    play(&mut scene, &[group(2, &[], None), group(3, &[], None), group(1, &[], Some(2))]);
+    assert_eq!(play(&mut scene, &[place(2, Vec3::X, Quat::IDENTITY, 1.0)]).len(), 1);
+    // Back to where it was, as it hangs elsewhere now.
+    assert_eq!(play(&mut scene, &[group(1, &[], Some(3))]).len(), 1);
+    assert_near(center(&scene), Vec3::new(0.5, 0.0, 0.0));
+    assert!(play(&mut scene, &[place(2, Vec3::Y, Quat::IDENTITY, 1.0)]).is_empty());
+    assert_eq!(play(&mut scene, &[place(3, Vec3::Y, Quat::IDENTITY, 1.0)]).len(), 1);
+    assert_near(center(&scene), Vec3::new(0.5, 1.0, 0.0));
+}
+
+#[test]
+fn rotations_are_taken_at_unit_length() {
+    // What a file may hold: a per cent longer or shorter.
+    for longer in [0.995, 1.005] {
+        let q = Quat::from_xyzw(0.36, 0.48, 0.0, 0.8);
+        let mut scenes = [grouped(), grouped()];
+        for (scene, q) in scenes.iter_mut().zip([q, q * longer]) {
+            play(scene, &[place(1, Vec3::Y, q, 3.0), moved(1, Vec3::X)]);
+            play(scene, &[begin(2, Tool::Ribbon, NormalRule::Travel)]);
+            for i in 0..3 {
+                play(scene, &[point(2, Vec3::new(i as f32, 0.0, 0.3 * (i * i) as f32), q)]);
+            }
+        }
+        let corners = |scene: &Scene| {
+            let ids = (0..scene.polygon_count() as u32).map(PolygonId);
+            ids.flat_map(|id| scene.polygon(id).vertices().to_vec()).collect::<Vec<Vec3>>()
+        };
+        let [exact, rounded] = [corners(&scenes[0]), corners(&scenes[1])];
+        assert_eq!((exact.len(), rounded.len()), (12, 12));
+        exact.into_iter().zip(rounded).for_each(|(a, b)| assert_near(a, b));
+    }
 }
 
 #[test]
@@ -246,7 +282,7 @@ fn a_frame_places_each_polygon_once() {
     let events: Vec<Event> = (0..1000)
         .flat_map(|i| {
             let turn = if i % 2 == 0 { QUARTER_TURN_ABOUT_Z } else { HALF_TURN_ABOUT_Y };
-            [place(i % 60, Vec3::X * i as f32, turn, 1.0), moved(1, Vec3::Y), moved(2, Vec3::Y)]
+            [place(i % 60, Vec3::X * i as f32, turn, 1.0), moved(2, Vec3::Y), moved(1, Vec3::Y)]
         })
         .collect();
     let mut one_by_one = scene.clone();

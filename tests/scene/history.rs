@@ -171,4 +171,17 @@ fn edits_of_many_strokes_are_remembered_less_long() {
     }
     assert_eq!(reached, (1 << 20) / STROKES);
     assert_eq!(scene.bounds(PolygonId(0)).min.y, 300.0 - reached as f32);
+    // What was taken back and is lost counts no more.
+    for _ in 0..300 {
+        scene.apply_all(&[moved(&all), undo()], &mut Vec::new());
+    }
+    for _ in 0..200 {
+        scene.apply_all(&[moved(&all)], &mut Vec::new());
+    }
+    reached = 0;
+    while scene.can_undo() {
+        scene.apply_all(&[undo()], &mut Vec::new());
+        reached += 1;
+    }
+    assert_eq!(reached, 200);
 }

@@ -25,8 +25,8 @@ pub(in super::super) struct Hzb {
     pub(super) compact_layout: wgpu::BindGroupLayout,
     pub(super) queries: QueryPipelines,
     chunk_layout: wgpu::BindGroupLayout,
-    /// One for each chunk of the scene.
-    chunks: Vec<wgpu::BindGroup>,
+    /// One for each chunk of the scene, and what it binds.
+    chunks: Vec<(wgpu::Buffer, wgpu::BindGroup)>,
 }
 
 /// What a binding of a compute shader is.
@@ -88,15 +88,22 @@ impl Hzb {
         })
     }
 
-    /// Follows the growth of the scene.
+    /// Follows the scene as it grows, and as it gives memory back.
     pub(in super::super) fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) {
-        for buffer in &scene.chunks()[self.chunks.len()..] {
-            self.chunks.push(bind(gpu, "polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]));
+        for (i, buffer) in scene.chunks().iter().enumerate() {
+            if self.chunks.get(i).is_some_and(|(bound, _)| bound == buffer) {
+                continue;
+            }
+            let group = bind(gpu, "polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]);
+            match self.chunks.get_mut(i) {
+                Some(chunk) => *chunk = (buffer.clone(), group),
+                None => self.chunks.push((buffer.clone(), group)),
+            }
         }
     }
 
     pub(super) fn chunk(&self, number: usize) -> Option<&wgpu::BindGroup> {
-        self.chunks.get(number)
+        self.chunks.get(number).map(|(_, group)| group)
     }
 }
 
