@@ -134,7 +134,9 @@ pub(super) struct Queries {
 #[repr(C)]
 struct Pixel {
     size: [f32; 2],
-    nothing: [f32; 2],
+    /// The longer side of the picture, pixels.
+    side: f32,
+    nothing: f32,
 }
 
 impl Queries {
@@ -256,7 +258,7 @@ impl Queries {
         let pipelines = &frame.hzb.queries;
         let (width, height) = frame.target.size();
         let size = [self.extent[0] / width as f32, self.extent[1] / height as f32];
-        let pixel = Pixel { size, nothing: [0.0; 2] };
+        let pixel = Pixel { size, side: width.max(height) as f32, nothing: 0.0 };
         frame.gpu.queue().write_buffer(&self.pixel, 0, bytemuck::bytes_of(&pixel));
         let whole = wgpu::Buffer::as_entire_binding;
         let (boxes, apply) = self.groups.get_or_insert_with(|| {

@@ -26,13 +26,18 @@ const NEAR_ENOUGH: f32 = 1.0e-4;
 /// # Errors
 /// The device is lost or the driver reported something.
 pub(super) fn are_in_place(gpu: &Gpu) -> Result<bool, RenderError> {
-    let found = [measure(gpu, 0)?, measure(gpu, 1)?];
-    Ok((0..(SIDE * SIDE * SAMPLES) as usize).all(|i| {
+    Ok(are_places(&[measure(gpu, 0)?, measure(gpu, 1)?]))
+}
+
+/// Whether these, by axis, are where the samples of the pixels should be.
+fn are_places(found: &[Vec<f32>; 2]) -> bool {
+    (0..(SIDE * SIDE * SAMPLES) as usize).all(|i| {
         let pixel = i / PLACES.len();
         let pixel = [pixel as u32 % SIDE, pixel as u32 / SIDE];
         let place = PLACES[i % PLACES.len()];
+        // Not so of what is no number.
         (0..2).all(|axis| (found[axis][i] - pixel[axis] as f32 - place[axis]).abs() < NEAR_ENOUGH)
-    }))
+    })
 }
 
 /// Distance of each sample of each pixel from the left (axis 0) or from the top, pixels.
@@ -110,4 +115,40 @@ fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {
         multiview_mask: None,
         cache: None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn usual() -> [Vec<f32>; 2] {
+        let of = |axis: usize| {
+            let pixels = (0..SIDE * SIDE).map(move |pixel| [pixel % SIDE, pixel / SIDE][axis] as f32);
+            pixels.flat_map(move |first| PLACES.map(|place| first + place[axis])).collect()
+        };
+        [of(0), of(1)]
+    }
+
+    #[test]
+    fn a_sample_elsewhere_in_any_pixel_is_noticed() {
+        assert!(are_places(&usual()));
+        for axis in 0..2 {
+            for i in 0..usual()[axis].len() {
+                for wrong in [1.0 / 16.0, -0.001, 1.0, f32::NAN] {
+                    let mut found = usual();
+                    found[axis][i] += wrong;
+                    assert!(!are_places(&found), "axis {axis}, sample {i}, {wrong} beside");
+                }
+            }
+        }
+    }
+
+    /// The shader has its own list.
+    #[test]
+    fn the_shader_takes_samples_to_be_at_the_same_places() {
+        for (sample, [x, y]) in PLACES.iter().enumerate() {
+            let call = format!("may_win(t, at, {sample}, vec2({x}, {y}))");
+            assert!(shaders::HZB_TEST.contains(&call), "{call}");
+        }
+    }
 }
