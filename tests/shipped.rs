@@ -115,7 +115,8 @@ fn the_readme_of_the_recordings_names_their_fingerprints() {
 fn the_readme_of_the_recordings_counts_as_info_does() {
     let readme = fs::read_to_string("recordings/README.md").expect("recordings/README.md");
     for name in shipped() {
-        let row = readme.lines().find(|line| line.starts_with(&format!("| {name} | ")) && line.contains("MB"));
+        let row =
+            readme.lines().find(|line| line.starts_with(&format!("| {name} | ")) && line.contains("MB"));
         let cells: Vec<String> =
             row.expect("a row").split('|').map(|cell| cell.trim().replace([',', '`'], "")).collect();
         let path = format!("recordings/{name}");
@@ -132,7 +133,11 @@ fn the_readme_of_the_recordings_counts_as_info_does() {
         ];
         assert_eq!(cells[2..8], counted, "{name}");
         let text = fs::read_to_string(&path).expect("text");
-        assert_eq!(cells[8], (text.lines().count() - 1).to_string(), "{name}: events, all lines but the header");
+        assert_eq!(
+            cells[8],
+            (text.lines().count() - 1).to_string(),
+            "{name}: events, all lines but the header"
+        );
         let secs = info["duration_secs"].as_f64().expect("a number");
         assert_eq!(cells[9], format!("{secs:.0} s"), "{name}");
         assert_eq!(cells[10], format!("{:.1} MB", text.len() as f64 * 1.0e-6), "{name}");

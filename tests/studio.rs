@@ -5,12 +5,12 @@
 mod drawing;
 #[path = "studio/exporting.rs"]
 mod exporting;
-#[path = "studio/limits.rs"]
-mod limits;
 #[path = "studio/hands.rs"]
 mod hands;
 #[path = "studio/keeping.rs"]
 mod keeping;
+#[path = "studio/limits.rs"]
+mod limits;
 #[path = "studio/panel.rs"]
 mod panel;
 #[path = "studio/tracker.rs"]

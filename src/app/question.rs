@@ -5,6 +5,7 @@ use super::{
     journal::{OpenElsewhere, Unwritten},
     studio::{Studio, Subject},
 };
+use crate::output_file::{OutputKind, check_output};
 
 /// Something that a person decides before it is done. Until then nothing is written and nothing is lost.
 #[derive(Clone, Debug, PartialEq)]
@@ -236,8 +237,11 @@ impl Studio {
         }
     }
 
+    /// A model is replaced by a model, nothing else, and asked for.
     pub(super) fn ask_to_export(&mut self, path: PathBuf) {
-        if path.is_file() {
+        if let Err(error) = check_output(&path, OutputKind::Glb, false) {
+            self.say(error.to_string());
+        } else if path.is_file() {
             self.ask(Question::ExportOver(path));
         } else {
             self.export_gltf(&path);

@@ -162,7 +162,7 @@ fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
             outcome => outcome.expect("what hzb needs"),
         }
         let (mut scene, mut number) = (Scene::new(), 0);
-        let mut frame = |scene: &mut Scene, follower: &mut Offscreen, events: &[Event]| {
+        let frame = |scene: &mut Scene, follower: &mut Offscreen, events: &[Event]| {
             let mut changes = Vec::new();
             scene.let_go();
             scene.apply_all(events, &mut changes);

@@ -1,6 +1,6 @@
 use std::fs;
 
-use osp::app::Command;
+use osp::app::{Answer, Command};
 
 use crate::drawing::Table;
 
@@ -15,6 +15,9 @@ fn an_export_replaces_models_and_nothing_else() {
     fs::write(&model, "glTF, an older one").expect("written");
     let mut export = |path: &std::path::Path| {
         table.studio.command(Command::ExportGltf(path.to_owned()));
+        if table.studio.question().is_some() {
+            table.studio.command(Command::Answer(Answer::Replace));
+        }
         table.studio.messages().last().cloned().expect("a message")
     };
     assert!(export(&model).contains("exported to"));

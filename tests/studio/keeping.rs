@@ -195,12 +195,12 @@ fn what_was_not_drawn_here_is_copied() {
 fn no_file_is_replaced_without_a_word() {
     let mut table = Table::new();
     table.drag(Button::Primary, &across(0.0));
-    for (name, command) in [
-        ("taken.ron", Command::SaveAs as fn(PathBuf) -> Command),
-        ("taken.glb", Command::ExportGltf as fn(PathBuf) -> Command),
+    for (name, work, command) in [
+        ("taken.ron", "somebody's work", Command::SaveAs as fn(PathBuf) -> Command),
+        ("taken.glb", "glTF: somebody's work", Command::ExportGltf as fn(PathBuf) -> Command),
     ] {
         let path = table.folder.path().join(name);
-        fs::write(&path, "somebody's work").expect("written");
+        fs::write(&path, work).expect("written");
         for answer in [None, Some(Answer::Cancel)] {
             table.studio.command(command(path.clone()));
             let question = table.studio.question().expect("a question");
@@ -209,7 +209,7 @@ fn no_file_is_replaced_without_a_word() {
             if let Some(answer) = answer {
                 table.studio.command(Command::Answer(answer));
             }
-            assert_eq!(fs::read(&path).expect("a file"), b"somebody's work");
+            assert_eq!(fs::read(&path).expect("a file"), work.as_bytes());
         }
         assert!(table.studio.question().is_none());
         table.studio.command(command(path.clone()));

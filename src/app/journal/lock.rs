@@ -240,7 +240,8 @@ fn write_word(file: &mut File) -> io::Result<()> {
     let text = ron::to_string(&Word::ours()).map_err(io::Error::other)?;
     file.set_len(0)?;
     file.rewind()?;
-    file.write_all(format!("{text}\n").as_bytes())
+    // The type's name tells our marks from others' files; `ron` leaves it out.
+    file.write_all(format!("Open{text}\n").as_bytes())
 }
 
 /// The name that a path stands for once every symbolic link is followed. The file need not exist.
