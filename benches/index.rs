@@ -11,8 +11,9 @@ use osp::{
     glam::Vec2,
     index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
     math::{Aabb, Ray},
+    polygon::{Change, PolygonId},
     recording::{SynthKind, synthesize},
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{CameraChoice, CameraPath, Moment},
 };
 

@@ -12,7 +12,8 @@ use osp::{
         CullConfig, CullerKind, OccluderPool, OcclusionVisitor, PoolConfig, ReuseTable, SelectConfig,
         Selector, ViewWindow, scenes::TestScene,
     },
-    scene::{Change, Scene},
+    polygon::Change,
+    scene::Scene,
     visibility::{CameraChoice, CameraPath, Moment, View},
 };
 

@@ -10,8 +10,9 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use osp::{
     math::{Aabb, Containment, Frustum, Obb, Sphere, Volume},
+    polygon::PolygonId,
     recording::{SynthKind, synthesize},
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::{CameraChoice, CameraPath, Moment},
 };
 

@@ -55,6 +55,7 @@ pub mod occlusion;
 #[cfg(any(feature = "cli", feature = "window"))]
 #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the window writes models alone"))]
 mod output_file;
+pub mod polygon;
 pub mod recording;
 #[cfg(feature = "render")]
 pub mod render;

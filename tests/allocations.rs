@@ -12,8 +12,9 @@ use osp::{
     math::{Aabb, Frustum},
     metrics::StageClock,
     occlusion::CullerKind,
+    polygon::PolygonId,
     recording::{Event, NormalRule, StrokeId, Tool},
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::{OcclusionChoice, PassConfig, Pipeline, Projection, View},
 };
 

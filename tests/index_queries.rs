@@ -12,7 +12,7 @@ use glam::Vec3;
 use osp::{
     index::{IndexConfig, IndexKind, SpatialIndex},
     math::{Aabb, Ray, Sphere},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// A session with gaps (some polygons are erased) in every index.

@@ -13,11 +13,11 @@ use boxes::{Place, Rng, drawn, root, shuffled, views};
 use glam::Vec3;
 use osp::{
     index::{
-        Backend, BruteForce, DrawList, FoundPages, ID_LIMIT, IndexConfig, IndexError, IndexKind, Osp,
-        SpatialIndex, Visit, Visitor,
+        Backend, BruteForce, DrawList, FoundPages, IndexConfig, IndexError, IndexKind, Osp, SpatialIndex,
+        Visit, Visitor,
     },
     math::{Aabb, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 fn config() -> IndexConfig {
@@ -226,7 +226,7 @@ fn bad_boxes_and_wrong_ids_are_refused() {
         assert_eq!(osp.update(id, &bounds), Err(IndexError::InvalidBounds(id)));
     }
     assert_eq!(osp.bounds(id), Some(good));
-    let last = PolygonId(ID_LIMIT - 1);
+    let last = PolygonId(PolygonId::LIMIT - 1);
     osp.insert(last, &good).unwrap();
     osp.insert(PolygonId(40), &good).unwrap();
     assert_eq!(osp.insert(id, &good), Err(IndexError::Duplicate(id)));

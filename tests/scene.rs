@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 use osp::{
+    polygon::{Change, PolygonId},
     recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform},
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
 };
 
 #[path = "support/edits.rs"]

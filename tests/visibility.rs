@@ -16,8 +16,9 @@ use osp::{
     index::{IndexConfig, IndexKind},
     math::{Aabb, Containment, Frustum, PlaneMask},
     metrics::{SessionFingerprint, StageClock, fingerprint_of_frame},
+    polygon::PolygonId,
     recording::{Camera, Event, GroupId, Pace, Pacer, RecordingError, StrokeId, Transform},
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::{CameraChoice, CameraPath, Moment, Pipeline, Projection, View},
 };
 use proptest::prelude::*;

@@ -181,6 +181,6 @@ impl Studio {
         self.culling.follow(self.subject.scene(), &jump.changes);
         let keep = self.pending.keep.map_or(jump.polygon_count, |keep| keep.min(jump.polygon_count));
         self.pending.keep = Some(keep);
-        self.pending.changes.extend(jump.moved.into_iter().map(crate::scene::Change::Update));
+        self.pending.changes.extend(jump.moved.into_iter().map(crate::polygon::Change::Update));
     }
 }

@@ -7,8 +7,9 @@ use crate::{
     math::{Aabb, Ray},
     metrics::{FrameRecord, StageClock},
     occlusion::{CullerKind, ShadowVolume},
+    polygon::{Change, PolygonId},
     recording::StrokeId,
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{
         OcclusionChoice, OcclusionPass, PassConfig, Pipeline, View,
         pvs::{Pvs, PvsPass},
@@ -195,7 +196,7 @@ impl Culling {
         let root = root_for(bounds);
         let mut pipeline = create(kind, occlusion, root, scene.polygon_count(), self.clock);
         if let Some(pvs) = self.pvs.as_ref().filter(|_| occlusion == OcclusionChoice::Pvs) {
-            pipeline = pipeline.with_pvs(PvsPass::new(Arc::clone(pvs)));
+            pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
         }
         pipeline.set_occluders(self.occluders);
         pipeline.load(scene);

@@ -5,8 +5,9 @@ use std::path::Path;
 use super::journal::{Journal, SaveError, Unwritten};
 use crate::{
     math::{Aabb, Ray},
+    polygon::{Change, PolygonId},
     recording::{Event, EventSource, Header, RecordingError, StrokeId},
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
 };
 
 pub use opening::{Access, OpenError, Opened, Opening};

@@ -8,9 +8,10 @@ use rand_pcg::{Pcg64, rand_core::Rng};
 use super::{Autosaves, Command, Player, Studio, Subject};
 use crate::{
     index::IndexKind,
+    polygon::ConvexPolygon,
+    polygon::{Change, PolygonId},
     recording::{Event, Flush, GroupId, Header, NormalRule, Pace, RonWriter, StrokeId, Tool, Transform},
-    scene::{Change, PolygonId, Scene},
-    stroke::ConvexPolygon,
+    scene::Scene,
     visibility::CameraChoice,
 };
 

@@ -4,8 +4,9 @@ use crate::{
     index::{Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum, rotate},
     occlusion::ShadowVolume,
+    polygon::PolygonId,
     render::{Depth, LineBatch, LineColor},
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::View,
 };
 

@@ -2,9 +2,10 @@ use std::path::{Path, PathBuf};
 
 use crate::{
     math::Aabb,
+    polygon::{Change, PolygonId},
     recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
     render::background_for,
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{CameraChoice, CameraPath, Moment, View},
 };
 
@@ -406,7 +407,7 @@ mod tests {
         assert!(player.snapshots.len() > 8 && player.snapshots.len() <= MAX_SNAPSHOTS);
         let mut index = BruteForce::new();
         // What a GPU scene would hold.
-        let mut held: Vec<crate::stroke::ConvexPolygon> = Vec::new();
+        let mut held: Vec<crate::polygon::ConvexPolygon> = Vec::new();
         let mut position = 0;
         for round in 0..60u64 {
             position = (position * 7 + round * 31 + 5) % (frames + 1);

@@ -24,9 +24,10 @@ use crate::{
     index::IndexKind,
     math::{Aabb, Ray},
     metrics::{FrameRecord, StageClock},
+    polygon::{Change, PolygonId},
     recording::{Event, Limits, StrokeId, Tool},
     render::{DrawnCounts, LineBatch, PassTimes, background_for},
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{View, pvs::Pvs},
 };
 

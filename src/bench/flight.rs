@@ -6,7 +6,8 @@ use super::Estimate;
 use crate::{
     index::{DrawList, IndexConfig, IndexKind},
     occlusion::{CullerKind, OcclusionConfig, OcclusionStage},
-    scene::{Change, Scene},
+    polygon::Change,
+    scene::Scene,
     visibility::{CameraPath, Moment},
 };
 

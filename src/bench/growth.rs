@@ -6,9 +6,10 @@ use super::{Contender, Estimate, estimate::quantile};
 use crate::{
     index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
     math::{Aabb, Frustum},
+    polygon::ConvexPolygon,
+    polygon::{Change, PolygonId},
     recording::{RecordingError, SynthKind, synthesize},
-    scene::{Change, PolygonId, Scene},
-    stroke::ConvexPolygon,
+    scene::Scene,
     visibility::{CameraChoice, CameraPath, Moment},
 };
 

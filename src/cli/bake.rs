@@ -25,9 +25,10 @@ use crate::{
     index::{IndexConfig, IndexKind},
     math::Aabb,
     output_file::OutputKind,
+    polygon::PolygonId,
     recording::Event,
     report::thousands,
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::pvs::{BakeConfig, Baker, Pvs, ViewCells},
 };
 

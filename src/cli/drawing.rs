@@ -62,9 +62,7 @@ impl Drawing {
         // In turns, so that none is always the one that comes first.
         for i in 0..looked.len() {
             let i = (i + self.frame) % looked.len();
-            let Some(LaneFrame { record, .. }) = &looked[i] else { continue };
-            let fingerprint =
-                if record.occlusion.used { record.occlusion.fingerprint } else { record.fingerprint };
+            let Some(LaneFrame { drawn: fingerprint, .. }) = looked[i] else { continue };
             let number = self.of_lane[i];
             let same = drawn.iter().find(|other| (other.0, other.1) == (number, fingerprint));
             let times = match same {

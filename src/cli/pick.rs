@@ -16,8 +16,8 @@ use super::{
 };
 use crate::{
     index::IndexKind,
+    polygon::PolygonId,
     recording::Pace,
-    scene::PolygonId,
     visibility::{CameraChoice, CameraPath},
 };
 

@@ -29,10 +29,11 @@ use crate::{
     math::{rotate, unit},
     metrics::{StageClock, Summary, summarize},
     output_file::OutputKind,
+    polygon::PolygonId,
     recording::{Pace, Pacer},
     render::{DrawTimes, DrawnOcclusion, Gpu, Image, Layer, Offscreen, RendererConfig, background_for},
     report::thousands,
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::{
         AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, View, whole_view,
     },

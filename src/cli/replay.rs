@@ -502,7 +502,7 @@ fn lanes(
         let pipeline = Pipeline::new(index.create(&config), capacity, clock);
         let pipeline = match method {
             Some(OcclusionChoice::Pvs) => match pvs {
-                Some(pvs) => pipeline.with_pvs(PvsPass::new(Arc::clone(pvs))),
+                Some(pvs) => pipeline.with_pass(PvsPass::new(Arc::clone(pvs))),
                 None => pipeline,
             },
             Some(choice) => {

@@ -8,12 +8,13 @@ use serde::Serialize;
 use super::{render::Size, verify_method::Method};
 use crate::{
     index::DrawList,
+    polygon::{Change, PolygonId},
     render::{
         DrawTimes, DrawnCounts, DrawnOcclusion, Gpu, HzbBound, HzbConfig, HzbFine, HzbGroup, Layer,
         Offscreen, PassTimes, RendererConfig,
     },
     report::thousands,
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{
         View,
         verify::{AtRest, Totals, Verifier},

@@ -6,7 +6,8 @@ use glam::Vec3;
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use crate::scene::{PolygonId, Scene};
+use crate::polygon::PolygonId;
+use crate::scene::Scene;
 
 /// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers.
 const VERTEX_BYTES: usize = 12 + 12 + 8;

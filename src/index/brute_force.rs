@@ -1,7 +1,7 @@
 use super::{DrawList, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts, admission::admit};
 use crate::{
     math::{Aabb, Containment, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// The reference: every polygon's box against every plane, one after the other, in the plainest code. Every other

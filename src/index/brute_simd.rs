@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Containment, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// One wide pass over flat boxes, sixteen at a time, in order of arrival. No structure at all: the rival that a tree

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Frustum, Ray},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 use glam::Vec3;
 
@@ -29,7 +29,7 @@ const NONE: u32 = u32::MAX;
 const ROOT: u32 = 0;
 
 /// A way to partition space.
-pub(super) trait Partition: Send + std::fmt::Debug {
+pub(super) trait Partition: Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 
@@ -37,7 +37,7 @@ pub(super) trait Partition: Send + std::fmt::Debug {
     const ARITY: usize;
 
     /// Where a node lies and, in an inner node, where it is split.
-    type Cell: Copy + Send + std::fmt::Debug;
+    type Cell: Copy + Send + Sync + std::fmt::Debug;
 
     /// The cell of the first node.
     fn root_cell(&self) -> Self::Cell;

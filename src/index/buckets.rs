@@ -7,7 +7,7 @@ use super::{
     simd::{Boxes, Kernel},
     sink::Sink,
 };
-use crate::{math::Aabb, scene::PolygonId};
+use crate::{math::Aabb, polygon::PolygonId};
 
 /// No bucket.
 pub(super) const NONE: u32 = u32::MAX;

@@ -1,7 +1,7 @@
 use super::{IndexError, admission::admit};
-use crate::{math::Aabb, scene::PolygonId};
+use crate::{math::Aabb, polygon::PolygonId};
 
-/// Stands for "no polygon" where an array has a hole; it is beyond [`super::ID_LIMIT`].
+/// Stands for "no polygon" where an array has a hole; it is beyond [`PolygonId::LIMIT`].
 pub(super) const NO_POLYGON: PolygonId = PolygonId(u32::MAX);
 
 /// Entries of a page of [`ById`].

@@ -1,5 +1,5 @@
 use super::simd::ROOM_BEHIND;
-use crate::scene::PolygonId;
+use crate::polygon::PolygonId;
 
 /// The polygons to draw, in the order in which a query found them. Kept from frame to frame: it allocates only
 /// while it grows.

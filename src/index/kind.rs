@@ -1,9 +1,9 @@
 use super::{
-    BruteForce, BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, ID_LIMIT, KdTreeConfig, LooseOctree,
+    BruteForce, BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, KdTreeConfig, LooseOctree,
     LooseOctreeConfig, OctreeConfig, Osp, OspPaper, QuadtreeConfig, SpatialIndex, TimeOrder, TwoLevelConfig,
     bvh, kd_tree, octree_rebuild, quadtree,
 };
-use crate::math::Aabb;
+use crate::{math::Aabb, polygon::PolygonId};
 use glam::Vec3;
 
 /// What an index is told before the first polygon comes. Every polygon is accepted whatever it says.
@@ -120,7 +120,7 @@ impl IndexKind {
 
     /// An empty index of this kind.
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
-        let config = &IndexConfig { capacity: config.capacity.min(ID_LIMIT as usize), ..*config };
+        let config = &IndexConfig { capacity: config.capacity.min(PolygonId::LIMIT as usize), ..*config };
         match self {
             Self::BruteForce => Box::new(BruteForce::with_capacity(config.capacity)),
             Self::BruteSimd => Box::new(BruteSimd::new(config)),

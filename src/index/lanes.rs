@@ -7,7 +7,7 @@ use super::{
     simd::{Boxes, Kernel, PlaneSet},
     sink::Sink,
 };
-use crate::{math::Aabb, scene::PolygonId};
+use crate::{math::Aabb, polygon::PolygonId};
 
 /// Boxes tested at once against a plane. A whole leaf of most trees; four, two or one vector operations wide.
 pub(super) const LANES: usize = 16;

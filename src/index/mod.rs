@@ -35,7 +35,6 @@ mod time_order;
 mod walk_stack;
 mod work;
 
-pub use admission::ID_LIMIT;
 pub use brute_force::BruteForce;
 pub use brute_simd::BruteSimd;
 pub use bsp::{Bsp, BspConfig, BspCounts};

@@ -4,7 +4,7 @@ use super::{Node, SpatialIndex, Visit, Visitor, WorkCounts};
 use crate::{
     index::DrawList,
     math::{Aabb, Frustum, Plane, Ray, Sphere, is_no_later},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 use glam::Vec3;
 use std::collections::BinaryHeap;

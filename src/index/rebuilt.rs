@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Frustum, Ray},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 use glam::Vec3;
 
@@ -15,7 +15,7 @@ use glam::Vec3;
 const REFIT_LIMIT: f64 = 1.5;
 
 /// Something that orders polygons into a [`FlatTree`].
-pub(super) trait TreeBuilder: Send + std::fmt::Debug {
+pub(super) trait TreeBuilder: Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 

@@ -2,7 +2,7 @@ use super::{
     DrawList, Visit, Visitor,
     simd::{IdWriter, Kernel},
 };
-use crate::scene::PolygonId;
+use crate::polygon::PolygonId;
 
 /// Where a query puts what it finds: a draw list, or a visitor of [`super::SpatialIndex::traverse`].
 pub(super) trait Sink {

@@ -4,8 +4,8 @@ use thiserror::Error;
 use super::{DrawList, WorkCounts, probe};
 use crate::{
     math::{Aabb, Containment, Frustum, Ray, Sphere},
-    scene::PolygonId,
-    stroke::ConvexPolygon,
+    polygon::ConvexPolygon,
+    polygon::PolygonId,
 };
 
 /// Why an index refused a change. It is then as it was before.
@@ -20,8 +20,8 @@ pub enum IndexError {
     /// The id is not filed.
     #[error("polygon {}: it is not in the index", .0.0)]
     Unknown(PolygonId),
-    /// The id is not below [`super::ID_LIMIT`].
-    #[error("polygon {}: expected an id below {}", .0.0, super::ID_LIMIT)]
+    /// The id is not below [`PolygonId::LIMIT`].
+    #[error("polygon {}: expected an id below {}", .0.0, PolygonId::LIMIT)]
     IdBeyondLimit(PolygonId),
 }
 
@@ -31,7 +31,7 @@ pub enum IndexError {
 /// * `frustum_cull` reports every polygon whose box [`Frustum::may_see`] accepts, each once, and no other.
 /// * Polygons outside the root cube, over-sized or coincident are filed like any other.
 /// * A refused change leaves the index as it was.
-pub trait SpatialIndex: Send {
+pub trait SpatialIndex: Send + Sync {
     /// Its name on the command line and in tables.
     fn name(&self) -> &'static str;
 

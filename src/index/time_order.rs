@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Containment, Frustum, PlaneMask},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// A hierarchy of boxes over the order of arrival: sixteen polygons to a block, sixteen blocks to the next box, and so

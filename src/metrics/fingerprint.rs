@@ -1,6 +1,6 @@
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::{index::DrawList, scene::PolygonId};
+use crate::{index::DrawList, polygon::PolygonId};
 
 /// A number for a frame's visible set: equal for equal sets, whatever their order; a polygon reported twice changes it.
 pub fn fingerprint_of_frame(ids: &[PolygonId]) -> u64 {

@@ -22,8 +22,6 @@ pub struct FrameRecord {
     pub work: WorkCounts,
     /// Polygons that the frustum may see.
     pub visible: u64,
-    /// Of the visible set; see [`super::fingerprint_of_frame`].
-    pub fingerprint: u64,
     /// Culling by occlusion, after the frustum.
     pub occlusion: OcclusionRecord,
 }
@@ -49,8 +47,6 @@ pub struct OcclusionRecord {
     pub nodes: u64,
     /// Nodes and polygons tested.
     pub tests: u64,
-    /// Of the set that is drawn.
-    pub fingerprint: u64,
 }
 
 impl OcclusionRecord {

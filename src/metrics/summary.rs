@@ -1,7 +1,8 @@
 use crate::{
     math::Aabb,
+    polygon::Change,
     recording::{Event, Pace, Pacer, RecordingError},
-    scene::{Change, Scene, SceneCounts},
+    scene::{Scene, SceneCounts},
 };
 
 /// What a session holds, found by reading it once.

@@ -2,7 +2,7 @@ use super::{OcclusionCuller, Tested, Verdict};
 use crate::{
     index::{DrawList, Node, Visit, Visitor},
     math::Sphere,
-    scene::{PolygonId, Scene},
+    polygon::{Geometry, PolygonId},
 };
 
 /// What of a node is tested.
@@ -140,7 +140,7 @@ impl Default for ReuseTable {
 /// Walks an index and leaves out what a culler hides.
 pub struct OcclusionVisitor<'a> {
     culler: &'a dyn OcclusionCuller,
-    scene: &'a Scene,
+    geometry: &'a dyn Geometry,
     config: CullConfig,
     reuse: &'a mut ReuseTable,
     draw_list: &'a mut DrawList,
@@ -161,12 +161,12 @@ impl<'a> OcclusionVisitor<'a> {
     /// is walked with.
     pub fn new(
         culler: &'a dyn OcclusionCuller,
-        scene: &'a Scene,
+        geometry: &'a dyn Geometry,
         config: CullConfig,
         reuse: &'a mut ReuseTable,
         draw_list: &'a mut DrawList,
     ) -> Self {
-        Self { culler, scene, config, reuse, draw_list, counts: CullCounts::default() }
+        Self { culler, geometry, config, reuse, draw_list, counts: CullCounts::default() }
     }
 
     /// What was done so far.
@@ -222,7 +222,7 @@ impl Visitor for OcclusionVisitor<'_> {
             return;
         }
         for &id in ids {
-            let Tested { verdict, steps } = self.culler.test_box(self.scene.bounds(id));
+            let Tested { verdict, steps } = self.culler.test_box(&self.geometry.bounds(id));
             self.counts.polygon_tests += 1;
             self.counts.steps += u64::from(steps);
             if verdict == Verdict::Hidden {

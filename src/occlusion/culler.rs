@@ -50,7 +50,7 @@ pub enum Soundness {
 /// Contract of a sound one, for every volume V and every point x of V that is inside the window and not nearer than
 /// the near plane: `Hidden` means that a polygon of the occluders lies between the eye and x. A volume that is not
 /// finite is never hidden.
-pub trait OcclusionCuller: Send {
+pub trait OcclusionCuller: Send + Sync {
     /// Its name on the command line and in tables.
     fn name(&self) -> &'static str;
 

@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Sphere},
-    stroke::ConvexPolygon,
+    polygon::ConvexPolygon,
 };
 use glam::{DVec2, DVec3, Vec3};
 

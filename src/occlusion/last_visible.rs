@@ -15,8 +15,9 @@ use super::{
 };
 use crate::{
     index::DrawList,
-    scene::{PolygonId, Scene},
+    polygon::{Geometry, PolygonId},
 };
+use glam::Vec3;
 
 /// Polygons next to each other in the list that are tested as one first.
 const GROUP: usize = 4;
@@ -95,15 +96,14 @@ impl LastVisible {
     pub fn build(
         &mut self,
         view: usize,
-        scene: &Scene,
+        geometry: &dyn Geometry,
         window: &ViewWindow,
         in_view: &[PolygonId],
     ) -> LastVisibleCounts {
         self.drawn_in(view);
         let known = &self.drawn[view];
-        let occludes = |id: PolygonId| {
-            let (.., opacity) = scene.stroke_of(id).color();
-            bit(known, id) && opacity >= 1.0
+        let occluder = |id: PolygonId| {
+            if bit(known, id) && geometry.may_occlude(id) { geometry.polygon(id) } else { None }
         };
         let pixels_of = self.depth.area_in_pixels(window);
         self.shadows.clear();
@@ -112,17 +112,13 @@ impl LastVisible {
                 break;
             }
             let id = pair[0];
-            if !occludes(id) {
-                continue;
-            }
-            let polygon = scene.polygon(id);
+            let Some(polygon) = occluder(id) else { continue };
             let area_px = pixels_of(&polygon);
             if area_px >= LEAST_PX {
                 ShadowVolume::push_polygon(polygon.vertices(), window, &mut self.shadows);
             }
-            let next = pair.get(1).copied().filter(|&next| next.0 == id.0 + 1 && occludes(next));
-            let Some(next) = next else { continue };
-            let next_polygon = scene.polygon(next);
+            let Some(next) = pair.get(1).copied().filter(|&next| next.0 == id.0 + 1) else { continue };
+            let Some(next_polygon) = occluder(next) else { continue };
             if area_px + pixels_of(&next_polygon) >= LEAST_PX
                 && let Some(both) = Patch::new(id, &polygon).joined(next, &next_polygon)
             {
@@ -138,18 +134,18 @@ impl LastVisible {
     pub fn cull(
         &mut self,
         view: usize,
-        scene: &Scene,
+        geometry: &dyn Geometry,
         in_view: &[PolygonId],
         drawn: &mut DrawList,
         counts: &mut LastVisibleCounts,
     ) {
         let known = &mut self.drawn[view];
         known.clear();
-        known.resize(scene.polygon_count().div_ceil(64), 0);
+        known.resize(geometry.id_end().div_ceil(64), 0);
         let depth = &self.depth;
         let mut is_hidden = |ids: &[PolygonId]| {
             counts.tests += 1;
-            let corners = || ids.iter().flat_map(|&id| Corners::of(scene, id));
+            let corners = || ids.iter().flat_map(|&id| Corners::of(geometry, id));
             depth.test_points(corners).verdict == Verdict::Hidden
         };
         for group in in_view.chunks(GROUP) {
@@ -172,24 +168,37 @@ fn bit(words: &[u64], id: PolygonId) -> bool {
     words.get(id.index() / 64).is_some_and(|word| word >> (id.index() % 64) & 1 == 1)
 }
 
-/// The corners of a polygon, one after the other.
+/// The corners of a polygon, or of the box of what is no single polygon, one after the other.
 #[derive(Clone)]
 struct Corners {
-    polygon: crate::stroke::ConvexPolygon,
+    corners: [Vec3; 8],
+    count: usize,
     next: usize,
 }
 
 impl Corners {
-    fn of(scene: &Scene, id: PolygonId) -> Self {
-        Self { polygon: scene.polygon(id), next: 0 }
+    fn of(geometry: &dyn Geometry, id: PolygonId) -> Self {
+        let mut corners = [Vec3::ZERO; 8];
+        let count = match geometry.polygon(id) {
+            Some(polygon) => {
+                let vertices = polygon.vertices();
+                corners[..vertices.len()].copy_from_slice(vertices);
+                vertices.len()
+            }
+            None => {
+                corners = geometry.bounds(id).corners();
+                8
+            }
+        };
+        Self { corners, count, next: 0 }
     }
 }
 
 impl Iterator for Corners {
-    type Item = glam::Vec3;
+    type Item = Vec3;
 
-    fn next(&mut self) -> Option<glam::Vec3> {
-        let corner = self.polygon.vertices().get(self.next).copied();
+    fn next(&mut self) -> Option<Vec3> {
+        let corner = self.corners[..self.count].get(self.next).copied();
         self.next += 1;
         corner
     }

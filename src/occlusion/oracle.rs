@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::{ViewWindow, raster::Raster};
-use crate::{scene::PolygonId, stroke::ConvexPolygon};
+use crate::polygon::{ConvexPolygon, PolygonId};
 
 /// How far beside a triangle a ray still meets it, as a sine: neighbours have no crack between them.
 const BORDER_SINE: f64 = 1.0e-10;

@@ -1,10 +1,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{MAX_SIDES, ShadowVolume, ViewWindow, hull::Hull};
-use crate::{
-    scene::{PolygonId, Scene},
-    stroke::ConvexPolygon,
-};
+use crate::polygon::{ConvexPolygon, Geometry, PolygonId};
 
 /// Most polygons of a patch. Larger: fewer, larger occluders from smooth strokes and fine meshes; more work for each.
 pub(super) const MAX_PATCH: usize = 24;
@@ -254,12 +251,17 @@ impl Patch {
 
     /// Appends what it hides from an eye: a convex outline inside its picture, capped behind its farthest corner. Where
     /// there is none (it reaches back to the near plane, or folds), its polygons alone.
-    pub(super) fn push_shadows(&self, scene: &Scene, window: &ViewWindow, out: &mut Vec<ShadowVolume>) {
+    pub(super) fn push_shadows(
+        &self,
+        geometry: &dyn Geometry,
+        window: &ViewWindow,
+        out: &mut Vec<ShadowVolume>,
+    ) {
         match if self.len == 1 { None } else { self.shadow(window) } {
             Some(shadow) => out.push(shadow),
             None => {
-                for &id in self.ids() {
-                    ShadowVolume::push_polygon(scene.polygon(id).vertices(), window, out);
+                for polygon in self.ids().iter().filter_map(|&id| geometry.polygon(id)) {
+                    ShadowVolume::push_polygon(polygon.vertices(), window, out);
                 }
             }
         }

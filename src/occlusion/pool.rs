@@ -1,10 +1,7 @@
 use glam::Vec3;
 
 use super::patch::{MAX_PATCH, Patch};
-use crate::{
-    scene::{Change, Paged, PolygonId, Scene},
-    stroke::ConvexPolygon,
-};
+use crate::polygon::{Change, ConvexPolygon, Geometry, Paged, PolygonId};
 
 /// Patches that may still grow: strokes drawn at the same time (mirrored, pasted) take turns.
 const OPEN_PATCHES: usize = 6;
@@ -138,47 +135,47 @@ impl OccluderPool {
         (0..self.patches.len()).filter(is_live).map(|slot| self.patches[slot].ids())
     }
 
-    /// Follows the scene by one frame's changes. Costs a bounded amount for each change, and a bounded amount for the
+    /// Follows one frame's changes. Costs a bounded amount for each change, and a bounded amount for the
     /// frame while candidates that have died are being replaced.
-    pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
-        self.reserve(scene.polygon_count());
+    pub fn follow(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.reserve(geometry.id_end());
         for &change in changes {
             match change {
                 Change::Insert(id) => {
-                    self.offer(scene, id);
+                    self.offer(geometry, id);
                 }
-                Change::Remove(id) => self.take_out(scene, id),
+                Change::Remove(id) => self.take_out(geometry, id),
                 Change::Update(id) => {
-                    self.take_out(scene, id);
-                    self.offer(scene, id);
+                    self.take_out(geometry, id);
+                    self.offer(geometry, id);
                 }
             }
         }
         // What was left over from patches that died; those that went or came back meanwhile are no orphans. (After a jump
-        // back in a replay the scene may never have heard of them.)
+        // back in a replay the geometry may never have heard of them.)
         while let Some(id) = self.orphans.pop() {
-            let is_there = id.index() < scene.polygon_count() && scene.is_visible(id);
+            let is_there = geometry.is_present(id);
             if is_there && self.slot(id) == NONE {
-                self.offer(scene, id);
+                self.offer(geometry, id);
             }
         }
-        self.catch_up(scene, OFFERS_A_FRAME);
+        self.catch_up(geometry, OFFERS_A_FRAME);
     }
 
-    /// Follows the scene as [`OccluderPool::follow`] does, but only as far as candidates have to go, and the largest of
+    /// Follows as [`OccluderPool::follow`] does, but only as far as candidates have to go, and the largest of
     /// what came, at most this many, become some. The rest is looked at by later calls of `follow` or `catch_up`. For
     /// frames in which nothing is asked of the pool. How many offers there were.
-    pub fn follow_roughly(&mut self, scene: &Scene, changes: &[Change], offers: usize) -> usize {
+    pub fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) -> usize {
         let mut made = 0;
         for &change in changes {
             if let Change::Remove(id) | Change::Update(id) = change {
-                self.take_out(scene, id);
+                self.take_out(geometry, id);
             }
             if let Change::Insert(id) | Change::Update(id) = change {
                 self.rescan = self.rescan.min(id.index());
-                if made < offers && self.is_large(scene, id) {
-                    self.reserve(scene.polygon_count());
-                    made += usize::from(self.offer(scene, id));
+                if made < offers && self.is_large(geometry, id) {
+                    self.reserve(geometry.id_end());
+                    made += usize::from(self.offer(geometry, id));
                 }
             }
         }
@@ -186,8 +183,9 @@ impl OccluderPool {
     }
 
     /// Whether a polygon is among the largest sixteenth, about, of those that this was asked of.
-    fn is_large(&mut self, scene: &Scene, id: PolygonId) -> bool {
-        let area_m2 = 0.5 * scene.polygon(id).area_vector().length();
+    fn is_large(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
+        let Some(polygon) = geometry.polygon(id) else { return false };
+        let area_m2 = 0.5 * polygon.area_vector().length();
         let is_large = area_m2 > self.large_m2;
         // Steps up and down cancel where one in sixteen is larger; small ones, so that a wide stroke stays large for
         // some hundred polygons.
@@ -205,24 +203,24 @@ impl OccluderPool {
     }
 
     /// Whether there are polygons that no call of `follow` or `catch_up` has looked at yet.
-    pub fn is_behind(&self, scene: &Scene) -> bool {
-        self.rescan < scene.polygon_count()
+    pub fn is_behind(&self, geometry: &dyn Geometry) -> bool {
+        self.rescan < geometry.id_end()
     }
 
     /// Looks at polygons that came while nothing was asked of the pool, or that may take the place of others that went:
     /// at most this many offers (about 1.5 µs each). How many there were.
-    pub fn catch_up(&mut self, scene: &Scene, offers: usize) -> usize {
-        self.reserve(scene.polygon_count());
-        let end = scene.polygon_count().min(self.rescan.saturating_add(LOOKS_A_FRAME));
+    pub fn catch_up(&mut self, geometry: &dyn Geometry, offers: usize) -> usize {
+        self.reserve(geometry.id_end());
+        let end = geometry.id_end().min(self.rescan.saturating_add(LOOKS_A_FRAME));
         let mut made = 0;
         while self.rescan < end && made < offers {
             let id = PolygonId(self.rescan as u32);
             self.rescan += 1;
-            if scene.is_visible(id) && self.slot(id) == NONE {
-                made += usize::from(self.offer(scene, id));
+            if geometry.is_present(id) && self.slot(id) == NONE {
+                made += usize::from(self.offer(geometry, id));
             }
         }
-        if self.rescan >= scene.polygon_count() {
+        if self.rescan >= geometry.id_end() {
             self.rescan = usize::MAX;
         }
         made
@@ -239,16 +237,15 @@ impl OccluderPool {
     }
 
     /// Makes a polygon a candidate, or part of one, if it can be. Whether that took more than a glance.
-    fn offer(&mut self, scene: &Scene, id: PolygonId) -> bool {
+    fn offer(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
         // A change may be about what is erased (and moved all the same).
-        if !scene.is_visible(id) {
+        if !geometry.is_present(id) {
             return false;
         }
-        let (.., opacity) = scene.stroke_of(id).color();
-        if opacity < 1.0 || opacity.is_nan() || self.slot(id) != NONE {
+        if self.slot(id) != NONE || !geometry.may_occlude(id) {
             return false;
         }
-        let polygon = scene.polygon(id);
+        let Some(polygon) = geometry.polygon(id) else { return false };
         // Not even a patch full of its like would stay.
         if self.threshold_m2 > 0.0 {
             let enough_m2 = self.threshold_m2 / MAX_PATCH as f32;
@@ -330,7 +327,7 @@ impl OccluderPool {
     }
 
     /// Ends a candidate whose polygon has gone; its other polygons may come back on their own.
-    fn take_out(&mut self, scene: &Scene, id: PolygonId) {
+    fn take_out(&mut self, geometry: &dyn Geometry, id: PolygonId) {
         let slot = self.slot(id);
         if slot == NONE {
             return;
@@ -346,7 +343,7 @@ impl OccluderPool {
         }
         // Others that were too small before may be large enough now.
         if self.len() < self.config.capacity / 2
-            && self.rescan >= scene.polygon_count()
+            && self.rescan >= geometry.id_end()
             && self.threshold_m2 > 0.0
         {
             self.rescan = 0;

@@ -1,7 +1,7 @@
 use glam::{DVec3, Vec3};
 
 use super::{OccluderPool, ShadowVolume, ViewWindow, patch::MAX_PATCH};
-use crate::scene::Scene;
+use crate::polygon::Geometry;
 
 /// An occluder inside one of this many better ones is left out. More: fewer useless occluders, more tests.
 const COVERED_BY_FIRST: usize = 8;
@@ -88,8 +88,13 @@ impl Selector {
         &self.chosen
     }
 
-    /// Chooses for a window, from a pool that has followed this scene. Costs O(pool), and the exact part O(occluders).
-    pub fn select(&mut self, pool: &OccluderPool, scene: &Scene, window: &ViewWindow) -> SelectCounts {
+    /// Chooses for a window, from a pool that has followed this geometry. Costs O(pool), and the exact part O(occluders).
+    pub fn select(
+        &mut self,
+        pool: &OccluderPool,
+        geometry: &dyn Geometry,
+        window: &ViewWindow,
+    ) -> SelectCounts {
         let mut counts = SelectCounts { candidates: pool.len() as u32, ..SelectCounts::default() };
         let least_sr = self.config.least_share * window.solid_angle_sr();
         self.score_roughly(pool, window, least_sr as f32);
@@ -108,7 +113,7 @@ impl Selector {
             if self.shadows.len() + MOST_SHADOWS > self.shadows.capacity() {
                 break;
             }
-            pool.patch(slot).push_shadows(scene, window, &mut self.shadows);
+            pool.patch(slot).push_shadows(geometry, window, &mut self.shadows);
         }
         self.measured.clear();
         self.measured.extend(

@@ -5,7 +5,7 @@ use super::{
 use crate::{
     index::{DrawList, SpatialIndex, WorkCounts},
     math::Frustum,
-    scene::{Change, Scene},
+    polygon::{Change, Geometry},
 };
 
 /// Settings of [`OcclusionStage`].
@@ -78,28 +78,28 @@ impl OcclusionStage {
         self.config.cull = cull;
     }
 
-    /// Follows the scene's changes; once a frame that is culled.
-    pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
-        self.pool.follow(scene, changes);
+    /// Follows a frame's changes; once a frame that is culled.
+    pub fn follow(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.pool.follow(geometry, changes);
     }
 
     /// Instead of [`OcclusionStage::follow`] in a frame that is not culled: only what has to be done at once, and, for
     /// about as many nanoseconds as `budget_ns`, what makes candidates of what came. About what that took of the budget.
-    pub fn follow_roughly(&mut self, scene: &Scene, changes: &[Change], budget_ns: f64) -> f64 {
+    pub fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change], budget_ns: f64) -> f64 {
         let at_once = (budget_ns / OFFER_NS).min(MOST_AT_ONCE) as usize;
         let looks_ns = if at_once > 0 { LOOK_NS * changes.len() as f64 } else { 0.0 };
-        let mut spent_ns = looks_ns + self.pool.follow_roughly(scene, changes, at_once) as f64 * OFFER_NS;
+        let mut spent_ns = looks_ns + self.pool.follow_roughly(geometry, changes, at_once) as f64 * OFFER_NS;
         let offers = ((budget_ns - spent_ns) / OFFER_NS) as usize;
-        if offers >= LEAST_OFFERS && self.pool.is_behind(scene) {
+        if offers >= LEAST_OFFERS && self.pool.is_behind(geometry) {
             // Looking is not for nothing either.
-            spent_ns += (self.pool.catch_up(scene, offers) + 1) as f64 * OFFER_NS;
+            spent_ns += (self.pool.catch_up(geometry, offers) + 1) as f64 * OFFER_NS;
         }
         spent_ns
     }
 
     /// Chooses the occluders for a window.
-    pub fn select(&mut self, scene: &Scene, window: &ViewWindow) -> SelectCounts {
-        self.selector.select(&self.pool, scene, window)
+    pub fn select(&mut self, geometry: &dyn Geometry, window: &ViewWindow) -> SelectCounts {
+        self.selector.select(&self.pool, geometry, window)
     }
 
     /// Builds the culler from the occluders chosen last, for the same window.
@@ -112,13 +112,13 @@ impl OcclusionStage {
     pub fn cull(
         &mut self,
         index: &dyn SpatialIndex,
-        scene: &Scene,
+        geometry: &dyn Geometry,
         frustum: &Frustum,
         draw_list: &mut DrawList,
     ) -> (CullCounts, WorkCounts) {
         self.reuse.next_frame();
         let mut visitor =
-            OcclusionVisitor::new(&*self.culler, scene, self.config.cull, &mut self.reuse, draw_list);
+            OcclusionVisitor::new(&*self.culler, geometry, self.config.cull, &mut self.reuse, draw_list);
         let work = index.traverse(frustum, &mut visitor);
         (visitor.counts(), work)
     }

@@ -6,7 +6,8 @@ use super::{
 };
 use crate::{
     metrics::{Stage, StageClock},
-    scene::{Change, PolygonId, Scene},
+    polygon::{Change, PolygonId},
+    scene::Scene,
     visibility::View,
 };
 

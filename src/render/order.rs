@@ -3,7 +3,8 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use crate::scene::{PolygonId, Scene};
+use crate::polygon::PolygonId;
+use crate::scene::Scene;
 
 /// Whether polygons hide what is behind them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 
-use crate::scene::{PolygonId, Scene};
+use crate::polygon::PolygonId;
+use crate::scene::Scene;
 
 /// A polygon as the vertex shader reads it: four corners (a triangle repeats its last), the colour in the first spare
 /// word, as red, green, blue, opacity from the lowest byte.

@@ -11,7 +11,8 @@ use super::{
     timer::Ends,
 };
 use crate::{
-    scene::{Change, PolygonId, Scene},
+    polygon::{Change, PolygonId},
+    scene::Scene,
     visibility::View,
 };
 

@@ -67,7 +67,7 @@ impl<W: Write> CsvWriter<W> {
             r.work.planes,
             r.work.taken_whole,
             r.allocations(),
-            r.fingerprint
+            frame.in_view
         )?;
         if self.occlusion == OcclusionColumns::With {
             let o = &r.occlusion;
@@ -84,7 +84,7 @@ impl<W: Write> CsvWriter<W> {
                 us(o.query.ns),
                 o.occluders,
                 o.tests,
-                if o.used { o.fingerprint } else { r.fingerprint }
+                frame.drawn
             )?;
         }
         writeln!(self.out)

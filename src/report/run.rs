@@ -104,11 +104,10 @@ impl RunReport {
     /// Adds a frame.
     pub fn add(&mut self, frame: &LaneFrame) {
         let record = &frame.record;
-        self.fingerprint.add(record.frame, record.fingerprint);
-        self.frames.push((record.frame, record.fingerprint));
+        self.fingerprint.add(record.frame, frame.in_view);
+        self.frames.push((record.frame, frame.in_view));
         if let Some(occlusion) = &mut self.occlusion {
-            let drawn = if record.occlusion.used { record.occlusion.fingerprint } else { record.fingerprint };
-            occlusion.fingerprint.add(record.frame, drawn);
+            occlusion.fingerprint.add(record.frame, frame.drawn);
         }
         if !frame.catches_up {
             self.measure(record);

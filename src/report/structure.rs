@@ -15,7 +15,8 @@ use crate::{
     atomic_file::write_atomically,
     index::{Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum},
-    scene::{PolygonId, Scene},
+    polygon::PolygonId,
+    scene::Scene,
 };
 
 /// Size of a picture, pixels.

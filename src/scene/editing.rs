@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use super::{Change, Scene, edit::Edit, group, model::Untold};
+use super::{Scene, edit::Edit, group, model::Untold};
+use crate::polygon::Change;
 use crate::recording::{GroupId, StrokeId, Transform};
 
 impl Scene {

@@ -16,11 +16,10 @@
 
 mod edit;
 mod editing;
+mod geometry;
 mod group;
 mod history;
 mod model;
-mod paged;
 mod used;
 
-pub use model::{Change, PolygonId, Scene, SceneCounts, SceneWork, Stroke};
-pub use paged::Paged;
+pub use model::{Scene, SceneCounts, SceneWork, Stroke};

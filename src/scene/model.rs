@@ -2,35 +2,13 @@ use std::{collections::HashMap, ops::Range};
 
 use glam::Vec3;
 
-use super::{Paged, edit::Edit, group::Groups, history::History, used::UsedNumbers};
+use super::{edit::Edit, group::Groups, history::History, used::UsedNumbers};
 use crate::{
     math::{Aabb, unit},
+    polygon::{Change, ConvexPolygon, Paged, PolygonId},
     recording::{Event, GroupId, StrokeId, Transform},
-    stroke::{Brush, ConvexPolygon, Drops, Sample, StrokeBuilder, split_into_convex},
+    stroke::{Brush, Drops, Sample, StrokeBuilder, split_into_convex},
 };
-
-/// A polygon's number, in order of arrival; never used twice in a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(transparent)]
-pub struct PolygonId(pub u32);
-
-impl PolygonId {
-    /// The number as a place in an array.
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
-/// What an index has to do to follow the scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
-    /// The polygon is there now. One that was there before is where it was when it was removed, or an update follows.
-    Insert(PolygonId),
-    /// The polygon is gone (it may come back by undo or redo, under the same id).
-    Remove(PolygonId),
-    /// The polygon has moved.
-    Update(PolygonId),
-}
 
 /// A stroke and what has become of it.
 #[derive(Clone, Debug)]

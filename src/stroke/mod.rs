@@ -10,7 +10,6 @@ mod triangulate;
 mod tube;
 mod wall;
 
-pub use polygon::{ConvexPolygon, FLATNESS};
 pub use ribbon::RibbonBuilder;
 pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
@@ -18,7 +17,10 @@ pub use wall::WallBuilder;
 
 use glam::{Quat, Vec3};
 
-use crate::recording::{NormalRule, Tool};
+use crate::{
+    polygon::ConvexPolygon,
+    recording::{NormalRule, Tool},
+};
 
 /// One sample of a tracker: a control point of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]

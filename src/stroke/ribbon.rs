@@ -1,7 +1,7 @@
 use glam::Vec3;
 
-use super::{Brush, ConvexPolygon, Drops, Sample, frame};
-use crate::math::TOLERANCE_M;
+use super::{Brush, Drops, Sample, frame};
+use crate::{math::TOLERANCE_M, polygon::ConvexPolygon};
 
 /// Makes a ribbon: one quad between each two samples, spanned along the width (see [`crate::recording::NormalRule`]).
 ///

@@ -4,7 +4,8 @@
 
 use glam::Vec3;
 
-use super::{ConvexPolygon, Drops};
+use super::Drops;
+use crate::polygon::ConvexPolygon;
 
 /// How often all corners are looked at again when no ear is left; bounds the work for outlines that have none.
 const LOOKS_AGAIN: u32 = 8;

@@ -1,7 +1,7 @@
 use glam::Vec3;
 
-use super::{Brush, ConvexPolygon, Drops, Sample, frame, split_into_convex};
-use crate::math::TOLERANCE_M;
+use super::{Brush, Drops, Sample, frame, split_into_convex};
+use crate::{math::TOLERANCE_M, polygon::ConvexPolygon};
 
 /// Sides of a tube's cross-section. More: rounder, and more polygons for each sample.
 pub const TUBE_SIDES: usize = 8;

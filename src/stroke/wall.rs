@@ -1,5 +1,5 @@
-use super::{ConvexPolygon, Drops, Sample, split_into_convex, triangulate::flatten};
-use crate::recording::Event;
+use super::{Drops, Sample, split_into_convex, triangulate::flatten};
+use crate::{polygon::ConvexPolygon, recording::Event};
 use glam::Vec3;
 
 /// Makes one planar polygon whose corners are the samples; it is there when the stroke ends.

@@ -1,9 +1,11 @@
+use std::any::Any;
+
 use crate::{
     index::{DrawList, IndexError, SpatialIndex},
     math::Aabb,
-    metrics::{FrameRecord, StageClock, fingerprint_of_views},
-    scene::{Change, PolygonId, Scene},
-    visibility::{LastPass, OcclusionChoice, OcclusionPass, PassConfig, View, pvs::PvsPass},
+    metrics::{FrameRecord, StageClock},
+    polygon::{Change, Geometry, PolygonId},
+    visibility::{LastPass, OcclusionChoice, OcclusionPass, Pass, PassConfig, PassInput, View},
 };
 
 static NOTHING: DrawList = DrawList::new();
@@ -15,9 +17,7 @@ pub struct Pipeline {
     in_view: Vec<DrawList>,
     /// Polygons that each of these has room for.
     capacity: usize,
-    occlusion: Option<OcclusionPass>,
-    pvs: Option<PvsPass>,
-    last: Option<LastPass>,
+    pass: Option<Box<dyn Pass>>,
     /// Whether the last frame was culled by occlusion.
     occluded: bool,
     clock: StageClock,
@@ -42,9 +42,7 @@ impl Pipeline {
             index,
             in_view: vec![DrawList::with_capacity(capacity)],
             capacity,
-            occlusion: None,
-            pvs: None,
-            last: None,
+            pass: None,
             occluded: false,
             clock,
             refused: 0,
@@ -52,52 +50,43 @@ impl Pipeline {
         }
     }
 
-    /// The pipeline with culling by occlusion after the frustum; before the first frame.
+    /// The pipeline with a pass after the frustum, in the place of the one that it had; before the first frame.
     #[must_use]
-    pub fn with_occlusion(mut self, pass: OcclusionPass) -> Self {
-        self.occlusion = Some(pass);
+    pub fn with_pass(mut self, pass: impl Pass) -> Self {
+        self.pass = Some(Box::new(pass));
         self
     }
 
     /// The pipeline with the culling by occlusion that a choice names; before the first frame. Methods that need more than
-    /// the scene, or work while drawing, are not a pipeline's: nothing is added for them.
+    /// the geometry, or work while drawing, are not a pipeline's: nothing is added for them.
     #[must_use]
     pub fn with_choice(self, config: PassConfig, capacity: usize) -> Self {
         match config.choice {
-            OcclusionChoice::DepthLast => self.with_last(LastPass::new(capacity)),
-            choice if choice.has_pass() => self.with_occlusion(OcclusionPass::new(config, capacity)),
+            OcclusionChoice::DepthLast => self.with_pass(LastPass::new(capacity)),
+            choice if choice.has_pass() => self.with_pass(OcclusionPass::new(config, capacity)),
             _ => self,
         }
     }
 
-    /// The pipeline with what was visible in the last frame as occluders, in the place of culling by large ones.
-    #[must_use]
-    pub fn with_last(mut self, pass: LastPass) -> Self {
-        self.last = Some(pass);
-        self
-    }
-
-    /// The pipeline with the sets of what can be seen from where, in the place of culling by occlusion.
-    #[must_use]
-    pub fn with_pvs(mut self, pass: PvsPass) -> Self {
-        self.pvs = Some(pass);
-        self
-    }
-
     /// One frame: file what came, cull by the frustum and by occlusion, and leave the polygons to draw in the draw list.
-    pub fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) -> FrameRecord {
-        self.frame_of_views(scene, changes, std::slice::from_ref(view))
+    pub fn frame(&mut self, geometry: &dyn Geometry, changes: &[Change], view: &View) -> FrameRecord {
+        self.frame_of_views(geometry, changes, std::slice::from_ref(view))
     }
 
     /// A frame that is looked at in several views (screens, eyes), each culled for itself. The record is of all of them
     /// together.
-    pub fn frame_of_views(&mut self, scene: &Scene, changes: &[Change], views: &[View]) -> FrameRecord {
+    pub fn frame_of_views(
+        &mut self,
+        geometry: &dyn Geometry,
+        changes: &[Change],
+        views: &[View],
+    ) -> FrameRecord {
         let mut record = FrameRecord { frame: self.frame, ..FrameRecord::default() };
         self.in_view.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
         self.in_view.iter_mut().for_each(DrawList::clear);
 
         let stage = self.clock.start();
-        self.file(scene, changes, &mut record);
+        self.file(geometry, changes, &mut record);
         self.index.commit();
         record.insert = self.clock.since(stage);
 
@@ -109,16 +98,10 @@ impl Pipeline {
 
         record.polygons = self.index.len() as u64;
         record.visible = self.in_view.iter().map(|list| list.len() as u64).sum();
-        record.fingerprint = fingerprint_of_views(&self.in_view);
-        if let Some(pass) = &mut self.occlusion {
-            record.occlusion = pass.frame(&*self.index, scene, changes, views, &self.in_view, &self.clock);
-        }
-        if let Some(pass) = &mut self.pvs {
-            pass.follow(changes);
-            record.occlusion = pass.frame(scene, views, &self.in_view, &self.clock);
-        }
-        if let Some(pass) = &mut self.last {
-            (record.occlusion, _) = pass.frame(scene, views, &self.in_view, &self.clock);
+        if let Some(pass) = &mut self.pass {
+            let (index, in_view) = (&*self.index, &*self.in_view);
+            let input = PassInput { index, geometry, changes, views, in_view, clock: &self.clock };
+            record.occlusion = pass.frame(&input);
         }
         self.occluded = record.occlusion.used;
         self.frame += 1;
@@ -126,26 +109,21 @@ impl Pipeline {
     }
 
     /// A frame that is not looked at: the index follows the changes, nothing is measured or culled.
-    pub fn skip(&mut self, scene: &Scene, changes: &[Change]) {
-        self.file(scene, changes, &mut FrameRecord::default());
-        if let Some(pass) = &mut self.occlusion {
-            pass.skip(scene, changes);
-        }
-        if let Some(pass) = &mut self.pvs {
-            pass.follow(changes);
+    pub fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.file(geometry, changes, &mut FrameRecord::default());
+        if let Some(pass) = &mut self.pass {
+            pass.skip(geometry, changes);
         }
         self.frame += 1;
     }
 
     /// Takes a whole model at once, before the first frame: nothing of it is left for later frames to look at.
-    pub fn load(&mut self, scene: &Scene) {
-        let all: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
-        self.file(scene, &all, &mut FrameRecord::default());
-        if let Some(pass) = &mut self.occlusion {
-            pass.follow(scene, &all);
-        }
-        if let Some(pass) = &mut self.pvs {
-            pass.follow(&all);
+    pub fn load(&mut self, geometry: &dyn Geometry) {
+        let ids = (0..geometry.id_end() as u32).map(PolygonId);
+        let all: Vec<Change> = ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect();
+        self.file(geometry, &all, &mut FrameRecord::default());
+        if let Some(pass) = &mut self.pass {
+            pass.load(geometry, &all);
         }
     }
 
@@ -156,13 +134,13 @@ impl Pipeline {
 
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
     /// filed once its box is finite again.
-    fn file(&mut self, scene: &Scene, changes: &[Change], record: &mut FrameRecord) {
+    fn file(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let wants_shapes = self.index.wants_shapes();
         for &change in changes {
             let outcome = match change {
                 Change::Insert(id) => {
                     record.inserted += 1;
-                    self.index.insert(id, scene.bounds(id))
+                    self.index.insert(id, &geometry.bounds(id))
                 }
                 Change::Remove(id) => {
                     record.removed += 1;
@@ -174,11 +152,13 @@ impl Pipeline {
                 }
                 Change::Update(id) => {
                     record.updated += 1;
-                    self.follow(id, scene.bounds(id))
+                    self.follow(id, &geometry.bounds(id))
                 }
             };
             if let (true, Ok(()), Change::Insert(id) | Change::Update(id)) = (wants_shapes, outcome, change) {
-                self.index.shape(id, &scene.polygon(id));
+                if let Some(polygon) = geometry.polygon(id) {
+                    self.index.shape(id, &polygon);
+                }
             }
             self.refused += u64::from(outcome.is_err());
         }
@@ -198,10 +178,7 @@ impl Pipeline {
 
     /// The polygons to draw in each view, as the last frame left them.
     pub fn draw_lists(&self) -> &[DrawList] {
-        let of_last = self.last.as_ref().map(LastPass::drawn);
-        let of_pvs = self.pvs.as_ref().map(PvsPass::drawn);
-        let of_occluders = self.occlusion.as_ref().map(OcclusionPass::drawn);
-        of_last.or(of_pvs).or(of_occluders).filter(|_| self.occluded).unwrap_or(&self.in_view)
+        self.pass.as_ref().filter(|_| self.occluded).map_or(&self.in_view, |pass| pass.drawn())
     }
 
     /// The polygons to draw in the first view; none if the last frame had no view.
@@ -221,14 +198,14 @@ impl Pipeline {
 
     /// Changes the most occluders of a frame, if occlusion is looked for; `None` is the method's own number.
     pub fn set_occluders(&mut self, occluders: Option<usize>) {
-        if let Some(pass) = &mut self.occlusion {
+        if let Some(pass) = &mut self.pass {
             pass.set_occluders(occluders);
         }
     }
 
     /// Says what drawing a polygon costs, nanoseconds, if occlusion is looked for where it pays.
     pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
-        if let Some(pass) = &mut self.occlusion {
+        if let Some(pass) = &mut self.pass {
             pass.set_polygon_ns(polygon_ns);
         }
     }
@@ -238,14 +215,20 @@ impl Pipeline {
         self.occluded
     }
 
-    /// Culling by occlusion, if there is any.
+    /// Culling by large occluders, if it is what comes after the frustum.
     pub fn occlusion(&self) -> Option<&OcclusionPass> {
-        self.occlusion.as_ref()
+        let pass: &dyn Any = self.pass.as_deref()?;
+        pass.downcast_ref()
     }
 
     /// The index.
     pub fn index(&self) -> &dyn SpatialIndex {
         &*self.index
+    }
+
+    /// The clock that its stages are read from.
+    pub fn clock(&self) -> &StageClock {
+        &self.clock
     }
 
     /// Changes that the index refused since the beginning.

@@ -1,9 +1,9 @@
 use crate::{
     index::DrawList,
-    metrics::{OcclusionRecord, StageClock, fingerprint_of_views},
+    metrics::OcclusionRecord,
     occlusion::{DepthConfig, LastVisible},
-    scene::Scene,
-    visibility::View,
+    polygon::{Change, Geometry},
+    visibility::{Pass, PassInput},
 };
 
 /// Culling by what was visible in the last frame ([`LastVisible`]) as a stage of a [`super::Pipeline`].
@@ -29,15 +29,9 @@ impl LastPass {
         }
     }
 
-    /// A frame: `in_view[i]` is what the frustum of `views[i]` may see. Also about what it cost by its
-    /// work counts, nanoseconds.
-    pub(super) fn frame(
-        &mut self,
-        scene: &Scene,
-        views: &[View],
-        in_view: &[DrawList],
-        clock: &StageClock,
-    ) -> (OcclusionRecord, f64) {
+    /// What a frame was like, and about what it cost by its work counts, nanoseconds.
+    pub(super) fn cull(&mut self, frame: &PassInput<'_>) -> (OcclusionRecord, f64) {
+        let PassInput { geometry, views, in_view, clock, .. } = *frame;
         let mut work_ns = 0.0;
         let mut record = OcclusionRecord { used: true, by_last: true, ..OcclusionRecord::default() };
         self.drawn.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
@@ -48,11 +42,11 @@ impl LastPass {
                 continue;
             };
             let start = clock.start();
-            let mut counts = self.culling.build(i, scene, &window, seen.ids());
+            let mut counts = self.culling.build(i, geometry, &window, seen.ids());
             record.build += clock.since(start);
 
             let start = clock.start();
-            self.culling.cull(i, scene, seen.ids(), drawn, &mut counts);
+            self.culling.cull(i, geometry, seen.ids(), drawn, &mut counts);
             record.query += clock.since(start);
             record.occluders += counts.occluders;
             record.nodes += counts.tiles;
@@ -60,12 +54,20 @@ impl LastPass {
             work_ns += counts.work_ns();
             record.occluded += (seen.len() - drawn.len()) as u64;
         }
-        record.fingerprint = fingerprint_of_views(&self.drawn);
         (record, work_ns)
     }
+}
 
-    /// What is left of each view.
-    pub(super) fn drawn(&self) -> &[DrawList] {
+impl Pass for LastPass {
+    fn load(&mut self, _: &dyn Geometry, _: &[Change]) {}
+
+    fn skip(&mut self, _: &dyn Geometry, _: &[Change]) {}
+
+    fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord {
+        self.cull(frame).0
+    }
+
+    fn drawn(&self) -> &[DrawList] {
         &self.drawn
     }
 }
@@ -77,9 +79,11 @@ mod tests {
     use super::*;
     use crate::{
         index::{IndexConfig, IndexKind},
+        polygon::{Change, PolygonId},
+        metrics::StageClock,
         recording::Event,
-        scene::{Change, PolygonId},
-        visibility::{Pipeline, Projection},
+        scene::Scene,
+        visibility::{Pipeline, Projection, View},
     };
 
     fn square(center: Vec3, half_m: f32) -> Event {
@@ -91,7 +95,7 @@ mod tests {
     /// What is drawn of each view in the fourth frame at rest.
     fn at_rest(scene: &Scene, changes: &[Change], views: &[View]) -> Vec<Vec<PolygonId>> {
         let index = IndexKind::Osp.create(&IndexConfig::default());
-        let mut pipeline = Pipeline::new(index, 256, StageClock::default()).with_last(LastPass::new(256));
+        let mut pipeline = Pipeline::new(index, 256, StageClock::default()).with_pass(LastPass::new(256));
         for frame in 0..4 {
             pipeline.frame_of_views(scene, if frame == 0 { changes } else { &[] }, views);
         }

@@ -1,12 +1,12 @@
 use crate::{
-    index::{DrawList, SpatialIndex},
-    metrics::{OcclusionRecord, StageClock, fingerprint_of_views},
+    index::DrawList,
+    metrics::OcclusionRecord,
     occlusion::{
         AutoConfig, AutoMethod, AutoSwitch, CullConfig, CullerKind, OcclusionConfig, OcclusionStage, Outcome,
         SelectConfig, ShadowVolume, Soundness, ViewWindow, work_ns,
     },
-    scene::{Change, Scene},
-    visibility::{LastPass, View},
+    polygon::{Change, Geometry},
+    visibility::{LastPass, Pass, PassInput, View},
 };
 
 /// Which culling by occlusion a pipeline does.
@@ -51,7 +51,7 @@ impl OcclusionChoice {
         }
     }
 
-    /// The names of all methods that need nothing but the scene.
+    /// The names of all methods that need nothing but the geometry.
     pub fn names() -> impl Iterator<Item = &'static str> {
         CullerKind::ALL.iter().map(|kind| kind.name()).chain(["depth-last", "auto", "hzb", "queries"])
     }
@@ -176,24 +176,6 @@ impl OcclusionPass {
         &self.config
     }
 
-    /// Changes the most occluders of a frame; `None` is the method's own number. What is known of the scene stays.
-    pub fn set_occluders(&mut self, occluders: Option<usize>) {
-        self.config.occluders = occluders;
-        self.stage.set_occluders(self.config.choice.kind(), self.config.occluders());
-    }
-
-    /// What drawing a polygon costs, nanoseconds, as whoever draws has measured it: what `auto` goes by from now on. Other
-    /// methods keep to what they were made with.
-    pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
-        let Some(switch) = &mut self.switch else { return };
-        switch.set_polygon_ns(polygon_ns);
-        self.config.polygon_ns = polygon_ns;
-        self.stage.set_cull(CullConfig::for_drawing(polygon_ns));
-        if self.last.is_none() && switch.can_ever_pay(AutoMethod::DepthLast) {
-            self.last = Some(LastPass::new(self.drawn[0].ids().len()));
-        }
-    }
-
     /// Most occluders of a view in a frame.
     pub fn most_occluders(&self) -> usize {
         self.config.occluders()
@@ -210,85 +192,12 @@ impl OcclusionPass {
         self.by_last
     }
 
-    /// What is left of each view in the last frame in which it was used.
-    pub(super) fn drawn(&self) -> &[DrawList] {
-        self.last.as_ref().filter(|_| self.by_last).map_or(&self.drawn, LastPass::drawn)
-    }
-
-    /// All of the changes at once.
-    pub(super) fn follow(&mut self, scene: &Scene, changes: &[Change]) {
-        self.stage.follow(scene, changes);
-    }
-
-    /// A frame that is not looked at.
-    pub(super) fn skip(&mut self, scene: &Scene, changes: &[Change]) {
-        self.stage.follow_roughly(scene, changes, 0.0);
-    }
-
-    fn follow_roughly(&mut self, scene: &Scene, changes: &[Change]) {
+    fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         let budget_ns = self.switch.as_ref().map_or(0.0, AutoSwitch::idle_budget_ns);
-        let spent_ns = self.stage.follow_roughly(scene, changes, budget_ns);
+        let spent_ns = self.stage.follow_roughly(geometry, changes, budget_ns);
         if let Some(switch) = &mut self.switch {
             switch.spend_idle(spent_ns);
         }
-    }
-
-    /// A frame: `in_view[i]` is what the frustum of `views[i]` may see. The views share the candidates; each has occluders
-    /// and a tree of its own, because a screen's near plane and sides cut what occludes on it.
-    pub(super) fn frame(
-        &mut self,
-        index: &dyn SpatialIndex,
-        scene: &Scene,
-        changes: &[Change],
-        views: &[View],
-        in_view: &[DrawList],
-        clock: &StageClock,
-    ) -> OcclusionRecord {
-        let mut record = OcclusionRecord::default();
-        let seen = in_view.iter().map(|list| list.len() as u64).sum();
-        let start = clock.start();
-        let decided = self.switch.as_mut().map_or(Some(AutoMethod::Msvbsp), |switch| switch.decide(seen));
-        let decided = decided.filter(|_| views.iter().any(|view| view.window().is_some()));
-        self.since_last = self.since_last.saturating_add(1);
-        self.by_last = false;
-        // A try makes do with the candidates that there are.
-        match self.switch.as_ref().is_none_or(|switch| switch.kept() == Some(AutoMethod::Msvbsp)) {
-            true if decided == Some(AutoMethod::Msvbsp) => self.stage.follow(scene, changes),
-            _ => self.follow_roughly(scene, changes),
-        }
-        record.select = clock.since(start);
-        if decided.is_none() {
-            record.fingerprint = fingerprint_of_views(in_view);
-            return record;
-        }
-        if let Some(last) = self.last.as_mut().filter(|_| decided == Some(AutoMethod::DepthLast)) {
-            let start = clock.start();
-            if self.since_last > LONGEST_MEMORY {
-                last.begin(in_view);
-            }
-            record.select += clock.since(start);
-            (self.since_last, self.by_last) = (0, true);
-            let (by_last, work_ns) = last.frame(scene, views, in_view, clock);
-            record = OcclusionRecord { select: record.select, ..by_last };
-            self.note(&record, work_ns);
-            return record;
-        }
-        self.drawn.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
-        let mut work_cost_ns = 0.0;
-        // The first view last: what is left in the stage is then the first view's.
-        for (i, view) in views.iter().enumerate().rev() {
-            let Some(window) = view.window() else {
-                self.drawn[i].clone_from(&in_view[i]);
-                continue;
-            };
-            work_cost_ns += self.cull(index, scene, view, &window, i, clock, &mut record);
-        }
-        record.used = true;
-        let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
-        record.occluded = seen - drawn.min(seen);
-        record.fingerprint = fingerprint_of_views(&self.drawn);
-        self.note(&record, work_cost_ns);
-        record
     }
 
     /// Tells the switch what a frame was like.
@@ -303,19 +212,17 @@ impl OcclusionPass {
     }
 
     /// Chooses, builds and culls for one view; returns what that costs by its work counts, nanoseconds.
-    #[expect(clippy::too_many_arguments, reason = "all of a frame, for one of its views")]
     fn cull(
         &mut self,
-        index: &dyn SpatialIndex,
-        scene: &Scene,
+        frame: &PassInput<'_>,
         view: &View,
         window: &ViewWindow,
         number: usize,
-        clock: &StageClock,
         record: &mut OcclusionRecord,
     ) -> f64 {
+        let PassInput { index, geometry, clock, .. } = *frame;
         let start = clock.start();
-        let select = self.stage.select(scene, window);
+        let select = self.stage.select(geometry, window);
         record.select += clock.since(start);
 
         let start = clock.start();
@@ -325,12 +232,90 @@ impl OcclusionPass {
         let start = clock.start();
         let drawn = &mut self.drawn[number];
         drawn.clear();
-        let (cull, _) = self.stage.cull(index, scene, &view.frustum(), drawn);
+        let (cull, _) = self.stage.cull(index, geometry, &view.frustum(), drawn);
         record.query += clock.since(start);
 
         record.occluders += u64::from(select.chosen);
         record.nodes += u64::from(build.nodes);
         record.tests += cull.node_tests + cull.polygon_tests;
         work_ns(&select, &build, &cull)
+    }
+}
+
+impl Pass for OcclusionPass {
+    fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.stage.follow(geometry, changes);
+    }
+
+    fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.stage.follow_roughly(geometry, changes, 0.0);
+    }
+
+    /// The views share the candidates; each has occluders and a tree of its own, because a screen's near plane and sides
+    /// cut what occludes on it.
+    fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord {
+        let PassInput { geometry, changes, views, in_view, clock, .. } = *frame;
+        let mut record = OcclusionRecord::default();
+        let seen = in_view.iter().map(|list| list.len() as u64).sum();
+        let start = clock.start();
+        let decided = self.switch.as_mut().map_or(Some(AutoMethod::Msvbsp), |switch| switch.decide(seen));
+        let decided = decided.filter(|_| views.iter().any(|view| view.window().is_some()));
+        self.since_last = self.since_last.saturating_add(1);
+        self.by_last = false;
+        // A try makes do with the candidates that there are.
+        match self.switch.as_ref().is_none_or(|switch| switch.kept() == Some(AutoMethod::Msvbsp)) {
+            true if decided == Some(AutoMethod::Msvbsp) => self.stage.follow(geometry, changes),
+            _ => self.follow_roughly(geometry, changes),
+        }
+        record.select = clock.since(start);
+        if decided.is_none() {
+            return record;
+        }
+        if let Some(last) = self.last.as_mut().filter(|_| decided == Some(AutoMethod::DepthLast)) {
+            let start = clock.start();
+            if self.since_last > LONGEST_MEMORY {
+                last.begin(in_view);
+            }
+            record.select += clock.since(start);
+            (self.since_last, self.by_last) = (0, true);
+            let (by_last, work_ns) = last.cull(frame);
+            record = OcclusionRecord { select: record.select, ..by_last };
+            self.note(&record, work_ns);
+            return record;
+        }
+        self.drawn.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
+        let mut work_cost_ns = 0.0;
+        // The first view last: what is left in the stage is then the first view's.
+        for (i, view) in views.iter().enumerate().rev() {
+            let Some(window) = view.window() else {
+                self.drawn[i].clone_from(&in_view[i]);
+                continue;
+            };
+            work_cost_ns += self.cull(frame, view, &window, i, &mut record);
+        }
+        record.used = true;
+        let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
+        record.occluded = seen - drawn.min(seen);
+        self.note(&record, work_cost_ns);
+        record
+    }
+
+    fn drawn(&self) -> &[DrawList] {
+        self.last.as_ref().filter(|_| self.by_last).map_or(&self.drawn, |last| last.drawn())
+    }
+
+    fn set_occluders(&mut self, occluders: Option<usize>) {
+        self.config.occluders = occluders;
+        self.stage.set_occluders(self.config.choice.kind(), self.config.occluders());
+    }
+
+    fn set_polygon_ns(&mut self, polygon_ns: f64) {
+        let Some(switch) = &mut self.switch else { return };
+        switch.set_polygon_ns(polygon_ns);
+        self.config.polygon_ns = polygon_ns;
+        self.stage.set_cull(CullConfig::for_drawing(polygon_ns));
+        if self.last.is_none() && switch.can_ever_pay(AutoMethod::DepthLast) {
+            self.last = Some(LastPass::new(self.drawn[0].ids().len()));
+        }
     }
 }

@@ -6,8 +6,8 @@ use glam::{DMat3, DVec3};
 use super::View;
 use crate::{
     math::rotate_exactly,
-    scene::{PolygonId, Scene},
-    stroke::ConvexPolygon,
+    polygon::{ConvexPolygon, PolygonId},
+    scene::Scene,
 };
 
 /// A view as the inequalities that hold for what it shows.

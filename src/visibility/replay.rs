@@ -1,8 +1,9 @@
 use super::{CameraPath, Moment, Pipeline, View};
 use crate::{
-    metrics::FrameRecord,
+    metrics::{FrameRecord, Stage, fingerprint_of_views},
+    polygon::Change,
     recording::{Event, Pacer, RecordingError},
-    scene::{Change, Scene},
+    scene::Scene,
 };
 
 /// Parts of a session in each of which a lane may spend the same share of its budget.
@@ -58,11 +59,18 @@ impl Lane {
         }
         let record = self.pipeline.frame(scene, changes, view);
         let catches_up = std::mem::take(&mut self.behind);
+        let start = self.pipeline.clock().start();
+        let in_view = fingerprint_of_views(self.pipeline.in_view_lists());
+        let drawn = match self.pipeline.is_occluded() {
+            true => fingerprint_of_views(self.pipeline.draw_lists()),
+            false => in_view,
+        };
+        let fingerprinting = self.pipeline.clock().since(start);
         // A frame that is not measured is not paid for either: every stretch has at least one that is.
         if !catches_up {
-            self.spent_ns += record.total_ns();
+            self.spent_ns += record.total_ns() + fingerprinting.ns;
         }
-        Some(LaneFrame { record, catches_up })
+        Some(LaneFrame { record, in_view, drawn, fingerprinting, catches_up })
     }
 }
 
@@ -71,6 +79,12 @@ impl Lane {
 pub struct LaneFrame {
     /// The frame.
     pub record: FrameRecord,
+    /// Fingerprint of what the frustum may see; see [`crate::metrics::fingerprint_of_frame`].
+    pub in_view: u64,
+    /// Fingerprint of what is drawn.
+    pub drawn: u64,
+    /// What the fingerprints took. No frame of a window computes them, so they are no stage of the frame.
+    pub fingerprinting: Stage,
     /// The lane had skipped frames before, so this frame's times are not its own; its visible set is.
     pub catches_up: bool,
 }

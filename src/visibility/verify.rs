@@ -10,7 +10,8 @@ use crate::{
         ViewWindow,
         oracle::{Oracle, OracleConfig, Sight, Subject},
     },
-    scene::{Change, PolygonId, Scene},
+    polygon::{Change, PolygonId},
+    scene::Scene,
     visibility::{OcclusionChoice, View, lost_polygons, pvs::Pvs},
 };
 

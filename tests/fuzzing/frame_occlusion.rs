@@ -6,8 +6,9 @@ use osp::{
     index::{IndexConfig, IndexKind},
     metrics::StageClock,
     occlusion::{CullerKind, ViewWindow, oracle::OracleConfig},
+    polygon::PolygonId,
     recording::{Event, StrokeId},
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, View, verify::visible_polygons},
 };
 

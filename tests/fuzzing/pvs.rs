@@ -5,8 +5,9 @@ use std::{fs, sync::LazyLock};
 use osp::{
     glam::Vec3,
     index::DrawList,
+    polygon::PolygonId,
     recording::{SynthKind, synthesize},
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::pvs::{Pvs, PvsError, fingerprint_of_model},
 };
 
@@ -42,7 +43,7 @@ pub fn run(data: &[u8]) {
         let (layout, sets) = data.split_at(data.len().min(SETS_AT - LAYOUT_AT));
         let mut bytes = b"osp pvs 2\n".to_vec();
         bytes.extend((MODEL.polygon_count() as u64).to_le_bytes());
-        bytes.extend(fingerprint_of_model(&MODEL).to_le_bytes());
+        bytes.extend(fingerprint_of_model(&*MODEL).to_le_bytes());
         bytes.extend(layout);
         bytes.resize(SETS_AT, 0);
         bytes.extend(zstd::encode_all(sets, 1).expect("zstd packs"));

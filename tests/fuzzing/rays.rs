@@ -5,7 +5,7 @@ use osp::{
     glam::Vec3,
     index::{IndexConfig, IndexKind},
     math::{Aabb, Ray},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 use super::input::{self, Input, below, chance};

@@ -5,8 +5,9 @@ use osp::{
     index::{IndexConfig, IndexKind, SpatialIndex},
     math::{Ray, Sphere},
     metrics::StageClock,
+    polygon::{Change, PolygonId},
     recording::Event,
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{Pipeline, View},
 };
 

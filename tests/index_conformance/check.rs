@@ -3,7 +3,7 @@
 use osp::{
     index::{BruteForce, DrawList, Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Containment, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 use super::boxes::Rng;

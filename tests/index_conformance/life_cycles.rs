@@ -3,9 +3,9 @@
 
 use glam::Vec3;
 use osp::{
-    index::{ID_LIMIT, IndexConfig, IndexError, SpatialIndex},
+    index::{IndexConfig, IndexError, SpatialIndex},
     math::{Aabb, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 use super::{
@@ -135,7 +135,7 @@ fn shrunk_to_a_part_at_random_and_grown_again() {
 #[test]
 fn ids_beyond_the_limit_are_refused_and_cost_nothing() {
     let bounds = around(Vec3::ONE, 0.1);
-    let beyond = [ID_LIMIT, ID_LIMIT + 1, u32::MAX - 1, u32::MAX].map(PolygonId);
+    let beyond = [PolygonId::LIMIT, PolygonId::LIMIT + 1, u32::MAX - 1, u32::MAX].map(PolygonId);
     for_every_index(&[bounds], |pair| {
         let before = pair.index.bytes();
         for id in beyond {
@@ -158,7 +158,7 @@ fn ids_beyond_the_limit_are_refused_and_cost_nothing() {
 #[test]
 fn the_last_id_below_the_limit_is_filed() {
     let bounds = around(Vec3::ONE, 0.1);
-    let last = PolygonId(ID_LIMIT - 1);
+    let last = PolygonId(PolygonId::LIMIT - 1);
     for subject in &subjects() {
         let is_an_array = ["brute-force", "brute-simd", "time-order"].contains(&subject.name);
         if is_an_array {

@@ -16,7 +16,7 @@ use glam::Vec3;
 use osp::{
     index::{IndexConfig, IndexError, IndexKind, SpatialIndex},
     math::{Aabb, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 use scenes::{TestScene, frusta, scenes};
 use subjects::{Subject, subjects};

@@ -4,7 +4,7 @@ use glam::Vec3;
 use osp::{
     index::{OspGrid, OspPaper, SpatialIndex},
     math::Aabb,
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 use proptest::{collection::vec, prelude::*};
 

@@ -4,7 +4,7 @@ use glam::Vec3;
 use osp::{
     index::{IndexConfig, SpatialIndex},
     math::Aabb,
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 use proptest::{collection::vec, prelude::*};
 

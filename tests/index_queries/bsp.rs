@@ -6,9 +6,10 @@ use glam::Vec3;
 use osp::{
     index::{BruteForce, Bsp, BspConfig, DrawList, IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
+    polygon::ConvexPolygon,
+    polygon::PolygonId,
     recording::{SynthKind, synthesize},
-    scene::{PolygonId, Scene},
-    stroke::ConvexPolygon,
+    scene::Scene,
 };
 
 use crate::boxes::{Place, Rng, root, views};

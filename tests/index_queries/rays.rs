@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use osp::{
     index::{IndexConfig, IndexKind, SpatialIndex},
     math::{Aabb, Ray},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 use super::boxes::{Rng, root};

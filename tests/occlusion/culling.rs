@@ -9,7 +9,8 @@ use osp::{
         CullConfig, CullerKind, NodeTest, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
         oracle::{Oracle, OracleConfig, Sight, Subject},
     },
-    scene::{Change, PolygonId, Scene},
+    polygon::{Change, PolygonId},
+    scene::Scene,
     visibility::View,
 };
 

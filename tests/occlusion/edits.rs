@@ -6,8 +6,9 @@ use osp::{
     occlusion::{
         CullerKind, OccluderPool, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict, ViewWindow,
     },
+    polygon::Change,
     recording::{Event, GroupId, StrokeId, Transform},
-    scene::{Change, Scene},
+    scene::Scene,
 };
 
 use crate::{

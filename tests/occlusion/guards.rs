@@ -566,6 +566,6 @@ fn orphans_that_the_scene_has_forgotten_are_let_go() {
     shorter.tell(&[wall(0)]);
     let first = shorter.scene.visible_ids().next().expect("a polygon");
     shorter.tell(&[Event::Undo { t: 0.0 }]);
-    pool.follow(&shorter.scene, &[osp::scene::Change::Remove(first)]);
+    pool.follow(&shorter.scene, &[osp::polygon::Change::Remove(first)]);
     assert!(pool.is_empty());
 }

@@ -6,8 +6,9 @@ use osp::{
     math::Aabb,
     metrics::StageClock,
     occlusion::{CullerKind, Soundness, oracle::OracleConfig, scenes::TestScene},
+    polygon::Change,
     recording::Event,
-    scene::{Change, Scene},
+    scene::Scene,
     visibility::{
         AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline,
         verify,
@@ -113,7 +114,7 @@ fn what_was_visible_last_never_hides_what_can_be_seen_now() {
 #[test]
 fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
     use crate::session::Told;
-    use osp::{occlusion::LastVisible, stroke::ConvexPolygon};
+    use osp::{occlusion::LastVisible, polygon::ConvexPolygon};
     let square = |x: f32, y: f32, z: f32, size: f32| {
         let at = |i: f32, k: f32| Vec3::new(x + i * size, y + k * size, z);
         ConvexPolygon::quad([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)])

@@ -4,8 +4,9 @@ use std::{fs, path::Path};
 
 use glam::{UVec3, Vec3};
 use osp::{
+    polygon::PolygonId,
     recording::Event,
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::pvs::{Pvs, PvsError, ViewCells},
 };
 use xxhash_rust::xxh3::xxh3_64;

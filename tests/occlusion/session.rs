@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 use osp::{
+    polygon::Change,
     recording::{Event, NormalRule, StrokeId, Tool},
-    scene::{Change, Scene},
+    scene::Scene,
     visibility::{Projection, View},
 };
 

@@ -11,8 +11,9 @@ use osp::{
         oracle::{Oracle, OracleConfig, Sight, Subject},
         scenes::TestScene,
     },
-    scene::{PolygonId, Scene},
-    stroke::ConvexPolygon,
+    polygon::ConvexPolygon,
+    polygon::PolygonId,
+    scene::Scene,
     visibility::{
         CameraChoice, CameraPath, Moment,
         verify::{Trial, Verifier, VerifyConfig},

@@ -5,7 +5,7 @@ use glam::Vec3;
 use osp::{
     index::{BruteForce, DrawList, IndexConfig, Node, Osp, SpatialIndex, Visit, Visitor, WorkCounts},
     math::{Aabb, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 use crate::boxes::{Place, Rng, drawn, root, shuffled, views};

@@ -4,7 +4,7 @@ use glam::Vec3;
 use osp::{
     index::{BruteForce, DrawList, FoundPages, Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 use crate::{

@@ -6,12 +6,13 @@ use glam::Vec3;
 use osp::{
     index::{IndexConfig, IndexKind},
     metrics::{StageClock, summarize},
+    polygon::{Change, PolygonId},
     recording::{self, Event, OpenOptions, Pace, Pacer, StrokeId, Tool},
     render::{
         DrawnCounts, DrawnOcclusion, Gpu, GpuTimer, HzbBound, HzbConfig, HzbFine, HzbGroup, Image, Layer,
         Offscreen, PyramidLevel, RenderError, Renderer, RendererConfig, Style, Target,
     },
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{CameraChoice, CameraPath, Moment, Pipeline, View},
 };
 

@@ -11,9 +11,10 @@ use osp::{
     index::{IndexConfig, IndexKind},
     metrics::{StageClock, summarize},
     occlusion::CullerKind,
+    polygon::PolygonId,
     recording::{self, OpenOptions, Pace, Pacer},
     render::{Gpu, Image, Layer, Offscreen, RendererConfig},
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::{
         CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline, View,
     },
@@ -82,7 +83,7 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
     let mut by_occlusion = Vec::new();
     for kind in CullerKind::sound() {
         let pass = OcclusionPass::new(PassConfig::new(OcclusionChoice::Always(kind)), capacity);
-        by_occlusion.push((kind.name(), pipeline(IndexKind::Osp).with_occlusion(pass)));
+        by_occlusion.push((kind.name(), pipeline(IndexKind::Osp).with_pass(pass)));
     }
     let mut eyes = Eyes::new(gpu);
     let (mut scene, mut moment, mut shown) = (Scene::new(), Moment::default(), 0);

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use glam::{Mat3, Quat, Vec2, Vec3};
 use osp::{
+    polygon::PolygonId,
     recording::Event,
     render::{DrawnOcclusion, Gpu},
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::{Projection, View},
 };
 

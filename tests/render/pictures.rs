@@ -3,9 +3,10 @@ use std::sync::Arc;
 use glam::Vec3;
 use osp::{
     index::{BruteForce, DrawList, SpatialIndex},
+    polygon::PolygonId,
     recording::{Event, StrokeId},
     render::{Gpu, Image, Layer, Offscreen, RenderError, RendererConfig, Style},
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::View,
 };
 
@@ -106,7 +107,7 @@ fn a_polygon_is_sent_once_and_again_only_when_it_moves() {
     let view = eyes()[0];
     let mut scene = Scene::new();
     let mut drawer = drawer(&gpu);
-    let mut draw = |scene: &Scene, changes: &[osp::scene::Change]| {
+    let mut draw = |scene: &Scene, changes: &[osp::polygon::Change]| {
         drawer.follow(changes);
         drawer.draw(scene, &view, &[Layer::plain(&all_ids(scene))]).expect("a frame").polygon_bytes
     };

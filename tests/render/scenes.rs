@@ -2,9 +2,10 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use osp::{
+    polygon::{Change, PolygonId},
     recording::{Event, NormalRule, StrokeId, Tool},
     render::Gpu,
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{Projection, View},
 };
 

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use osp::{
+    polygon::{Change, PolygonId},
     recording::{Event, StrokeId},
     render::{DrawnOcclusion, Gpu, HzbConfig, Image, Layer, Offscreen, RenderError, RendererConfig},
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{Projection, View},
 };
 

@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 use osp::{
+    polygon::{Change, PolygonId},
     recording::{Event, GroupId, NormalRule, StrokeId, Tool},
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
 };
 
 use crate::{begin, end, play, point, straight};

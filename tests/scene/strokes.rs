@@ -3,10 +3,9 @@
 use glam::{Quat, Vec3};
 use osp::{
     math::TOLERANCE_M,
+    polygon::ConvexPolygon,
     recording::{NormalRule, Tool},
-    stroke::{
-        Brush, ConvexPolygon, Drops, RibbonBuilder, Sample, StrokeBuilder, TUBE_SIDES, split_into_convex,
-    },
+    stroke::{Brush, Drops, RibbonBuilder, Sample, StrokeBuilder, TUBE_SIDES, split_into_convex},
 };
 use rand_pcg::{Pcg64, rand_core::Rng};
 

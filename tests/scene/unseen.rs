@@ -6,9 +6,10 @@ use glam::{Quat, Vec3};
 use osp::{
     index::{IndexConfig, IndexKind, SpatialIndex},
     occlusion::{OccluderPool, PoolConfig},
+    polygon::ConvexPolygon,
+    polygon::{Change, PolygonId},
     recording::{Event, GroupId, NormalRule, StrokeId, Transform},
-    scene::{Change, PolygonId, Scene},
-    stroke::ConvexPolygon,
+    scene::Scene,
 };
 
 use crate::{editor::Editor, play, straight};

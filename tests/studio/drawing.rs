@@ -163,7 +163,7 @@ fn a_stroke_has_no_gaps_to_point_through() {
         seams += 1;
         for part in 1..200 {
             let ray = osp::math::Ray::new(eye, p.lerp(q, part as f32 / 200.0) - eye);
-            let meets = |polygon: &osp::stroke::ConvexPolygon| {
+            let meets = |polygon: &osp::polygon::ConvexPolygon| {
                 let corners = polygon.vertices();
                 corners[1..].windows(2).any(|w| ray.meet_triangle([corners[0], w[0], w[1]]).is_some())
             };
@@ -225,7 +225,7 @@ fn a_stroke_starts_on_what_is_under_the_pointer() {
         let first = table.studio.scene().polygon_count();
         table.drag(Button::Primary, &across(0.0));
         let scene = table.studio.scene();
-        let ribbon = scene.bounds(osp::scene::PolygonId(first as u32 + 1));
+        let ribbon = scene.bounds(osp::polygon::PolygonId(first as u32 + 1));
         let grown = osp::math::Aabb::new(wall.min - Vec3::splat(0.05), wall.max + Vec3::splat(0.05));
         assert_eq!(grown.contains(ribbon), is_on_wall, "{snap:?}: {ribbon:?} and the wall {wall:?}");
     }

@@ -6,8 +6,9 @@ use osp::{
     math::{Aabb, Frustum},
     metrics::StageClock,
     occlusion::{CullConfig, CullerKind, PoolConfig, SelectConfig, oracle::OracleConfig},
+    polygon::{Change, PolygonId},
     recording::Event,
-    scene::{Change, PolygonId, Scene},
+    scene::Scene,
     visibility::{
         Projection, View, lost_polygons,
         pvs::{BakeConfig, Baker, ViewCells},

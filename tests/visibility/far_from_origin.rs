@@ -4,7 +4,7 @@
 use glam::{Affine3A, DMat3, DVec3, DVec4, EulerRot, Mat4, Quat, Vec3, Vec4};
 use osp::{
     math::{Aabb, Containment, Frustum, Obb, Plane, Sphere, rotate},
-    stroke::ConvexPolygon,
+    polygon::ConvexPolygon,
     visibility::{Projection, Reach, View},
 };
 use rand_pcg::{

@@ -3,7 +3,7 @@
 use osp::{
     index::DrawList,
     metrics::{SessionFingerprint, fingerprint_of_frame, fingerprint_of_views},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 fn list(ids: &[u32]) -> DrawList {

@@ -17,8 +17,8 @@ use crate::{
         rebuilt::{OnUpdate, TreeBuilder},
     },
     math::Aabb,
-    scene::PolygonId,
-    stroke::ConvexPolygon,
+    polygon::ConvexPolygon,
+    polygon::PolygonId,
 };
 
 /// The deepest node. From here the tree for culling goes on by number.

@@ -10,8 +10,8 @@ use crate::{
         DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts, by_id::ById, rebuilt::Rebuilt,
     },
     math::{Aabb, Frustum, Ray},
-    scene::PolygonId,
-    stroke::ConvexPolygon,
+    polygon::ConvexPolygon,
+    polygon::PolygonId,
 };
 
 /// A binary space partition along the polygons' planes; see [`crate::index`] for what every index does.

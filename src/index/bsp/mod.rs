@@ -12,7 +12,7 @@
 //!   longest axis at the median of the polygons is taken, which belongs to none of them.
 //! * Depth and number of pieces are bounded. What is beyond stays together in a leaf and is ordered there by distance:
 //!   the tree says how many pieces these are ([`BspCounts::unordered`]).
-//! * A quad that is bent a little (see [`crate::stroke::FLATNESS`]) gives its plane the thickness of its bend: what is
+//! * A quad that is bent a little (see [`crate::polygon::FLATNESS`]) gives its plane the thickness of its bend: what is
 //!   within is not cut. Without it, each ribbon would be cut into slivers by its own neighbours.
 //! * Frustum culling was no subject in 1980. Here every polygon is at home where its largest piece is, and a second, flat
 //!   tree of tight boxes follows the upper nodes; boxes are those of whole polygons, so that the set is exactly that of

@@ -1,7 +1,7 @@
 use glam::Vec3;
 
 use super::plane::{Side, SplitPlane};
-use crate::{index::walk_stack::WalkStack, scene::PolygonId};
+use crate::{index::walk_stack::WalkStack, polygon::PolygonId};
 
 /// Stands for a node that is not there.
 pub(super) const NO_NODE: u32 = u32::MAX;

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 const ROUNDING: f64 = 1.0 / (1u64 << 22) as f64;
 
 /// A polygon bent by more than this fraction of its longest edge gives no plane. Twice what the crate calls flat.
-const MAX_BEND: f64 = 2.0 * crate::stroke::FLATNESS as f64;
+const MAX_BEND: f64 = 2.0 * crate::polygon::FLATNESS as f64;
 
 /// A polygon with less area than this fraction of its longest edge squared gives no plane.
 const MIN_AREA: f64 = 1.0e-9;

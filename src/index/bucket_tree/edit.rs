@@ -4,7 +4,7 @@ use super::{BucketTree, NONE, Partition, ROOT, TreeNode};
 use crate::{
     index::{buckets, buckets::NOWHERE, flat_tree::Item},
     math::Aabb,
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 impl<P: Partition> BucketTree<P> {

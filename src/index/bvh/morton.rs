@@ -92,7 +92,7 @@ fn spread(x: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{math::Aabb, scene::PolygonId};
+    use crate::{math::Aabb, polygon::PolygonId};
 
     #[test]
     fn spread_moves_every_bit() {

@@ -17,7 +17,7 @@ use crate::{
         rebuilt::TreeBuilder,
     },
     math::{Aabb, Frustum, Ray},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// When the two levels become one again.

@@ -25,7 +25,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Frustum, Ray},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// The dynamic hierarchy as an index.

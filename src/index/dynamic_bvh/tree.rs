@@ -3,7 +3,7 @@ use std::cmp::Ordering;
 use crate::{
     index::flat_tree::{area, joined_area},
     math::Aabb,
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// No node.

@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Containment, Frustum, PlaneMask},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// The deepest node. Builders split by count from [`COUNTED_DEPTH`] on, so that no arrangement of polygons gets there.

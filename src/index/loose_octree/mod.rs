@@ -24,7 +24,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 use cell::LooseGrid;
 

@@ -6,7 +6,7 @@ use crate::{
         DrawList,
         simd::{IdWriter, Kernel, PageRuns, WithKernel},
     },
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// Where the answer goes.

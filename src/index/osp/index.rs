@@ -15,7 +15,7 @@ use crate::{
         simd::{Backend, Wide},
     },
     math::{Aabb, Frustum, Ray},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// The fast form of the OSP tree; see [`crate::index::osp`].

@@ -7,7 +7,7 @@ use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
     index::probe::{Nearest, is_wanted},
     math::{Aabb, Ray},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

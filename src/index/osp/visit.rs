@@ -4,7 +4,7 @@ use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
     index::{Node, Visit, Visitor, WorkCounts},
     math::{Aabb, Containment, Frustum, PlaneMask},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 struct Walk<'a> {

@@ -8,7 +8,7 @@ use crate::{
         sink::{Gather, Sink, VisitorSink},
     },
     math::{Aabb, Containment, Frustum, PlaneMask},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// A walk downwards keeps at most one node waiting for each level.

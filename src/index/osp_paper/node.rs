@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::grid::{Cell, OspGrid};
 use crate::{
     math::{Aabb, Plane},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// No node: a leaf has no children.

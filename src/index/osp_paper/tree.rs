@@ -9,7 +9,7 @@ use crate::{
         by_id::{ById, FiledBoxes},
     },
     math::{Aabb, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// In place of a node number: the polygon is in the list beside the tree.

@@ -3,7 +3,7 @@ use crate::{
         DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts, by_id::FiledBoxes,
     },
     math::{Aabb, Containment, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 /// What another crate's tree has to do.

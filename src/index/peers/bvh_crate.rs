@@ -11,7 +11,7 @@ use super::adapter::PeerTree;
 use crate::{
     index::{DrawList, by_id::FiledBoxes},
     math::{Aabb, Containment, Frustum, PlaneMask},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 struct Shape {

@@ -9,7 +9,7 @@ use super::adapter::PeerTree;
 use crate::{
     index::{DrawList, by_id::FiledBoxes},
     math::{Aabb, Containment, Frustum, PlaneMask},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 fn box_of(bounds: &Aabb) -> obvhs::aabb::Aabb {

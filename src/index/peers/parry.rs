@@ -5,7 +5,7 @@ use super::adapter::PeerTree;
 use crate::{
     index::{DrawList, by_id::FiledBoxes},
     math::{Aabb, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 fn box_of(bounds: &Aabb) -> parry3d::bounding_volume::Aabb {

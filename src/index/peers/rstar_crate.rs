@@ -7,7 +7,7 @@ use super::adapter::PeerTree;
 use crate::{
     index::DrawList,
     math::{Aabb, Containment, Frustum, PlaneMask},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 type Entry = GeomWithData<Rectangle<[f32; 3]>, u32>;

@@ -3,7 +3,7 @@
 use std::mem::MaybeUninit;
 
 use super::Kernel;
-use crate::scene::PolygonId;
+use crate::polygon::PolygonId;
 
 /// The runs of a page: `first + bit` for the bits of `masks`.
 #[derive(Clone, Copy, Debug)]

@@ -23,11 +23,12 @@ use super::{
 };
 use crate::{
     math::Aabb,
+    polygon::PolygonId,
     render::{
         shaders,
         target::{DEPTH_FORMAT, SAMPLES},
     },
-    scene::{PolygonId, Scene},
+    scene::Scene,
     visibility::View,
 };
 

@@ -28,9 +28,10 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::{
     index::DrawList,
     math::Aabb,
-    metrics::{OcclusionRecord, StageClock, fingerprint_of_views},
-    scene::{Change, PolygonId, Scene},
-    visibility::View,
+    metrics::OcclusionRecord,
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId},
+    scene::Scene,
+    visibility::{Pass, PassInput},
 };
 
 /// Consecutive polygons that share a bit.
@@ -97,13 +98,14 @@ impl ViewCells {
 
 /// A number for the polygons of a model, where they are, and whether they hide what is behind them: sets are of use
 /// for one model only.
-pub fn fingerprint_of_model(scene: &Scene) -> u64 {
+pub fn fingerprint_of_model(geometry: &dyn Geometry) -> u64 {
     let mut hash = Xxh3::new();
-    for id in scene.visible_ids() {
+    let ids = (0..geometry.id_end() as u32).map(PolygonId);
+    for id in ids.filter(|&id| geometry.is_present(id)) {
         hash.update(&id.0.to_le_bytes());
-        let (.., opacity) = scene.stroke_of(id).color();
-        hash.update(&[u8::from(opacity >= 1.0)]);
-        for corner in scene.polygon(id).vertices() {
+        hash.update(&[u8::from(geometry.may_occlude(id))]);
+        let polygon = geometry.polygon(id);
+        for corner in polygon.iter().flat_map(ConvexPolygon::vertices) {
             corner.to_array().iter().for_each(|c| hash.update(&c.to_bits().to_le_bytes()));
         }
     }
@@ -186,8 +188,8 @@ impl Pvs {
     }
 
     /// Whether this is the model that the sets are of.
-    pub fn is_of(&self, scene: &Scene) -> bool {
-        self.polygons == scene.polygon_count() && self.model == fingerprint_of_model(scene)
+    pub fn is_of(&self, geometry: &dyn Geometry) -> bool {
+        self.polygons == geometry.id_end() && self.model == fingerprint_of_model(geometry)
     }
 
     /// Puts the set of a cell in place: one bit for each group, as [`Baker::cell`] makes it.
@@ -243,24 +245,29 @@ impl PvsPass {
     }
 
     /// Another model, or the same one changed.
-    pub(super) fn follow(&mut self, changes: &[Change]) {
+    fn follow(&mut self, changes: &[Change]) {
         if !changes.is_empty() {
             self.fits = None;
         }
     }
+}
 
-    /// A frame: `in_view[i]` is what the frustum of `views[i]` may see.
-    pub(super) fn frame(
-        &mut self,
-        scene: &Scene,
-        views: &[View],
-        in_view: &[DrawList],
-        clock: &StageClock,
-    ) -> OcclusionRecord {
+impl Pass for PvsPass {
+    fn load(&mut self, _: &dyn Geometry, changes: &[Change]) {
+        self.follow(changes);
+    }
+
+    fn skip(&mut self, _: &dyn Geometry, changes: &[Change]) {
+        self.follow(changes);
+    }
+
+    fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord {
+        let PassInput { geometry, changes, views, in_view, clock, .. } = *frame;
+        self.follow(changes);
         let mut record = OcclusionRecord::default();
         let start = clock.start();
         let pvs = &self.pvs;
-        if *self.fits.get_or_insert_with(|| pvs.is_of(scene)) {
+        if *self.fits.get_or_insert_with(|| pvs.is_of(geometry)) {
             self.drawn.resize_with(views.len(), DrawList::new);
             for ((view, seen), drawn) in views.iter().zip(in_view).zip(&mut self.drawn) {
                 drawn.clear();
@@ -269,12 +276,10 @@ impl PvsPass {
             }
         }
         record.query = clock.since(start);
-        record.fingerprint = fingerprint_of_views(if record.used { &self.drawn } else { in_view });
         record
     }
 
-    /// What is left of each view in the last frame in which it was used.
-    pub(super) fn drawn(&self) -> &[DrawList] {
+    fn drawn(&self) -> &[DrawList] {
         &self.drawn
     }
 }

@@ -1,0 +1,12 @@
+use super::PolygonId;
+
+/// What an index has to do to follow the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The polygon is there now. One that was there before is where it was when it was removed, or an update follows.
+    Insert(PolygonId),
+    /// The polygon is gone (it may come back by undo or redo, under the same id).
+    Remove(PolygonId),
+    /// The polygon has moved.
+    Update(PolygonId),
+}

@@ -1,0 +1,18 @@
+/// A polygon's number, chosen by the caller: below [`PolygonId::LIMIT`], one polygon a number. Small numbers without gaps
+/// cost least, because several structures keep an array by number. In a [`Scene`](crate::scene::Scene) it is the order of
+/// arrival.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(transparent)]
+pub struct PolygonId(pub u32);
+
+impl PolygonId {
+    /// Every index refuses numbers from here on. Some keep an array as long as the highest: 24 bytes each, so 3.2 GB at the
+    /// limit. Larger: a stray number can take more memory than there is. (To make 2^27 polygons, somebody draws tubes at 90
+    /// samples a second for two days.)
+    pub const LIMIT: u32 = 1 << 27;
+
+    /// The number as a place in an array.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}

@@ -1,0 +1,15 @@
+//! A polygon as everything above knows it: its number, its shape, what becomes of it, and what a caller says of its own.
+//!
+//! Knows [`math`](crate::math) only.
+
+mod change;
+mod convex;
+mod geometry;
+mod id;
+mod paged;
+
+pub use change::Change;
+pub use convex::{ConvexPolygon, FLATNESS};
+pub use geometry::Geometry;
+pub use id::PolygonId;
+pub use paged::Paged;
