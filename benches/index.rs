@@ -9,12 +9,13 @@ use std::hint::black_box;
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use osp::{
     glam::Vec2,
-    index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
+    index::{DrawList, IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
     polygon::{Change, PolygonId},
     recording::{SynthKind, synthesize},
+    replay::{CameraChoice, CameraPath, Moment},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{CameraChoice, CameraPath, Moment},
 };
 
 /// Polygons of the session.

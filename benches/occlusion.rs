@@ -6,15 +6,18 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use osp::{
-    index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
+    index::{DrawList, IndexConfig, SpatialIndex},
+    lab::scenes::TestScene,
     math::Aabb,
     occlusion::{
         CullConfig, CullerKind, OccluderPool, OcclusionVisitor, PoolConfig, ReuseTable, SelectConfig,
-        Selector, ViewWindow, scenes::TestScene,
+        Selector,
     },
     polygon::Change,
+    replay::{CameraChoice, CameraPath, Moment},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{CameraChoice, CameraPath, Moment, View},
+    view::{View, ViewWindow},
 };
 
 const OCCLUDERS: usize = 64;

@@ -12,8 +12,8 @@ use osp::{
     math::{Aabb, Containment, Frustum, Obb, Sphere, Volume},
     polygon::PolygonId,
     recording::{SynthKind, synthesize},
+    replay::{CameraChoice, CameraPath, Moment},
     scene::Scene,
-    visibility::{CameraChoice, CameraPath, Moment},
 };
 
 /// Polygons of the session, and of a page.

@@ -1,26 +1,53 @@
-//! osp keeps a growing, hand-made 3D model drawable in real time: polygons stream in from a tracked hand, and every
-//! frame files them into a spatial index without rebuilding it, and finds those that the view may see.
+//! osp keeps a growing, hand-made 3D model drawable in real time: polygons stream in from a tracked hand, and every frame
+//! inserts them into a spatial index without rebuilding it, and finds those that a view may see.
 //!
-//! # The way the data flows
+//! # From a change to the screen
 //!
 //! ```text
-//! recording ──> stroke ──> scene ──> index ──> visibility
-//!  events       ribbons    polygons   OSP or    views, cameras,
-//!  (RON lines,  walls      strokes,   a rival   the frame
-//!   importers)  tubes      erase/undo              └──> metrics ──> report
+//! the caller's polygons (Geometry) ─┬──────────────────────────────┐
+//!                                   v                              v
+//!  Change ──> index (insert) ──> frustum of a View ──> occlusion (a Pass) ──> draw list ──> renderer
+//!             osp, or a rival    what may be in view   large occluders,                     wgpu, or the
+//!                                                      previous frame's                     caller's own
+//!                └──────────────── frame: Pipeline ────────────────┘
+//!
+//!  where Geometry and changes come from a recorded session:
+//!  recording ──> stroke ──> scene          replay plays it; a frame of it is reported and fingerprinted
 //! ```
 //!
-//! A later module knows the earlier ones, never the other way round; [`math`] is below them all, [`metrics`] serves
-//! [`visibility`]. The program sits on top.
+//! # Layers
+//!
+//! A module knows only modules above it in this table. Without features the library is the first six, and needs
+//! `glam`, `libm` and `thiserror` only.
+//!
+//! | module | what it is | feature |
+//! | --- | --- | --- |
+//! | [`math`] | boxes, planes, frusta, rays | |
+//! | [`polygon`] | the caller's polygons: id, shape, change, [`Geometry`](polygon::Geometry) | |
+//! | [`index`] | the trait [`SpatialIndex`](index::SpatialIndex), [`Osp`](index::Osp), the reference | |
+//! | [`view`] | an eye and what its screen shows | |
+//! | [`occlusion`] | occluders, and structures that say what they hide | |
+//! | [`frame`] | one frame: apply changes, cull, leave out what is hidden | |
+//! | `recording` | events, their files, importers (`formats`), synthetic sessions | `session` |
+//! | `stroke` | samples become polygons | `session` |
+//! | `scene` | strokes, groups, undo; implements `Geometry` | `session` |
+//! | `replay` | a session frame by frame: pacing, cameras, fingerprints | `session` |
+//! | `rivals` | every other index; other crates' trees (`peers`) | `rivals` |
+//! | `render` | drawing with wgpu, occlusion culling on the GPU | `render` |
+//! | `lab` | oracle, verification, test scenes, benchmarks, reports | `lab` |
+//! | `app` | the window | `window` |
+//! | `cli` | the program | `cli` (default) |
 //!
 //! # Vocabulary
 //!
-//! *Session*: one sitting of drawing; a *recording* is its file, an *event* one line of it. *Stroke*: what the hand
-//! draws between press and release, through *control points* (samples). *Polygon*: convex and planar, three or four
-//! corners; a twisted quad is two triangles. *Index*: a spatial structure of *nodes*. *View*: an *eye* and what its
-//! *screen* shows. *Draw list*: the polygons that a frame has to draw. *Fingerprint*: a number for a visible set.
+//! *Session*: one sitting of drawing; a *recording* is its file, an *event* one line of it. *Stroke*: what the hand draws
+//! between press and release, through *control points* (samples). *Polygon*: convex and planar, three or four corners; a
+//! twisted quad is two triangles. *Index*: a spatial structure of *nodes*. *View*: an *eye* and what its *screen* shows.
+//! *Draw list*: the polygons that a frame has to draw. *Occluder*: a polygon that hides others. *Conservative*: never
+//! culls what is visible. *Fingerprint*: a number for a set of polygons.
 //!
-//! World space is right-handed, +y up, -z forward, in metres; names carry units and spaces.
+//! World space is right-handed, +y up, -z forward, in metres; names carry units and spaces. Vectors are those of `glam`
+//! 0.34, re-exported as [`glam`]; its `From<[f32; 3]>` takes plain arrays.
 //!
 //! # Guarantees
 //!
@@ -30,6 +57,7 @@
 //!   that is cut off replays up to the cut.
 //! * **Deterministic.** Same recording, same settings: the same fingerprint of every frame on every machine. Every
 //!   box test is the same `f32` expression (see [`math`]), so all indexes agree bit for bit.
+//! * **No allocation** in a frame once the lists have grown to what the view shows.
 //! * **Errors** name the file, the line or byte, and what was expected. No input makes the library panic.
 //!
 //! # References
@@ -38,33 +66,45 @@
 
 pub use glam;
 
-#[cfg(feature = "window")]
-pub mod app;
-#[cfg(any(feature = "formats", feature = "render"))]
-pub mod atomic_file;
-#[cfg(feature = "cli")]
-pub mod bench;
-#[cfg(feature = "cli")]
-pub mod cli;
-#[cfg(feature = "formats")]
-pub mod export;
+pub mod frame;
 pub mod index;
 pub mod math;
-pub mod metrics;
 pub mod occlusion;
+pub mod polygon;
+pub mod view;
+
+#[cfg(feature = "session")]
+pub mod recording;
+#[cfg(feature = "session")]
+pub mod replay;
+#[cfg(feature = "session")]
+pub mod scene;
+#[cfg(feature = "session")]
+mod small_file;
+#[cfg(feature = "session")]
+pub mod stroke;
+
+#[cfg(feature = "rivals")]
+pub mod rivals;
+
+#[cfg(feature = "render")]
+pub mod render;
+
+#[cfg(feature = "lab")]
+pub mod lab;
+
+#[cfg(any(feature = "formats", feature = "render"))]
+pub mod atomic_file;
+#[cfg(feature = "formats")]
+pub mod export;
 #[cfg(any(feature = "cli", feature = "window"))]
 #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the window writes models alone"))]
 mod output_file;
-pub mod polygon;
-pub mod recording;
-#[cfg(feature = "render")]
-pub mod render;
+
+#[cfg(feature = "window")]
+pub mod app;
 #[cfg(feature = "cli")]
-pub mod report;
-pub mod scene;
-mod small_file;
-pub mod stroke;
-pub mod visibility;
+pub mod cli;
 
 #[cfg(all(doctest, feature = "cli"))]
 #[doc = include_str!("../README.md")]

@@ -8,14 +8,15 @@ use std::{
 
 use glam::Vec3;
 use osp::{
-    index::{DrawList, IndexConfig, IndexKind},
+    frame::{OcclusionChoice, PassConfig, Pipeline, StageClock},
+    index::{DrawList, IndexConfig},
     math::{Aabb, Frustum},
-    metrics::StageClock,
     occlusion::CullerKind,
     polygon::PolygonId,
     recording::{Event, NormalRule, StrokeId, Tool},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{OcclusionChoice, PassConfig, Pipeline, Projection, View},
+    view::{Projection, View},
 };
 
 thread_local! {

@@ -21,7 +21,7 @@ fn session(folder: &Path) -> String {
 }
 
 fn all_kinds() -> Vec<&'static str> {
-    osp::index::IndexKind::ALL.iter().map(|kind| kind.name()).collect()
+    osp::rivals::IndexKind::ALL.iter().map(|kind| kind.name()).collect()
 }
 
 #[test]

@@ -78,7 +78,7 @@ fn frame_occlusion() {
 /// nothing.
 #[test]
 fn frame_occlusion_catches_unsound_methods() {
-    use osp::{occlusion::CullerKind, visibility::OcclusionChoice};
+    use osp::{frame::OcclusionChoice, occlusion::CullerKind};
     let cases = || (0..300).map(|case| Generator::new(case).case(&[]));
     let of = |kind| vec![OcclusionChoice::Always(kind)];
     let hidden: usize =

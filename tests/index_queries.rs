@@ -10,9 +10,10 @@ mod rays;
 use boxes::{Rng, drawn, root};
 use glam::Vec3;
 use osp::{
-    index::{IndexConfig, IndexKind, SpatialIndex},
+    index::{IndexConfig, SpatialIndex},
     math::{Aabb, Ray, Sphere},
     polygon::PolygonId,
+    rivals::IndexKind,
 };
 
 /// A session with gaps (some polygons are erased) in every index.

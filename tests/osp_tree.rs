@@ -13,11 +13,11 @@ use boxes::{Place, Rng, drawn, root, shuffled, views};
 use glam::Vec3;
 use osp::{
     index::{
-        Backend, BruteForce, DrawList, FoundPages, IndexConfig, IndexError, IndexKind, Osp, SpatialIndex,
-        Visit, Visitor,
+        Backend, BruteForce, DrawList, FoundPages, IndexConfig, IndexError, Osp, SpatialIndex, Visit, Visitor,
     },
     math::{Aabb, Frustum},
     polygon::PolygonId,
+    rivals::IndexKind,
 };
 
 fn config() -> IndexConfig {

@@ -101,7 +101,7 @@ fn the_commands_of_the_readme_work() {
 #[test]
 fn the_readme_of_the_recordings_names_their_fingerprints() {
     let readme = fs::read_to_string("recordings/README.md").expect("recordings/README.md");
-    let pins = osp::report::Pins::read(Path::new("recordings/fingerprints.pins")).expect("pins");
+    let pins = osp::lab::report::Pins::read(Path::new("recordings/fingerprints.pins")).expect("pins");
     assert_eq!(pins.pins.len(), shipped().len());
     for pin in pins.pins {
         let row = readme

@@ -13,13 +13,15 @@ mod volumes;
 
 use glam::{Quat, Vec3};
 use osp::{
-    index::{IndexConfig, IndexKind},
+    frame::{Pipeline, StageClock},
+    index::IndexConfig,
     math::{Aabb, Containment, Frustum, PlaneMask},
-    metrics::{SessionFingerprint, StageClock, fingerprint_of_frame},
     polygon::PolygonId,
     recording::{Camera, Event, GroupId, Pace, Pacer, RecordingError, StrokeId, Transform},
+    replay::{CameraChoice, CameraPath, Moment, SessionFingerprint, fingerprint_of_frame},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{CameraChoice, CameraPath, Moment, Pipeline, Projection, View},
+    view::{Projection, View},
 };
 use proptest::prelude::*;
 

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use super::{
     culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, studio::ToolChoice,
 };
-use crate::{index::IndexKind, visibility::OcclusionChoice};
+use crate::{frame::OcclusionChoice, rivals::IndexKind};
 
 /// What a person can ask for, by key, button or menu.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,10 +10,10 @@ use super::{
 use crate::{
     atomic_file::AtomicFile,
     export::{ExportError, GltfCounts, write_glb},
-    index::IndexKind,
+    frame::OcclusionChoice,
     output_file::{OutputKind, check_output},
     recording::Event,
-    visibility::OcclusionChoice,
+    rivals::IndexKind,
 };
 
 impl Studio {

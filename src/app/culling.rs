@@ -2,21 +2,19 @@ use std::{sync::Arc, time::Duration};
 
 use glam::Vec3;
 
+use super::{document::meet_polygon, draw_cost::DrawCost};
 use crate::{
-    index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
+    frame::{FrameRecord, OcclusionChoice, OcclusionPass, PassConfig, Pipeline, StageClock},
+    index::{DrawList, IndexConfig, SpatialIndex},
+    lab::pvs::{Pvs, PvsPass},
     math::{Aabb, Ray},
-    metrics::{FrameRecord, StageClock},
     occlusion::{CullerKind, ShadowVolume},
     polygon::{Change, PolygonId},
     recording::StrokeId,
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{
-        OcclusionChoice, OcclusionPass, PassConfig, Pipeline, View,
-        pvs::{Pvs, PvsPass},
-    },
+    view::View,
 };
-
-use super::{document::meet_polygon, draw_cost::DrawCost};
 
 /// Nothing is looked for that others hide.
 pub(super) const NO_OCCLUSION: OcclusionChoice = OcclusionChoice::Always(CullerKind::None);

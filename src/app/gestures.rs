@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     recording::{Event, StrokeId},
-    visibility::View,
+    view::View,
 };
 
 /// How far a pointer may wander during a click, heights of the window.

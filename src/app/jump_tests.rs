@@ -7,12 +7,11 @@ use rand_pcg::{Pcg64, rand_core::Rng};
 
 use super::{Autosaves, Command, Player, Studio, Subject};
 use crate::{
-    index::IndexKind,
-    polygon::ConvexPolygon,
-    polygon::{Change, PolygonId},
+    polygon::{Change, ConvexPolygon, PolygonId},
     recording::{Event, Flush, GroupId, Header, NormalRule, Pace, RonWriter, StrokeId, Tool, Transform},
+    replay::CameraChoice,
+    rivals::IndexKind,
     scene::Scene,
-    visibility::CameraChoice,
 };
 
 /// Strokes that come, go and move all the time.

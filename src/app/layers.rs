@@ -7,7 +7,7 @@ use crate::{
     polygon::PolygonId,
     render::{Depth, LineBatch, LineColor},
     scene::Scene,
-    visibility::View,
+    view::View,
 };
 
 /// Boxes drawn at most; a picture of more shows nothing.

@@ -9,6 +9,8 @@
 //! What is drawn becomes the same [`Event`](crate::recording::Event)s that a replay reads, and takes the same way
 //! through the scene and the index. [`Studio`] is everything but the window and the GPU; [`ui`] is everything that is
 //! laid out by egui; [`run`] puts both into a window.
+//!
+//! Knows everything but the command line.
 
 mod command;
 mod commands;

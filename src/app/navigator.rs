@@ -2,7 +2,7 @@ use glam::{Quat, Vec2, Vec3};
 
 use crate::{
     math::{Aabb, rotate},
-    visibility::{Projection, View},
+    view::{Projection, View},
 };
 
 /// Vertical field of view, degrees.

@@ -6,12 +6,12 @@ use winit::window::Window;
 
 use super::{room::RoomView, studio::Studio};
 use crate::{
-    metrics::StageClock,
+    frame::StageClock,
     render::{
-        Acquired, Area, DrawnCounts, DrawnOcclusion, Gpu, GpuTimer, Layer, LinePass, PassTimes, RenderError,
+        Acquired, Area, DrawnCounts, Gpu, GpuOcclusion, GpuTimer, Layer, LinePass, PassTimes, RenderError,
         Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
     },
-    visibility::Stereo,
+    view::Stereo,
 };
 
 /// How polygons look that are out of view.
@@ -278,7 +278,7 @@ impl Painter {
             pane.target = Target::new(&self.gpu, width, height)?;
             pane.shown = self.show.bind(&self.gpu, &pane.target);
         }
-        let wanted = DrawnOcclusion::of(studio.culling().occlusion());
+        let wanted = GpuOcclusion::of(studio.culling().occlusion());
         if pane.slot.occlusion() != wanted && self.cannot_cull.is_none() {
             let outcome = self.renderer.set_occlusion(&mut pane.slot, wanted);
             self.cannot_cull = outcome.err().map(|error| error.to_string());

@@ -4,7 +4,7 @@ use super::navigator::pixel_m;
 use crate::{
     math::rotate,
     recording::{Event, NormalRule, StrokeId, Tool},
-    visibility::View,
+    view::View,
 };
 
 /// Samples of a ribbon or tube are at least this many pixels apart: a mouse counts whole pixels, and the direction

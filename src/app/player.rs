@@ -5,8 +5,9 @@ use crate::{
     polygon::{Change, PolygonId},
     recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
     render::background_for,
+    replay::{CameraChoice, CameraPath, Moment},
     scene::Scene,
-    visibility::{CameraChoice, CameraPath, Moment, View},
+    view::View,
 };
 
 /// Snapshots kept at most.

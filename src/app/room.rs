@@ -7,7 +7,7 @@ use super::{
 use crate::{
     math::{Aabb, rotate},
     render::Channels,
-    visibility::{Eye, Projection, Rig, Screen, Stereo, View},
+    view::{Eye, Projection, Rig, Screen, Stereo, View},
 };
 
 /// Nearest distance drawn on a rig's screens, metres.

@@ -21,14 +21,15 @@ use super::{
     tracker::{Hands, Tracker},
 };
 use crate::{
-    index::IndexKind,
+    frame::{FrameRecord, StageClock},
+    lab::pvs::Pvs,
     math::{Aabb, Ray},
-    metrics::{FrameRecord, StageClock},
     polygon::{Change, PolygonId},
     recording::{Event, Limits, StrokeId, Tool},
     render::{DrawnCounts, LineBatch, PassTimes, background_for},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{View, pvs::Pvs},
+    view::View,
 };
 
 /// What a hand hears that draws where it may not.

@@ -25,9 +25,9 @@ use super::{
     ui::Interface,
 };
 use crate::{
-    metrics::StageClock,
+    frame::StageClock,
     render::{Area, RenderError},
-    visibility::Stereo,
+    view::Stereo,
 };
 
 /// Devices opened anew after a loss, at most, before the window gives up.

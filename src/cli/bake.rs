@@ -22,14 +22,17 @@ use super::{
     session::OpenSession,
 };
 use crate::{
-    index::{IndexConfig, IndexKind},
+    index::IndexConfig,
+    lab::{
+        pvs::{BakeConfig, Baker, Pvs, ViewCells},
+        report::thousands,
+    },
     math::Aabb,
     output_file::OutputKind,
     polygon::PolygonId,
     recording::Event,
-    report::thousands,
+    rivals::IndexKind,
     scene::Scene,
-    visibility::pvs::{BakeConfig, Baker, Pvs, ViewCells},
 };
 
 /// Find out what can be seen from where in a finished model, for `osp verify --pvs` and `osp replay --pvs`.

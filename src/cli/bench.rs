@@ -22,13 +22,13 @@ use super::{
     session::OpenSession,
 };
 use crate::{
-    bench::{self, BenchReport, Contender, Flight, GrowthConfig, Machine, SessionInput, SessionResult},
-    index::{IndexConfig, IndexKind},
-    metrics::summarize,
+    index::IndexConfig,
+    lab::bench::{self, BenchReport, Contender, Flight, GrowthConfig, Machine, SessionInput, SessionResult},
     occlusion::CullerKind,
     output_file::OutputKind,
     recording::Pace,
-    visibility::{CameraChoice, CameraPath},
+    replay::{CameraChoice, CameraPath, summarize},
+    rivals::IndexKind,
 };
 
 /// Polygons that a frame of the growing model inserts.

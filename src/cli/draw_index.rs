@@ -15,10 +15,10 @@ use super::{
     replay::index_parser,
 };
 use crate::{
-    index::IndexKind,
+    lab::report::{Side, Structure, StructureView, thousands},
     output_file::OutputKind,
     recording::Pace,
-    report::{Side, Structure, StructureView, thousands},
+    rivals::IndexKind,
 };
 
 /// Draw the cells of an index over the polygons, or its tree, as it stands after a frame.

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use super::{output::complain, render::Size};
 use crate::{
+    frame::OcclusionChoice,
+    lab::report::{DrawnWhileCulling, RunReport},
     recording::{Event, RecordingError},
-    render::{DrawTimes, DrawnOcclusion, Gpu, Layer, Offscreen, RendererConfig},
-    report::{DrawnWhileCulling, RunReport},
-    visibility::{LaneFrame, OcclusionChoice, Replay},
+    render::{DrawTimes, Gpu, GpuOcclusion, Layer, Offscreen, RendererConfig},
+    replay::{LaneFrame, Replay},
 };
 
 /// Draws what is left of each frame.
@@ -15,7 +16,7 @@ use crate::{
 pub(super) struct Drawing {
     /// One for each way to find while drawing what is hidden, and its number for each lane: what a drawer remembers is
     /// its own.
-    drawers: Vec<(DrawnOcclusion, Offscreen)>,
+    drawers: Vec<(GpuOcclusion, Offscreen)>,
     of_lane: Vec<usize>,
     frame: usize,
 }
@@ -30,7 +31,7 @@ impl Drawing {
         complain(&format!("drawn by {}, {width} x {height} pixels", gpu.name()));
         let mut drawing = Self { drawers: Vec::new(), of_lane: Vec::new(), frame: 0 };
         for choice in choices {
-            let occlusion = choice.map_or(DrawnOcclusion::None, DrawnOcclusion::of);
+            let occlusion = choice.map_or(GpuOcclusion::None, GpuOcclusion::of);
             let found = drawing.drawers.iter().position(|(other, _)| *other == occlusion);
             if found.is_none() {
                 let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &RendererConfig::default())?;

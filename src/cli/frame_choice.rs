@@ -4,7 +4,7 @@ use std::{path::Path, str::FromStr};
 
 use anyhow::bail;
 
-use crate::{metrics::Summary, recording::Pace};
+use crate::{recording::Pace, replay::Summary};
 
 /// A frame, as on the command line.
 #[derive(Clone, Copy, Debug)]

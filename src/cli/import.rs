@@ -15,9 +15,9 @@ use super::{
     session::OpenSession,
 };
 use crate::{
+    lab::report::thousands,
     output_file::OutputKind,
     recording::{Event, RecordingError},
-    report::thousands,
 };
 
 /// Events between two steps of the progress display.

@@ -12,9 +12,9 @@ use super::{
     session::OpenSession,
 };
 use crate::{
-    metrics::{Summary, summarize},
+    lab::report::thousands,
     recording::Pace,
-    report::thousands,
+    replay::{Summary, summarize},
 };
 
 /// Say what a session holds: strokes, points, polygons, what was erased, how long it took, how large it is, and what

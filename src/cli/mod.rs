@@ -1,6 +1,8 @@
 //! The command line: one file for each subcommand, each a set of arguments and a `run`.
 //!
 //! Exit codes: 0 done, 1 a check failed, 2 bad input or usage.
+//!
+//! Knows everything; nothing knows it.
 
 mod allocations;
 mod new_recording;

@@ -8,8 +8,8 @@ use std::{
 
 use anyhow::Context;
 
-pub(super) use crate::report::one_line;
-use crate::report::printable;
+pub(super) use crate::lab::report::one_line;
+use crate::lab::report::printable;
 
 /// A file goes to standard output: results would be mixed into it.
 static HOLDS_A_FILE: AtomicBool = AtomicBool::new(false);

@@ -15,10 +15,10 @@ use super::{
     replay::{camera_parser, index_parser},
 };
 use crate::{
-    index::IndexKind,
     polygon::PolygonId,
     recording::Pace,
-    visibility::{CameraChoice, CameraPath},
+    replay::{CameraChoice, CameraPath},
+    rivals::IndexKind,
 };
 
 /// Find the polygon and stroke under a point of a frame's picture, by a ray through the index.

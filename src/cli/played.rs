@@ -8,11 +8,12 @@ use super::{
     frame_choice::FrameChoice, output::complain, reading::ReadArgs, replay::root_cube, session::OpenSession,
 };
 use crate::{
-    index::{IndexConfig, IndexKind},
-    metrics::{StageClock, Summary, summarize},
+    frame::{Pipeline, StageClock},
+    index::IndexConfig,
     recording::{Header, Pace, Pacer},
+    replay::{Moment, Summary, summarize},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{Moment, Pipeline},
 };
 
 /// The model and an index after a frame.

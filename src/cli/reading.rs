@@ -6,8 +6,8 @@ use anyhow::ensure;
 use clap::Args;
 
 use crate::{
-    metrics::Summary,
     recording::{Limits, OpenOptions, Pace},
+    replay::Summary,
 };
 
 /// What is done about damage, and how large a session may be.

@@ -25,18 +25,18 @@ use super::{
     session::OpenSession,
 };
 use crate::{
-    index::{IndexConfig, IndexKind},
+    frame::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
+    lab::report::thousands,
     math::{rotate, unit},
-    metrics::{StageClock, Summary, summarize},
     output_file::OutputKind,
     polygon::PolygonId,
     recording::{Pace, Pacer},
-    render::{DrawTimes, DrawnOcclusion, Gpu, Image, Layer, Offscreen, RendererConfig, background_for},
-    report::thousands,
+    render::{DrawTimes, Gpu, GpuOcclusion, Image, Layer, Offscreen, RendererConfig, background_for},
+    replay::{CameraChoice, CameraPath, Moment, Summary, summarize, whole_view},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{
-        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, View, whole_view,
-    },
+    view::View,
 };
 
 /// Draw frames of a session to PNG files, without a window.
@@ -157,7 +157,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
     drop(model);
     let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &config)?;
-    drawer.set_occlusion(DrawnOcclusion::of(args.occlusion))?;
+    drawer.set_occlusion(GpuOcclusion::of(args.occlusion))?;
     // A second drawer, so that what one remembers cannot hide a fault of the other.
     let mut uncut = match args.check {
         true => Some(Offscreen::on(gpu, width, height, &config)?),

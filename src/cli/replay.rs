@@ -19,23 +19,25 @@ use super::{
 };
 use crate::{
     atomic_file::{AtomicFile, Destination},
-    index::{IndexConfig, IndexKind},
-    math::Aabb,
-    metrics::{StageClock, Summary, summarize},
-    occlusion::{Soundness, oracle::OracleConfig},
-    output_file::OutputKind,
-    recording::{Event, Header, Pace, Pacer, RecordingError},
-    report::{
-        ChartError, ChartFormat, CsvWriter, OcclusionColumns, OcclusionReport, Pin, Pins, ReplayReport,
-        RunReport, draw_frame_times, pinned_name, replay_table, thousands,
-    },
-    scene::Scene,
-    visibility::{
-        AutoBasis, Budget, CameraChoice, CameraPath, Lane, OcclusionChoice, PassConfig, Pipeline, Replay,
+    frame::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
+    lab::{
         lost_polygons,
+        oracle::OracleConfig,
         pvs::{Pvs, PvsPass},
+        report::{
+            ChartError, ChartFormat, CsvWriter, OcclusionColumns, OcclusionReport, Pin, Pins, ReplayReport,
+            RunReport, draw_frame_times, pinned_name, replay_table, thousands,
+        },
         verify,
     },
+    math::Aabb,
+    occlusion::Soundness,
+    output_file::OutputKind,
+    recording::{Event, Header, Pace, Pacer, RecordingError},
+    replay::{Budget, CameraChoice, CameraPath, Lane, Replay, Summary, summarize},
+    rivals::IndexKind,
+    scene::Scene,
 };
 
 /// Play sessions through several indexes, frame by frame, and say what every frame cost.
@@ -276,7 +278,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         for run in &report.runs {
             let Some(occlusion) = &run.occlusion else { continue };
             let is_sound = OcclusionChoice::from_name(occlusion.method)
-                .is_some_and(|choice| choice.soundness() == Soundness::Sound);
+                .is_some_and(|choice| choice.soundness() == Soundness::Conservative);
             let false_culls = occlusion.false_culls.unwrap_or(0);
             if is_sound && false_culls > 0 {
                 complain(&format!(

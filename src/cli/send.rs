@@ -18,8 +18,8 @@ use super::{
 };
 use crate::{
     app::tracker::{Message, Teller, TrackerKey, osc_keyed, osc_packet, write_line},
+    lab::report::thousands,
     recording::{Pace, Pacer},
-    report::thousands,
 };
 
 /// Bytes of a datagram that pass every network in one piece, with a key before them.

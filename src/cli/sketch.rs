@@ -18,10 +18,11 @@ use crate::{
         Studio, Subject, WindowOptions, run as run_window,
         tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
-    index::IndexKind,
+    frame::OcclusionChoice,
     output_file::OutputKind,
+    rivals::IndexKind,
     small_file::open_regular,
-    visibility::{OcclusionChoice, Rig},
+    view::Rig,
 };
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
@@ -141,7 +142,7 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 impl WindowArgs {
     /// The room that the arguments ask for.
     pub(super) fn room(&self) -> anyhow::Result<Room> {
-        use crate::visibility::Stereo;
+        use crate::view::Stereo;
         let mut room = match &self.rig {
             Some(name) => Room::new(Rig::open(name)?),
             None => Room::default(),

@@ -15,9 +15,9 @@ use super::{
     outputs::Outputs,
 };
 use crate::{
+    lab::report::thousands,
     output_file::OutputKind,
     recording::{Event, SynthKind, synthesize},
-    report::thousands,
 };
 
 /// Write a synthetic session: a person who draws, made up from a seed.

@@ -23,20 +23,24 @@ use super::{
     verify_drawn::{DrawnRun, DrawnTrials},
 };
 use crate::{
-    index::{IndexConfig, IndexKind},
-    metrics::{StageClock, summarize},
-    occlusion::{
-        CullConfig, DepthConfig, Grouping, LastVisible, NodeTest, PolygonTest, PoolConfig, SelectConfig,
-        Soundness, oracle::OracleConfig, scenes::TestScene,
-    },
-    recording::{Event, Header, Pace, Pacer, RecordingError},
-    report::thousands,
-    scene::Scene,
-    visibility::{
-        CameraChoice, CameraPath, Moment, View,
+    frame::StageClock,
+    index::IndexConfig,
+    lab::{
+        oracle::OracleConfig,
         pvs::Pvs,
+        report::thousands,
+        scenes::TestScene,
         verify::{AtRest, Totals, Trial, Verifier, VerifyConfig},
     },
+    occlusion::{
+        CullConfig, DepthConfig, Grouping, NodeTest, PolygonTest, PoolConfig, PreviousFrameOccluders,
+        SelectConfig, Soundness,
+    },
+    recording::{Event, Header, Pace, Pacer, RecordingError},
+    replay::{CameraChoice, CameraPath, Moment, summarize},
+    rivals::IndexKind,
+    scene::Scene,
+    view::View,
 };
 
 /// Compare what occlusion culling leaves out with what really cannot be seen.
@@ -270,7 +274,11 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
                 "outline" => NodeTest::Outline,
                 _ => NodeTest::Box,
             },
-            polygon_test: if args.nodes_only { PolygonTest::Never } else { PolygonTest::InMixedLeaves },
+            polygon_test: if args.nodes_only {
+                PolygonTest::Never
+            } else {
+                PolygonTest::InPartlyHiddenLeaves
+            },
             least_polygons: args.least_polygons,
             ..CullConfig::default()
         },
@@ -323,7 +331,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         verifier = verifier.without_truth();
     }
     if args.methods().contains(&Method::Last) {
-        verifier.add_last(LastVisible::new(DepthConfig::default(), capacity));
+        verifier.add_last(PreviousFrameOccluders::new(DepthConfig::default(), capacity));
     }
 
     #[cfg(feature = "render")]
@@ -408,7 +416,7 @@ fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTria
         let micros = |ns: u64| format!("{:.1}", totals.mean(ns) / 1000.0);
         table.add_row([
             match trial.soundness() {
-                Soundness::Sound => trial.name().to_owned(),
+                Soundness::Conservative => trial.name().to_owned(),
                 Soundness::Unsound(_) => format!("{} (unsound)", trial.name()),
             },
             trial.occluders().to_string(),
@@ -531,7 +539,7 @@ impl JsonRun {
         let micros = |ns: u64| totals.mean(ns) / 1000.0;
         Self {
             occlusion: trial.name(),
-            sound: trial.soundness() == Soundness::Sound,
+            sound: trial.soundness() == Soundness::Conservative,
             occluders: trial.occluders(),
             views: totals.views,
             occluders_used: totals.mean(u64::from(totals.select.chosen)),

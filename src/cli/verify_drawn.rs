@@ -8,21 +8,21 @@ use serde::Serialize;
 use super::{render::Size, verify_method::Method};
 use crate::{
     index::DrawList,
-    polygon::{Change, PolygonId},
-    render::{
-        DrawTimes, DrawnCounts, DrawnOcclusion, Gpu, HzbBound, HzbConfig, HzbFine, HzbGroup, Layer,
-        Offscreen, PassTimes, RendererConfig,
-    },
-    report::thousands,
-    scene::Scene,
-    visibility::{
-        View,
+    lab::{
+        report::thousands,
         verify::{AtRest, Totals, Verifier},
     },
+    polygon::{Change, PolygonId},
+    render::{
+        DrawTimes, DrawnCounts, Gpu, GpuOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup, Layer, Offscreen,
+        PassTimes, RendererConfig,
+    },
+    scene::Scene,
+    view::View,
 };
 
 /// Ways to find while drawing what is hidden, by name.
-pub(super) fn drawn_methods() -> impl Iterator<Item = (&'static str, DrawnOcclusion)> {
+pub(super) fn drawn_methods() -> impl Iterator<Item = (&'static str, GpuOcclusion)> {
     let coarse = |group, bound| HzbConfig { group, bound, fine: HzbFine::Off };
     [
         ("hzb", HzbConfig::default()),
@@ -36,8 +36,8 @@ pub(super) fn drawn_methods() -> impl Iterator<Item = (&'static str, DrawnOcclus
         ("hzb-4-fine", HzbConfig { group: HzbGroup::Four, ..HzbConfig::default() }),
     ]
     .into_iter()
-    .map(|(name, config)| (name, DrawnOcclusion::Hzb(config)))
-    .chain([("queries", DrawnOcclusion::Queries), ("auto", DrawnOcclusion::Auto)])
+    .map(|(name, config)| (name, GpuOcclusion::Hzb(config)))
+    .chain([("queries", GpuOcclusion::Queries), ("auto", GpuOcclusion::Auto)])
 }
 
 /// One method over all views so far.
@@ -125,7 +125,7 @@ impl DrawnTrials {
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
         // The picture without culling comes first: all others are compared with it.
-        for (name, occlusion) in std::iter::once(("none", DrawnOcclusion::None)).chain(drawn) {
+        for (name, occlusion) in std::iter::once(("none", GpuOcclusion::None)).chain(drawn) {
             let mut drawer =
                 Offscreen::on(Arc::clone(&gpu), size.width, size.height, &RendererConfig::default())?;
             drawer.set_occlusion(occlusion)?;

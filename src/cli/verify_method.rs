@@ -5,8 +5,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 #[cfg(feature = "render")]
 use super::verify_drawn::drawn_methods;
 #[cfg(feature = "render")]
-use crate::render::DrawnOcclusion;
-use crate::{occlusion::CullerKind, visibility::OcclusionChoice};
+use crate::render::GpuOcclusion;
+use crate::{frame::OcclusionChoice, occlusion::CullerKind};
 
 /// A way to find what is hidden that can be compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub(super) enum Method {
     Last,
     /// While drawing.
     #[cfg(feature = "render")]
-    Drawn(&'static str, DrawnOcclusion),
+    Drawn(&'static str, GpuOcclusion),
 }
 
 impl Method {

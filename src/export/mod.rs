@@ -1,4 +1,6 @@
 //! The model in formats of other programs.
+//!
+//! Knows [`scene`](crate::scene).
 
 mod gltf;
 

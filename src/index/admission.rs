@@ -3,13 +3,13 @@ use crate::{math::Aabb, polygon::PolygonId};
 
 /// What every index checks before it files a polygon.
 #[inline]
-pub(super) fn admit(id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+pub(crate) fn admit(id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
     admit_id(id)?;
     if bounds.is_valid() { Ok(()) } else { Err(IndexError::InvalidBounds(id)) }
 }
 
 /// The part of [`admit`] that looks at the id alone, for an index that has the box in another form.
 #[inline]
-pub(super) fn admit_id(id: PolygonId) -> Result<(), IndexError> {
+pub(crate) fn admit_id(id: PolygonId) -> Result<(), IndexError> {
     if id.0 < PolygonId::LIMIT { Ok(()) } else { Err(IndexError::IdBeyondLimit(id)) }
 }

@@ -11,11 +11,11 @@ use std::collections::BinaryHeap;
 
 /// A ray goes on looking this much (relative) beyond the nearest hit so far, because a polygon test and a box test
 /// round differently. Larger: a few more polygons are asked.
-pub(super) const RAY_SLACK: f32 = 1.0e-4;
+pub(crate) const RAY_SLACK: f32 = 1.0e-4;
 
 /// The frustum that sees exactly the boxes which share a point with `bounds`: one product with 1, two with 0 and one
 /// difference, whose sign `f32` never gets wrong.
-pub(super) fn frustum_of_box(bounds: &Aabb) -> Frustum {
+pub(crate) fn frustum_of_box(bounds: &Aabb) -> Frustum {
     let plane = |normal: Vec3, d: f32| Plane { normal, d };
     Frustum::new([
         plane(Vec3::X, -bounds.min.x),
@@ -28,7 +28,7 @@ pub(super) fn frustum_of_box(bounds: &Aabb) -> Frustum {
 }
 
 /// See [`SpatialIndex::box_query`].
-pub(super) fn box_query<I: SpatialIndex + ?Sized>(
+pub(crate) fn box_query<I: SpatialIndex + ?Sized>(
     index: &I,
     bounds: &Aabb,
     out: &mut Vec<PolygonId>,
@@ -44,37 +44,37 @@ pub(super) fn box_query<I: SpatialIndex + ?Sized>(
 }
 
 /// The nearest hit so far.
-pub(super) struct Nearest<'a> {
+pub(crate) struct Nearest<'a> {
     hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>,
     t_max: f32,
     found: Option<(PolygonId, f32)>,
 }
 
 impl<'a> Nearest<'a> {
-    pub(super) fn new(t_max: f32, hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>) -> Self {
+    pub(crate) fn new(t_max: f32, hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>) -> Self {
         Self { hit, t_max, found: None }
     }
 
     /// How far boxes are still of interest.
-    pub(super) fn reach(&self) -> f32 {
+    pub(crate) fn reach(&self) -> f32 {
         self.found.map_or(self.t_max, |(_, t)| (t * (1.0 + RAY_SLACK)).min(self.t_max))
     }
 
     /// Asks a polygon.
-    pub(super) fn ask(&mut self, id: PolygonId) {
+    pub(crate) fn ask(&mut self, id: PolygonId) {
         let Some(t) = (self.hit)(id).filter(|&t| t <= self.t_max) else { return };
         if self.found.is_none_or(|(other, best)| t < best || (t == best && id < other)) {
             self.found = Some((id, t));
         }
     }
 
-    pub(super) fn found(&self) -> Option<(PolygonId, f32)> {
+    pub(crate) fn found(&self) -> Option<(PolygonId, f32)> {
         self.found
     }
 }
 
 /// Whether a box that the ray enters at `t` is still of interest: what [`Ray::enter_box`] says, without the box.
-pub(super) fn is_wanted(t: f32, reach: f32) -> bool {
+pub(crate) fn is_wanted(t: f32, reach: f32) -> bool {
     is_no_later(t, reach)
 }
 
@@ -99,7 +99,7 @@ impl Visitor for RayVisitor<'_> {
 }
 
 /// See [`SpatialIndex::ray_nearest`].
-pub(super) fn ray_nearest<I: SpatialIndex + ?Sized>(
+pub(crate) fn ray_nearest<I: SpatialIndex + ?Sized>(
     index: &I,
     ray: &Ray,
     t_max: f32,
@@ -136,7 +136,7 @@ impl Visitor for AnyVisitor<'_> {
 }
 
 /// See [`SpatialIndex::ray_any`].
-pub(super) fn ray_any<I: SpatialIndex + ?Sized>(
+pub(crate) fn ray_any<I: SpatialIndex + ?Sized>(
     index: &I,
     ray: &Ray,
     t_max: f32,
@@ -169,7 +169,7 @@ impl Visitor for SphereVisitor<'_> {
 }
 
 /// See [`SpatialIndex::sphere_query`].
-pub(super) fn sphere_query<I: SpatialIndex + ?Sized>(
+pub(crate) fn sphere_query<I: SpatialIndex + ?Sized>(
     index: &I,
     sphere: &Sphere,
     within: &mut dyn FnMut(PolygonId) -> bool,
@@ -206,7 +206,7 @@ impl Ord for Near {
 }
 
 /// The nearest polygons to a point so far.
-pub(super) struct NearestPolygons<'a> {
+pub(crate) struct NearestPolygons<'a> {
     point: Vec3,
     count: usize,
     distance_m: &'a mut dyn FnMut(PolygonId) -> f32,
@@ -216,7 +216,7 @@ pub(super) struct NearestPolygons<'a> {
 
 impl<'a> NearestPolygons<'a> {
     /// `None` if there is nothing to look for: no polygon is wanted, or the point is none.
-    pub(super) fn new(
+    pub(crate) fn new(
         point: Vec3,
         count: usize,
         filed: usize,
@@ -232,7 +232,7 @@ impl<'a> NearestPolygons<'a> {
     }
 
     /// The distance of a box, metres, if it is still of interest.
-    pub(super) fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
+    pub(crate) fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
         let reach_m = match self.found.peek() {
             Some(last) if self.found.len() == self.count => last.distance_m * (1.0 + RAY_SLACK),
             _ => f32::INFINITY,
@@ -242,7 +242,7 @@ impl<'a> NearestPolygons<'a> {
     }
 
     /// Asks a polygon.
-    pub(super) fn ask(&mut self, id: PolygonId) {
+    pub(crate) fn ask(&mut self, id: PolygonId) {
         let near = Near { distance_m: (self.distance_m)(id), id };
         if near.distance_m.is_nan() {
             return;
@@ -257,7 +257,7 @@ impl<'a> NearestPolygons<'a> {
     }
 
     /// The polygons and their distances, the nearest first.
-    pub(super) fn into_found(self) -> impl Iterator<Item = (PolygonId, f32)> {
+    pub(crate) fn into_found(self) -> impl Iterator<Item = (PolygonId, f32)> {
         self.found.into_sorted_vec().into_iter().map(|near| (near.id, near.distance_m))
     }
 }
@@ -273,7 +273,7 @@ impl Visitor for NearestPolygons<'_> {
 }
 
 /// See [`SpatialIndex::nearest`].
-pub(super) fn nearest<I: SpatialIndex + ?Sized>(
+pub(crate) fn nearest<I: SpatialIndex + ?Sized>(
     index: &I,
     point: Vec3,
     count: usize,

@@ -4,8 +4,7 @@ use thiserror::Error;
 use super::{DrawList, WorkCounts, probe};
 use crate::{
     math::{Aabb, Containment, Frustum, Ray, Sphere},
-    polygon::ConvexPolygon,
-    polygon::PolygonId,
+    polygon::{ConvexPolygon, PolygonId},
 };
 
 /// Why an index refused a change. It is then as it was before.

@@ -5,6 +5,8 @@
 //! **Exactness.** Every box test of the crate evaluates a plane as `((n.x*x + n.y*y) + n.z*z) + d` in `f32`,
 //! in this order and without fused multiply-add. Each step of that sum is monotone under rounding, so what is
 //! decided for a box holds bit for bit for every box inside it, and all indexes report the same set.
+//!
+//! Knows `glam` and nothing of the crate.
 
 mod aabb;
 mod frustum;
@@ -13,6 +15,7 @@ mod outward;
 mod plane;
 mod ray;
 mod rotation;
+mod solid_angle;
 mod sphere;
 mod tolerance;
 mod volume;
@@ -26,6 +29,7 @@ pub use ray::Ray;
 pub(crate) use ray::is_no_later;
 pub(crate) use rotation::rotate_exactly;
 pub use rotation::{rotate, unit};
+pub(crate) use solid_angle::triangle_solid_angle_sr;
 pub use sphere::Sphere;
 pub use tolerance::{COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2, TOLERANCE_M};
 pub use volume::Volume;

@@ -39,7 +39,7 @@ impl Default for AutoConfig {
 pub enum AutoMethod {
     /// The best of large occluders: [`super::CullerKind::Msvbsp`].
     Msvbsp,
-    /// What was visible in the last frame: [`super::LastVisible`].
+    /// What was visible in the last frame: [`super::PreviousFrameOccluders`].
     DepthLast,
 }
 
@@ -120,7 +120,7 @@ struct Try {
 /// culling everything would not pay is never tried.
 ///
 /// It has no clock. Given measured costs it adapts to the machine; given costs computed from work counts
-/// ([`super::work_ns`], [`super::LastVisibleCounts::work_ns`]) it decides the same on every machine, which a replay that is
+/// ([`super::work_ns`], [`super::PreviousFrameCounts::work_ns`]) it decides the same on every machine, which a replay that is
 /// compared by fingerprint needs.
 #[derive(Clone, Debug)]
 pub struct AutoSwitch {

@@ -91,13 +91,3 @@ pub(super) fn has_area(directions: &[DVec3], least_sr: f64) -> bool {
         rest.windows(2).map(|w| (w[0] - *first).cross(w[1] - *first)).fold(DVec3::ZERO, |sum, v| sum + v);
     twice.length_squared() >= 4.0 * least_sr * least_sr
 }
-
-/// The solid angle of the triangle between three directions of any length, steradians, positive whichever way round.
-///
-/// A. Van Oosterom, J. Strackee, "The Solid Angle of a Plane Triangle", 1983.
-pub(super) fn triangle_solid_angle_sr(a: DVec3, b: DVec3, c: DVec3) -> f64 {
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
-    let numerator = a.dot(b.cross(c));
-    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    (2.0 * libm::atan2(numerator, denominator)).abs()
-}

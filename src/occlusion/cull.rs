@@ -16,13 +16,13 @@ pub enum NodeTest {
     Outline,
 }
 
-/// What happens to the polygons of a node that is neither hidden nor lit and has nothing below.
+/// What happens to the polygons of a node that is neither hidden nor unoccluded and has nothing below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PolygonTest {
     /// They are drawn.
     Never,
     /// Each one's box is tested.
-    InMixedLeaves,
+    InPartlyHiddenLeaves,
 }
 
 /// Settings of culling an index by occlusion.
@@ -43,7 +43,7 @@ impl Default for CullConfig {
     fn default() -> Self {
         Self {
             node_test: NodeTest::Box,
-            polygon_test: PolygonTest::InMixedLeaves,
+            polygon_test: PolygonTest::InPartlyHiddenLeaves,
             least_polygons: 1,
             reuse_frames: 0,
         }
@@ -59,7 +59,8 @@ impl CullConfig {
     /// nothing, and the nodes above have been tested, too.)
     pub fn for_drawing(polygon_ns: f64) -> Self {
         let least_polygons = (4.0 * TEST_NS / polygon_ns).ceil().clamp(1.0, 1.0e6) as usize;
-        let polygon_test = if least_polygons == 1 { PolygonTest::InMixedLeaves } else { PolygonTest::Never };
+        let polygon_test =
+            if least_polygons == 1 { PolygonTest::InPartlyHiddenLeaves } else { PolygonTest::Never };
         Self { polygon_test, least_polygons, ..Self::default() }
     }
 }
@@ -71,8 +72,8 @@ pub struct CullCounts {
     pub node_tests: u64,
     /// Of these, hidden.
     pub hidden: u64,
-    /// Of these, lit.
-    pub lit: u64,
+    /// Of these, unoccluded.
+    pub unoccluded: u64,
     /// Nodes that an earlier frame's answer was used for.
     pub reused: u64,
     /// Polygons tested one by one.
@@ -204,11 +205,11 @@ impl Visitor for OcclusionVisitor<'_> {
                 self.counts.skipped += node.polygons as u64;
                 return Visit::Skip;
             }
-            Verdict::Lit => {
-                self.counts.lit += 1;
+            Verdict::Unoccluded => {
+                self.counts.unoccluded += 1;
                 Visit::Take
             }
-            Verdict::Mixed => Visit::Descend,
+            Verdict::PartlyHidden => Visit::Descend,
         };
         if key != 0 {
             self.reuse.put(key, self.config.reuse_frames, visit);

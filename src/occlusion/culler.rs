@@ -1,5 +1,8 @@
-use super::{ShadowVolume, ViewWindow};
-use crate::math::{Aabb, Sphere};
+use super::ShadowVolume;
+use crate::{
+    math::{Aabb, Sphere},
+    view::ViewWindow,
+};
 
 /// How a volume lies to the shadows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -7,9 +10,9 @@ pub enum Verdict {
     /// Nothing of it can be seen through the window.
     Hidden,
     /// No part of it is hidden by these occluders: testing what is inside it is no use.
-    Lit,
+    Unoccluded,
     /// Neither is known.
-    Mixed,
+    PartlyHidden,
 }
 
 /// A verdict and what it took.
@@ -40,7 +43,7 @@ pub struct BuildCounts {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Soundness {
     /// Nothing visible is ever called hidden.
-    Sound,
+    Conservative,
     /// Visible things may be called hidden, for this reason. Kept for comparison, never a default.
     Unsound(&'static str),
 }
@@ -56,7 +59,7 @@ pub trait OcclusionCuller: Send + Sync {
 
     /// Whether its answers can be relied upon.
     fn soundness(&self) -> Soundness {
-        Soundness::Sound
+        Soundness::Conservative
     }
 
     /// Replaces what was built before. The occluders come best first and belong to `window`. Does not allocate once it

@@ -16,13 +16,14 @@
 //!   shows by less than half a pixel may be hidden.
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, ViewWindow, cone,
+    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, cone,
     raster::Raster,
     tree::{EyeBox, EyeSphere, Volume},
 };
 use crate::{
     math::{Aabb, Sphere},
     polygon::ConvexPolygon,
+    view::ViewWindow,
 };
 use glam::{DVec2, DVec3, Vec3};
 
@@ -255,20 +256,20 @@ impl DepthBuffer {
     }
 
     fn test<V: Volume>(&self, volume: &V, corners: &[DVec3; 8]) -> Tested {
-        let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Lit, steps: 0 } };
+        let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Unoccluded, steps: 0 } };
         let (near, far) = volume.reach(raster.forward);
         // The corners may be nearer than the volume: those of the box around a ball.
         let (nearest_corner, _) = cone::reach(raster.forward, corners);
         // A volume that reaches back to the eye's plane has no outline. NaN ends here, too.
         if !(nearest_corner.min(near) > self.nearest_sine * volume.size() && far.is_finite()) {
-            return Tested { verdict: Verdict::Mixed, steps: 0 };
+            return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         }
         self.test_outline_of(corners.iter().map(|corner| raster.project(*corner)), near, far)
     }
 
     /// [`OcclusionCuller::test_box`] for what lies between these points of the world.
     pub(super) fn test_points<I: Iterator<Item = Vec3>>(&self, points: impl Fn() -> I) -> Tested {
-        let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Lit, steps: 0 } };
+        let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Unoccluded, steps: 0 } };
         let from_eye = || points().map(|p| p.as_dvec3() - raster.eye_in_world);
         let (mut near, mut far, mut away) = (f64::INFINITY, 0.0f64, 0.0f64);
         for p in from_eye() {
@@ -278,7 +279,7 @@ impl DepthBuffer {
         // What reaches back to the eye's plane has no outline. NaN ends here, too.
         let has_outline = near > self.nearest_sine * away.sqrt() && away.is_finite();
         if !has_outline {
-            return Tested { verdict: Verdict::Mixed, steps: 0 };
+            return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         }
         let outline = from_eye().map(|p| raster.project(p));
         self.test_outline_of(outline, near, far)
@@ -286,7 +287,7 @@ impl DepthBuffer {
 
     /// Tests what projects to these pixels, between two distances along the view.
     fn test_outline_of(&self, outline: impl Iterator<Item = DVec2>, near: f64, far: f64) -> Tested {
-        let mixed = Tested { verdict: Verdict::Mixed, steps: 0 };
+        let mixed = Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for at in outline {
             low = low.min(at);
@@ -307,9 +308,9 @@ impl DepthBuffer {
 
     fn test_pixels(&self, x: [i32; 2], y: [i32; 2], nearest: f32, farthest: f32) -> Tested {
         let across = self.width / TILE_WIDTH;
-        let (mut steps, mut any_lit, mut any_shadow) = (0, false, false);
+        let (mut steps, mut any_unoccluded, mut any_shadow) = (0, false, false);
         if x[0] >= x[1] || y[0] >= y[1] {
-            return Tested { verdict: Verdict::Lit, steps };
+            return Tested { verdict: Verdict::Unoccluded, steps };
         }
         for block_row in y[0] / BLOCK[1]..(y[1] + BLOCK[1] - 1) / BLOCK[1] {
             let mut rows = [0u64; BLOCK[1] as usize];
@@ -323,14 +324,14 @@ impl DepthBuffer {
                 let asked = block_masks(rows);
                 let tile = &self.tiles[(block_row * across + tile_column) as usize];
                 let (lit, shadow) = tile.test(&asked, nearest, farthest);
-                any_lit |= lit;
+                any_unoccluded |= lit;
                 any_shadow |= shadow;
-                if any_lit && any_shadow {
-                    return Tested { verdict: Verdict::Mixed, steps };
+                if any_unoccluded && any_shadow {
+                    return Tested { verdict: Verdict::PartlyHidden, steps };
                 }
             }
         }
-        Tested { verdict: if any_lit { Verdict::Lit } else { Verdict::Hidden }, steps }
+        Tested { verdict: if any_unoccluded { Verdict::Unoccluded } else { Verdict::Hidden }, steps }
     }
 }
 
@@ -435,7 +436,7 @@ impl OcclusionCuller for DepthBuffer {
 
     fn soundness(&self) -> Soundness {
         match self.coverage {
-            Coverage::WholePixels => Soundness::Sound,
+            Coverage::WholePixels => Soundness::Conservative,
             Coverage::PixelCenters => Soundness::Unsound("what shows by less than half a pixel"),
         }
     }

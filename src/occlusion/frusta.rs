@@ -1,10 +1,13 @@
 use glam::DVec3;
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Tested, Verdict, ViewWindow,
+    BuildCounts, OcclusionCuller, ShadowVolume, Tested, Verdict,
     tree::{EyeBox, EyeSphere, Volume},
 };
-use crate::math::{Aabb, Sphere};
+use crate::{
+    math::{Aabb, Sphere},
+    view::ViewWindow,
+};
 
 /// Every shadow volume alone, one after the other.
 ///
@@ -28,7 +31,7 @@ impl ShadowFrusta {
 
     fn test<V: Volume>(&self, volume: &V) -> Tested {
         let slack = volume.slack();
-        let (mut steps, mut all_lit) = (0, true);
+        let (mut steps, mut all_unoccluded) = (0, true);
         for occluder in &self.occluders {
             let (mut inside, mut outside) = (true, false);
             let mut meet = |beyond: bool, before: bool| {
@@ -49,9 +52,9 @@ impl ShadowFrusta {
             if inside && !outside {
                 return Tested { verdict: Verdict::Hidden, steps };
             }
-            all_lit &= outside;
+            all_unoccluded &= outside;
         }
-        Tested { verdict: if all_lit { Verdict::Lit } else { Verdict::Mixed }, steps }
+        Tested { verdict: if all_unoccluded { Verdict::Unoccluded } else { Verdict::PartlyHidden }, steps }
     }
 }
 

@@ -36,12 +36,15 @@
 use glam::DVec3;
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Tested, ViewWindow,
+    BuildCounts, OcclusionCuller, ShadowVolume, Tested,
     cone::{self, Span},
     tolerance::{IMPLIED_SINE, RELEVANT_AREA_SR, RELEVANT_SINE},
     tree::{CapRule, Caps, Child, Link, MAX_DEPTH, ShadowTree, Side},
 };
-use crate::math::{Aabb, Sphere};
+use crate::{
+    math::{Aabb, Sphere},
+    view::ViewWindow,
+};
 
 /// What happens in a cell that an occluder covers when other occluders reach it too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,16 +6,19 @@
 //! * Planes are compared by their edges; an edge on the splitting plane counts as before it.
 //! * Rule 5: two planes are one only if their edges have bitwise the same ends.
 //! * A group united by rule 5 hides what lies beyond the caps of all its members, if caps are used at all.
-//! * A tree that outgrows its budget is lit where it is unfinished.
+//! * A tree that outgrows its budget is unoccluded where it is unfinished.
 
 use glam::DVec3;
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, ViewWindow,
+    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested,
     cone::Span,
     tree::{CapRule, Caps, Child, Link, MAX_DEPTH, ShadowTree, Side},
 };
-use crate::math::{Aabb, Sphere};
+use crate::{
+    math::{Aabb, Sphere},
+    view::ViewWindow,
+};
 
 /// An end of an edge counts as behind a splitting plane beyond this sine. Larger: neighbours that share a corner are
 /// sorted more cleanly, and more planes are lost.

@@ -1,5 +1,8 @@
-use super::{BuildCounts, OcclusionCuller, ShadowVolume, Tested, Verdict, ViewWindow};
-use crate::math::{Aabb, Sphere};
+use super::{BuildCounts, OcclusionCuller, ShadowVolume, Tested, Verdict};
+use crate::{
+    math::{Aabb, Sphere},
+    view::ViewWindow,
+};
 
 /// Hides nothing.
 #[derive(Clone, Copy, Debug, Default)]
@@ -15,10 +18,10 @@ impl OcclusionCuller for NoOcclusion {
     }
 
     fn test_box(&self, _: &Aabb) -> Tested {
-        Tested { verdict: Verdict::Lit, steps: 0 }
+        Tested { verdict: Verdict::Unoccluded, steps: 0 }
     }
 
     fn test_sphere(&self, _: &Sphere) -> Tested {
-        Tested { verdict: Verdict::Lit, steps: 0 }
+        Tested { verdict: Verdict::Unoccluded, steps: 0 }
     }
 }

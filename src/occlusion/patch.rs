@@ -1,7 +1,10 @@
 use glam::{DVec2, DVec3, Vec3};
 
-use super::{MAX_SIDES, ShadowVolume, ViewWindow, hull::Hull};
-use crate::polygon::{ConvexPolygon, Geometry, PolygonId};
+use super::{MAX_SIDES, ShadowVolume, hull::Hull};
+use crate::{
+    polygon::{ConvexPolygon, Geometry, PolygonId},
+    view::ViewWindow,
+};
 
 /// Most polygons of a patch. Larger: fewer, larger occluders from smooth strokes and fine meshes; more work for each.
 pub(super) const MAX_PATCH: usize = 24;

@@ -1,12 +1,12 @@
 use glam::{DVec2, DVec3};
 
-use super::ViewWindow;
+use crate::view::ViewWindow;
 
 /// From the eye's space to pixels.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Raster {
-    pub(super) eye_in_world: DVec3,
-    pub(super) forward: DVec3,
+pub(crate) struct Raster {
+    pub(crate) eye_in_world: DVec3,
+    pub(crate) forward: DVec3,
     right: DVec3,
     up: DVec3,
     corner: DVec2,
@@ -16,7 +16,7 @@ pub(super) struct Raster {
 }
 
 impl Raster {
-    pub(super) fn new(window: &ViewWindow, width: f64, height: f64) -> Self {
+    pub(crate) fn new(window: &ViewWindow, width: f64, height: f64) -> Self {
         let forward = window.forward();
         let flat = window.corners().map(|c| c / c.dot(forward) - forward);
         let right = (flat[1] - flat[0]).normalize_or(forward.any_orthonormal_vector());
@@ -38,29 +38,29 @@ impl Raster {
     }
 
     /// Where a point before the eye lies, pixels.
-    pub(super) fn project(&self, p: DVec3) -> DVec2 {
+    pub(crate) fn project(&self, p: DVec3) -> DVec2 {
         let flat = DVec2::new(self.right.dot(p), self.up.dot(p)) / self.forward.dot(p);
         (flat - self.corner) * self.pixels_a_unit
     }
 
     /// The largest tangent, of the angle to the direction of view, of the window's borders.
-    pub(super) fn largest_tangent(&self) -> f64 {
+    pub(crate) fn largest_tangent(&self) -> f64 {
         self.corner.abs().max(self.far_corner.abs()).max_element()
     }
 
     /// Pixels of one unit at distance 1 before the eye, across and up.
-    pub(super) fn pixels_a_unit(&self) -> DVec2 {
+    pub(crate) fn pixels_a_unit(&self) -> DVec2 {
         self.pixels_a_unit
     }
 
     /// Pixels of a square of one unit at distance 1 before the eye.
-    pub(super) fn pixels_of_unit_square(&self) -> f64 {
+    pub(crate) fn pixels_of_unit_square(&self) -> f64 {
         self.pixels_a_unit.x * self.pixels_a_unit.y
     }
 
     /// A plane through the eye as a function of pixels: `f[0] x + f[1] y + f[2]` has the sign of, and for a cap the
     /// ratio to, `normal . x` for the direction x of that pixel (at distance 1 before the eye).
-    pub(super) fn in_pixels(&self, normal: DVec3) -> [f64; 3] {
+    pub(crate) fn in_pixels(&self, normal: DVec3) -> [f64; 3] {
         let by_x = normal.dot(self.right) / self.pixels_a_unit.x;
         let by_y = normal.dot(self.up) / self.pixels_a_unit.y;
         let corner = self.forward + self.right * self.corner.x + self.up * self.corner.y;

@@ -1,7 +1,7 @@
 use glam::{DVec3, Vec3};
 
-use super::{OccluderPool, ShadowVolume, ViewWindow, patch::MAX_PATCH};
-use crate::polygon::Geometry;
+use super::{OccluderPool, ShadowVolume, patch::MAX_PATCH};
+use crate::{polygon::Geometry, view::ViewWindow};
 
 /// An occluder inside one of this many better ones is left out. More: fewer useless occluders, more tests.
 const COVERED_BY_FIRST: usize = 8;

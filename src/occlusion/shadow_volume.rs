@@ -1,10 +1,8 @@
 use glam::{DVec3, Vec3};
 use thiserror::Error;
 
-use super::{
-    EDGE_ON_SINE, END_ON_SINE, ViewWindow,
-    cone::{self, triangle_solid_angle_sr},
-};
+use super::{EDGE_ON_SINE, END_ON_SINE, cone};
+use crate::{math::triangle_solid_angle_sr, view::ViewWindow};
 
 /// Most sides that a shadow volume has. A polygon may have one corner less: the near plane can add one.
 pub const MAX_SIDES: usize = 8;

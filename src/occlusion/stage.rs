@@ -1,11 +1,12 @@
 use super::{
     BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
-    PoolConfig, ReuseTable, SelectConfig, SelectCounts, Selector, ViewWindow,
+    PoolConfig, ReuseTable, SelectConfig, SelectCounts, Selector,
 };
 use crate::{
     index::{DrawList, SpatialIndex, WorkCounts},
     math::Frustum,
     polygon::{Change, Geometry},
+    view::ViewWindow,
 };
 
 /// Settings of [`OcclusionStage`].

@@ -5,19 +5,22 @@
 //! # Differences from the paper
 //! * Polygons are inserted front to back by the nearest corner, not by a BSP tree of the scene. Where two overlap in
 //!   depth the order is not exact; nothing relies on it, because every shadowed leaf carries its occluder's cap.
-//! * A piece of a polygon that reaches a lit leaf raises the whole polygon's planes there, except those that the cell
+//! * A piece of a polygon that reaches an unoccluded leaf raises the whole polygon's planes there, except those that the cell
 //!   already lies before, instead of the piece's own: a plane that is missing by a rounding error would hide what is
 //!   visible.
 
 use glam::DVec3;
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Tested, ViewWindow,
+    BuildCounts, OcclusionCuller, ShadowVolume, Tested,
     cone::{self, Span},
     tolerance::{IMPLIED_SINE, RELEVANT_AREA_SR, RELEVANT_SINE},
     tree::{CapRule, Caps, Child, Link, MAX_DEPTH, ShadowTree, Side},
 };
-use crate::math::{Aabb, Sphere};
+use crate::{
+    math::{Aabb, Sphere},
+    view::ViewWindow,
+};
 
 /// A polygon's piece on its way down the tree.
 #[derive(Clone, Copy, Debug)]
@@ -98,7 +101,7 @@ impl Svbsp {
         }
     }
 
-    /// Replaces a lit leaf by the planes of an occluder that reaches its cell.
+    /// Replaces an unoccluded leaf by the planes of an occluder that reaches its cell.
     fn raise(&mut self, mut task: Task, occluder: &ShadowVolume) {
         for &normal in occluder.sides() {
             let (low, high) = cone::reach(normal, &self.points[task.cell.range()]);

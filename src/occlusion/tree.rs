@@ -8,14 +8,14 @@ use crate::math::{Aabb, Sphere};
 /// Longest way from the top to a leaf; a cell that would lie deeper is not divided further. Bounds the query's stack.
 pub(super) const MAX_DEPTH: u32 = 256;
 
-/// A child of a node: another node, a lit leaf, or a leaf in the shadow of a list of caps.
+/// A child of a node: another node, an unoccluded leaf, or a leaf in the shadow of a list of caps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
 
-    /// The lit leaf.
+    /// The unoccluded leaf.
     pub(super) const OUT: Self = Self(Self::LEAF | NO_CAP);
 
     pub(super) fn node(i: u32) -> Self {
@@ -138,7 +138,7 @@ impl ShadowTree {
         }
     }
 
-    /// Appends a node with lit children and hangs it at `link`, at this depth (the top has 1).
+    /// Appends a node with unoccluded children and hangs it at `link`, at this depth (the top has 1).
     pub(super) fn push(&mut self, link: Link, normal: DVec3, depth: u32) -> u32 {
         let i = self.nodes.len() as u32;
         self.nodes.push(Node { normal, front: Child::OUT, back: Child::OUT });
@@ -176,14 +176,16 @@ impl ShadowTree {
     /// it meets only leaves that the box really reaches.
     pub(super) fn test_outline(&self, bounds: &Aabb) -> Tested {
         let volume = EyeBox::new(bounds, self.eye_in_world);
-        let Some(outline) = volume.outline() else { return Tested { verdict: Verdict::Mixed, steps: 0 } };
-        let mut query = Query { volume: &volume, met_lit: false, met_shadow: false, steps: 0 };
+        let Some(outline) = volume.outline() else {
+            return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
+        };
+        let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
         self.descend_outline(self.top, &outline, &mut query);
         query.answer()
     }
 
     fn test<V: Volume>(&self, volume: &V) -> Tested {
-        let mut query = Query { volume, met_lit: false, met_shadow: false, steps: 0 };
+        let mut query = Query { volume, met_unoccluded: false, met_shadow: false, steps: 0 };
         self.descend(self.top, &mut query);
         query.answer()
     }
@@ -237,7 +239,7 @@ impl ShadowTree {
 
     fn meet_leaf<V: Volume>(&self, caps: Caps, query: &mut Query<'_, V>) {
         if caps == Caps::NONE {
-            query.met_lit = true;
+            query.met_unoccluded = true;
             return;
         }
         let slack = query.volume.slack();
@@ -265,27 +267,27 @@ impl ShadowTree {
             CapRule::Ignore => (true, false),
         };
         query.met_shadow |= shadow || !lit;
-        query.met_lit |= lit || !shadow;
+        query.met_unoccluded |= lit || !shadow;
     }
 }
 
 struct Query<'a, V> {
     volume: &'a V,
-    met_lit: bool,
+    met_unoccluded: bool,
     met_shadow: bool,
     steps: u32,
 }
 
 impl<V> Query<'_, V> {
     fn is_decided(&self) -> bool {
-        self.met_lit && self.met_shadow
+        self.met_unoccluded && self.met_shadow
     }
 
     fn answer(&self) -> Tested {
-        let verdict = match (self.met_shadow, self.met_lit) {
+        let verdict = match (self.met_shadow, self.met_unoccluded) {
             (true, false) => Verdict::Hidden,
-            (false, true) => Verdict::Lit,
-            _ => Verdict::Mixed,
+            (false, true) => Verdict::Unoccluded,
+            _ => Verdict::PartlyHidden,
         };
         Tested { verdict, steps: self.steps }
     }

@@ -20,7 +20,7 @@ impl ConvexPolygon {
         Self { corners: [a, b, c, c], count: 3 }
     }
 
-    /// A quad that the caller knows to be flat and convex; see [`split_into_convex`](crate::stroke::split_into_convex) otherwise.
+    /// A quad that the caller knows to be flat and convex; `stroke::split_into_convex` makes such of any outline.
     pub fn quad(corners: [Vec3; 4]) -> Self {
         Self { corners, count: 4 }
     }

@@ -1,5 +1,5 @@
 /// A polygon's number, chosen by the caller: below [`PolygonId::LIMIT`], one polygon a number. Small numbers without gaps
-/// cost least, because several structures keep an array by number. In a [`Scene`](crate::scene::Scene) it is the order of
+/// cost least, because several structures keep an array by number. In a `Scene` it is the order of
 /// arrival.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(transparent)]

@@ -3,6 +3,8 @@
 //!
 //! A recording is text, one RON value a line: a [`Header`], then events. A session that is being drawn is appended
 //! line by line, so a crash loses at most the line being written.
+//!
+//! Knows [`math`](crate::math) only.
 
 mod error;
 mod event;

@@ -2,8 +2,10 @@ use std::fs::{File, OpenOptions as FileOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use super::ron_line::{MAX_LINE_BYTES, is_blank, parse_event};
-use super::{Header, OpenOptions, RecordingError, RonReader};
+use super::{
+    Header, OpenOptions, RecordingError, RonReader,
+    ron_line::{MAX_LINE_BYTES, is_blank, parse_event},
+};
 
 /// The file under a [`RonWriter`](super::RonWriter), compressed if its name ends in `.zst`.
 #[derive(Debug)]

@@ -1,10 +1,10 @@
 use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
-use super::ron_line::{
-    BadEvent, HEADER_EXPECTED, MAX_LINE_BYTES, excerpt, is_blank, parse_event, parse_header,
+use super::{
+    Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError,
+    ron_line::{BadEvent, HEADER_EXPECTED, MAX_LINE_BYTES, excerpt, is_blank, parse_event, parse_header},
 };
-use super::{Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError};
 
 /// Reads a recording line by line. One line is in memory at a time.
 ///

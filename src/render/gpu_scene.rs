@@ -3,8 +3,10 @@ use super::{
     order::BLOCK,
     record::{PolygonRecord, is_transparent},
 };
-use crate::polygon::{Change, PolygonId};
-use crate::scene::Scene;
+use crate::{
+    polygon::{Change, PolygonId},
+    scene::Scene,
+};
 
 /// Chunks that are bound at once; with the draw list they fill the eight storage buffers that every adapter has.
 pub(super) const CHUNKS_A_PAGE: usize = 7;

@@ -5,7 +5,7 @@ use super::{
     Gpu, shaders,
     target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
 };
-use crate::{math::Aabb, visibility::View};
+use crate::{math::Aabb, view::View};
 
 /// Whether the model hides a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

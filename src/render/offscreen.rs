@@ -1,14 +1,14 @@
 use std::sync::Arc;
 
 use super::{
-    DrawnCounts, DrawnOcclusion, Gpu, GpuTimer, Image, Layer, PassTimes, PyramidLevel, RenderError, Renderer,
+    DrawnCounts, Gpu, GpuOcclusion, GpuTimer, Image, Layer, PassTimes, PyramidLevel, RenderError, Renderer,
     RendererConfig, Target, ViewSlot,
 };
 use crate::{
-    metrics::{Stage, StageClock},
+    frame::{Stage, StageClock},
     polygon::{Change, PolygonId},
     scene::Scene,
-    visibility::View,
+    view::View,
 };
 
 /// What drawing a frame took.
@@ -78,7 +78,7 @@ impl Offscreen {
     ///
     /// # Errors
     /// The adapter lacks what that needs.
-    pub fn set_occlusion(&mut self, occlusion: DrawnOcclusion) -> Result<(), RenderError> {
+    pub fn set_occlusion(&mut self, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.renderer.set_occlusion(&mut self.slot, occlusion)
     }
 

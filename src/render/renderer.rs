@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use super::{
-    Blend, DrawnOcclusion, Gpu, GpuTimer, PyramidLevel, RenderError, Run, Target, ViewSlot,
+    Blend, Gpu, GpuOcclusion, GpuTimer, PyramidLevel, RenderError, Run, Target, ViewSlot,
     draw_switch::DrawSwitch,
     gpu_scene::GpuScene,
     hzb::{Frame, Hzb, HzbConfig, HzbView},
@@ -13,7 +13,7 @@ use super::{
 use crate::{
     polygon::{Change, PolygonId},
     scene::Scene,
-    visibility::View,
+    view::View,
 };
 
 /// Styles that a frame can use.
@@ -138,20 +138,16 @@ impl Renderer {
     ///
     /// # Errors
     /// The adapter lacks what that needs; the view is drawn as before.
-    pub fn set_occlusion(
-        &mut self,
-        slot: &mut ViewSlot,
-        occlusion: DrawnOcclusion,
-    ) -> Result<(), RenderError> {
+    pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         slot.switch = None;
-        if occlusion == DrawnOcclusion::None {
+        if occlusion == GpuOcclusion::None {
             slot.hzb = None;
             return Ok(());
         }
         if self.hzb.is_none() {
             let mut hzb = match Hzb::new(&self.gpu) {
                 // Then drawing all is the fastest way that there is.
-                Err(_) if occlusion == DrawnOcclusion::Auto => {
+                Err(_) if occlusion == GpuOcclusion::Auto => {
                     slot.hzb = None;
                     slot.switch = Some(DrawSwitch::default());
                     return Ok(());
@@ -162,9 +158,9 @@ impl Renderer {
             self.hzb = Some(hzb);
         }
         let occlusion = match occlusion {
-            DrawnOcclusion::Auto => {
+            GpuOcclusion::Auto => {
                 slot.switch = Some(DrawSwitch::default());
-                DrawnOcclusion::Hzb(HzbConfig::default())
+                GpuOcclusion::Hzb(HzbConfig::default())
             }
             occlusion => occlusion,
         };

@@ -1,10 +1,10 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    DrawOrder, DrawnCounts, DrawnOcclusion, Gpu, Style, draw_switch::DrawSwitch, hzb::HzbView,
-    order::Listing, renderer::MAX_STYLES,
+    DrawOrder, DrawnCounts, Gpu, GpuOcclusion, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
+    renderer::MAX_STYLES,
 };
-use crate::visibility::View;
+use crate::view::View;
 
 /// What a frame sends for one view: the view itself and the numbers of its polygons. One for each screen and eye.
 #[derive(Debug)]
@@ -72,16 +72,16 @@ impl ViewSlot {
     }
 
     /// How this view finds while drawing what is hidden.
-    pub fn occlusion(&self) -> DrawnOcclusion {
+    pub fn occlusion(&self) -> GpuOcclusion {
         match (&self.switch, &self.hzb) {
-            (Some(_), _) => DrawnOcclusion::Auto,
+            (Some(_), _) => GpuOcclusion::Auto,
             (None, Some(view)) => view.occlusion(),
-            (None, None) => DrawnOcclusion::None,
+            (None, None) => GpuOcclusion::None,
         }
     }
 
     /// Takes what a frame of this view took, at once or some frames later, and whether it was one that looked for what is
-    /// hidden: by it [`DrawnOcclusion::Auto`] decides.
+    /// hidden: by it [`GpuOcclusion::Auto`] decides.
     pub fn note_time(&mut self, culled: bool, ns: u64) {
         if let Some(switch) = &mut self.switch {
             switch.note(culled, ns);

@@ -1,7 +1,7 @@
 //! The model: polygons with stable ids, strokes, groups with transforms; erase, move, undo and redo.
 //!
 //! [`Scene::apply`] takes one event, [`Scene::apply_all`] those of a frame, and says what changed as a list of
-//! [`Change`]s; an index follows them. A polygon's id is its number in order of arrival and is never used twice.
+//! [`Change`](crate::polygon::Change)s; an index follows them. A polygon's id is its number in order of arrival and is never used twice.
 //!
 //! # Spaces
 //! A stroke's points are in the space of its group, which is the world's while it is in none: who takes it into a group
@@ -13,6 +13,8 @@
 //! [Undo](Scene::UNDO_DEPTH) reaches a thousand edits back, everywhere the same, because it is part of what a recording
 //! means. A stroke that was erased before that, or taken back and then drawn over, is gone: what an event says of it is
 //! ignored, its number stays used, and [`Scene::let_go`] frees what it held.
+//!
+//! Knows [`recording`](crate::recording), [`stroke`](crate::stroke) and [`polygon`](crate::polygon).
 
 mod edit;
 mod editing;

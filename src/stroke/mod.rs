@@ -2,6 +2,8 @@
 //!
 //! Every builder takes samples as they come and appends finished [`ConvexPolygon`]s; what is degenerate is dropped
 //! and counted in [`Drops`], never passed on.
+//!
+//! Knows [`recording`](crate::recording) and [`polygon`](crate::polygon).
 
 mod frame;
 mod polygon;

@@ -2,13 +2,15 @@
 
 use std::{error::Error, fs, io, path::PathBuf};
 
-use osp::{
-    recording::RecordingError,
-    report::{ChartError, PinError, Pins},
-    visibility::{Rig, RigError, pvs::PvsError},
-};
-
 use crate::{osp, session_text, stderr, stdout, temp, write_session};
+use osp::{
+    lab::{
+        pvs::PvsError,
+        report::{ChartError, PinError, Pins},
+    },
+    recording::RecordingError,
+    view::{Rig, RigError},
+};
 
 /// Texts of an error and of its causes.
 fn chain(error: &(dyn Error + 'static)) -> Vec<String> {

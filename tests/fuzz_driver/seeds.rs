@@ -2,17 +2,16 @@
 
 use std::{fs, path::Path};
 
-use osp::{
-    glam::{UVec3, Vec3},
-    recording::{Flush, Header, RonWriter},
-    visibility::pvs::{GROUP, Pvs, ViewCells},
-};
-use zip::CompressionMethod;
-
 use crate::{
     files::{METADATA, OBJ, POSES, gzip, small_apa, small_cassie, small_sketch, small_tilt},
     fuzzing::read_bytes::{FORMATS, Packing},
 };
+use osp::{
+    glam::{UVec3, Vec3},
+    lab::pvs::{GROUP, Pvs, ViewCells},
+    recording::{Flush, Header, RonWriter},
+};
+use zip::CompressionMethod;
 
 /// The beginnings of the shipped recordings, a synthetic session, and small files of every foreign format.
 pub fn recordings() -> Vec<Vec<u8>> {

@@ -1,13 +1,13 @@
 //! Words and numbers of the command line, and the pace that they set: every event comes once, in its order, in a number
 //! of frames that the events bound.
 
-use osp::{
-    index::IndexKind,
-    recording::{Event, Pace, Pacer, SynthKind},
-    visibility::{OcclusionChoice, Rig},
-};
-
 use super::input::{self, Input, below};
+use osp::{
+    frame::OcclusionChoice,
+    recording::{Event, Pace, Pacer, SynthKind},
+    rivals::IndexKind,
+    view::Rig,
+};
 
 /// No frame of a replay is empty for longer than a pause may be.
 const MOST_FRAMES_AN_EVENT: usize = 200;

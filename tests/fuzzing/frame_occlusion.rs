@@ -1,18 +1,19 @@
 //! Convex polygons and views: no sound method leaves out a polygon of which the oracle sees something, or draws one
 //! twice or one that is not there.
 
+use super::input::{self, Input, below, chance, signed, unit};
 use osp::{
+    frame::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, StageClock},
     glam::{DVec3, Vec2, Vec3},
-    index::{IndexConfig, IndexKind},
-    metrics::StageClock,
-    occlusion::{CullerKind, ViewWindow, oracle::OracleConfig},
+    index::IndexConfig,
+    lab::{oracle::OracleConfig, verify::visible_polygons},
+    occlusion::CullerKind,
     polygon::PolygonId,
     recording::{Event, StrokeId},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, View, verify::visible_polygons},
+    view::{View, ViewWindow},
 };
-
-use super::input::{self, Input, below, chance, signed, unit};
 
 const MOST_FRAMES: usize = 4;
 const MOST_POLYGONS: usize = 120;
@@ -80,7 +81,7 @@ fn inner_window(view: &View) -> Option<ViewWindow> {
     let corners = view.corner_directions().map(|corner| corner.as_dvec3());
     let middle = corners.iter().sum::<DVec3>() * 0.25;
     let corners = corners.map(|corner| middle + (corner - middle) * (1.0 - LESS));
-    let near_m = f64::from(view.projection.near_m) * (1.0 + 2.0 * osp::visibility::WINDOW_MARGIN);
+    let near_m = f64::from(view.projection.near_m) * (1.0 + 2.0 * osp::view::WINDOW_MARGIN);
     ViewWindow::new(view.eye_in_world.as_dvec3(), view.forward_in_world().as_dvec3(), corners, near_m)
 }
 

@@ -5,7 +5,7 @@ use osp::{
     glam::{Quat, Vec3},
     math::{Aabb, COORDINATE_LIMIT_M},
     recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform},
-    visibility::{Projection, View},
+    view::{Projection, View},
 };
 
 pub type Input<'a> = Unstructured<'a>;

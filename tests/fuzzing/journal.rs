@@ -3,12 +3,11 @@
 
 use std::{fs, path::Path};
 
-use osp::recording::{Event, Flush, Header, OpenOptions, RecordingError, RonWriter, open};
-
 use super::{
     input::{self, Input, below, chance},
     scratch,
 };
+use osp::recording::{Event, Flush, Header, OpenOptions, RecordingError, RonWriter, open};
 
 const STRICT: OpenOptions = OpenOptions::STRICT;
 const LENIENT: OpenOptions = OpenOptions::LENIENT;

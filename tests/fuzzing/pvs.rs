@@ -2,19 +2,18 @@
 
 use std::{fs, sync::LazyLock};
 
-use osp::{
-    glam::Vec3,
-    index::DrawList,
-    polygon::PolygonId,
-    recording::{SynthKind, synthesize},
-    scene::Scene,
-    visibility::pvs::{Pvs, PvsError, fingerprint_of_model},
-};
-
 use super::{
     input::{Input, below},
     memory::peak_of,
     scratch,
+};
+use osp::{
+    glam::Vec3,
+    index::DrawList,
+    lab::pvs::{Pvs, PvsError, fingerprint_of_model},
+    polygon::PolygonId,
+    recording::{SynthKind, synthesize},
+    scene::Scene,
 };
 
 /// The sets themselves grow with the file; beyond that, buffers.

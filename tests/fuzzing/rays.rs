@@ -1,14 +1,14 @@
 //! Boxes and rays: the slab test misses no box that the ray passes through, and every index answers as the plainest
 //! code does.
 
+use super::input::{self, Input, below, chance};
 use osp::{
     glam::Vec3,
-    index::{IndexConfig, IndexKind},
+    index::IndexConfig,
     math::{Aabb, Ray},
     polygon::PolygonId,
+    rivals::IndexKind,
 };
-
-use super::input::{self, Input, below, chance};
 
 pub fn run(data: &[u8]) {
     let mut u = Input::new(data);

@@ -7,12 +7,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use super::{memory::peak_of, scratch};
 use osp::recording::{
     Event, EventSource as _, Flush, Header, Notes, OpenOptions, RecordingError, RonReader, RonWriter, open,
 };
 use zip::{CompressionMethod, write::SimpleFileOptions};
-
-use super::{memory::peak_of, scratch};
 
 /// What a file is called, and how the bytes of a target get into it. The first byte of the input is a place in this list.
 pub const FORMATS: &[(&str, Packing)] = &[

@@ -1,17 +1,17 @@
 //! Any session, frame by frame: the scene keeps its books, and every index finds in every frame what the plainest code
 //! finds.
 
+use super::input::{self, Input, below};
 use osp::{
-    index::{IndexConfig, IndexKind, SpatialIndex},
+    frame::{Pipeline, StageClock},
+    index::{IndexConfig, SpatialIndex},
     math::{Ray, Sphere},
-    metrics::StageClock,
     polygon::{Change, PolygonId},
     recording::Event,
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{Pipeline, View},
+    view::View,
 };
-
-use super::input::{self, Input, below};
 
 /// Enough for every structure to split; a frame compares all of them.
 const MOST_POLYGONS: usize = 1500;

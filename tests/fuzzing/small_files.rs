@@ -1,12 +1,11 @@
 //! Pinned fingerprints and rigs of screens: refused with a message, or read and written again the same.
 
+use super::scratch;
 use osp::{
     glam::Quat,
-    report::{PinError, Pins},
-    visibility::{Rig, RigError, Stereo},
+    lab::report::{PinError, Pins},
+    view::{Rig, RigError, Stereo},
 };
-
-use super::scratch;
 
 /// The first byte says which: even pins, odd a rig.
 pub fn run(data: &[u8]) {

@@ -3,12 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
-use osp::recording::Event;
-use zip::CompressionMethod;
-
 use crate::files::{
     METADATA, OBJ, POSES, gzip, read, small_apa, small_cassie, small_sketch, small_tilt, write,
 };
+use osp::recording::Event;
+use zip::CompressionMethod;
 
 /// Files of every format: name and bytes.
 fn every_format() -> Vec<(&'static str, Vec<u8>)> {

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use osp::recording::{Limits, OpenOptions, RecordingError, open};
-use zip::CompressionMethod;
-
 use crate::files::{
     OBJ, POSES, gzip, raw_points, sketch, sketch_stroke, small_apa, small_tilt, tilt, write, write_cassie,
 };
+use osp::recording::{Limits, OpenOptions, RecordingError, open};
+use zip::CompressionMethod;
 
 /// Events, the error that ended them, and the warnings.
 fn read(path: &Path, lenient: bool, limits: Limits) -> (usize, Option<RecordingError>, Vec<String>) {

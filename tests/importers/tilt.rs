@@ -1,12 +1,11 @@
 //! `.tilt`: containers, axes, units, masks, camera.
 
-use glam::{Quat, Vec3};
-use osp::recording::{Event, NormalRule, OpenOptions, StrokeId, Tool, open};
-use zip::CompressionMethod;
-
 use crate::files::{
     Bytes, METADATA, count, raw_points, read, read_sound, sketch, sketch_stroke, small_sketch, tilt, write,
 };
+use glam::{Quat, Vec3};
+use osp::recording::{Event, NormalRule, OpenOptions, StrokeId, Tool, open};
+use zip::CompressionMethod;
 
 #[test]
 fn a_stroke_comes_out_in_metres_and_our_axes() {

@@ -1,18 +1,17 @@
 //! Indexes that grow, shrink, are emptied and grow again, far beyond what the small scenes reach: at every step valid, and
 //! with the reference's answers.
 
-use glam::Vec3;
-use osp::{
-    index::{IndexConfig, IndexError, SpatialIndex},
-    math::{Aabb, Frustum},
-    polygon::PolygonId,
-};
-
 use super::{
     Pair,
     boxes::Rng,
     scenes::{around, frusta, scattered},
     subjects::subjects,
+};
+use glam::Vec3;
+use osp::{
+    index::{IndexConfig, IndexError, SpatialIndex},
+    math::{Aabb, Frustum},
+    polygon::PolygonId,
 };
 
 fn for_every_index(frusta_of: &[Aabb], mut test: impl FnMut(&mut Pair<'_>)) {

@@ -14,9 +14,10 @@ mod subjects;
 use check::{BruteForceTwin, check};
 use glam::Vec3;
 use osp::{
-    index::{IndexConfig, IndexError, IndexKind, SpatialIndex},
+    index::{IndexConfig, IndexError, SpatialIndex},
     math::{Aabb, Frustum},
     polygon::PolygonId,
+    rivals::IndexKind,
 };
 use scenes::{TestScene, frusta, scenes};
 use subjects::{Subject, subjects};

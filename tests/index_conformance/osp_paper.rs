@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 use osp::{
-    index::{OspGrid, OspPaper, SpatialIndex},
+    index::SpatialIndex,
     math::Aabb,
     polygon::PolygonId,
+    rivals::{OspGrid, OspPaper},
 };
 use proptest::{collection::vec, prelude::*};
 

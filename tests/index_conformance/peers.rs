@@ -1,15 +1,11 @@
 //! Other crates' trees, as they are compared: a session that grows, loses and moves polygons.
 
-use osp::{
-    index::{IndexConfig, PeerKind},
-    math::Aabb,
-};
-
 use super::{
     Pair,
     boxes::{Place, drawn, root, shuffled, views},
     subjects::Subject,
 };
+use osp::{index::IndexConfig, math::Aabb, rivals::PeerKind};
 
 #[test]
 fn they_answer_what_brute_force_does() {

@@ -1,5 +1,11 @@
 //! A random sequence of changes, each applied to every index and to the reference.
 
+use super::{
+    boxes::Rng,
+    check::{BruteForceTwin, check},
+    scenes::random_frustum,
+    subjects::{Subject, subjects},
+};
 use glam::Vec3;
 use osp::{
     index::{IndexConfig, SpatialIndex},
@@ -7,13 +13,6 @@ use osp::{
     polygon::PolygonId,
 };
 use proptest::{collection::vec, prelude::*};
-
-use super::{
-    boxes::Rng,
-    check::{BruteForceTwin, check},
-    scenes::random_frustum,
-    subjects::{Subject, subjects},
-};
 
 /// Ids are drawn from few, so that duplicates and unknown ones happen.
 const IDS: u32 = 40;

@@ -1,10 +1,13 @@
 //! What is tested: every index as it is used, and some made so that small scenes reach all of their code.
 
-use osp::index::{
-    Bsp, BspConfig, BvhTwoLevel, HlbvhConfig, IndexConfig, IndexKind, KdTreeConfig, LbvhConfig, LooseOctree,
-    LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeConfig, OspGrid, OspPaper, QuadtreeConfig,
-    SahConfig, SpatialIndex, SweepSahConfig, TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah,
-    bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_rebuild, quadtree,
+use osp::{
+    index::{IndexConfig, SpatialIndex},
+    rivals::{
+        Bsp, BspConfig, BvhTwoLevel, HlbvhConfig, IndexKind, KdTreeConfig, LbvhConfig, LooseOctree,
+        LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeConfig, OspGrid, OspPaper, QuadtreeConfig,
+        SahConfig, SweepSahConfig, TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh,
+        kd_tree, lbvh, octree_rebuild, quadtree,
+    },
 };
 
 type Make = Box<dyn Fn(&IndexConfig) -> Box<dyn SpatialIndex>>;

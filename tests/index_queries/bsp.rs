@@ -2,17 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use crate::boxes::{Place, Rng, root, views};
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, Bsp, BspConfig, DrawList, IndexConfig, SpatialIndex},
+    index::{BruteForce, DrawList, IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
-    polygon::ConvexPolygon,
-    polygon::PolygonId,
+    polygon::{ConvexPolygon, PolygonId},
     recording::{SynthKind, synthesize},
+    rivals::{Bsp, BspConfig},
     scene::Scene,
 };
-
-use crate::boxes::{Place, Rng, root, views};
 
 fn built(polygons: &[ConvexPolygon]) -> Bsp {
     let config = IndexConfig { root: root(), capacity: polygons.len() };

@@ -1,14 +1,14 @@
 //! Rays that run along faces, edges and corners of boxes, flat boxes, and directions that `f32` can hardly hold: every
 //! index finds every box that the ray enters.
 
+use super::boxes::{Rng, root};
 use glam::{DVec3, Vec3};
 use osp::{
-    index::{IndexConfig, IndexKind, SpatialIndex},
+    index::{IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
     polygon::PolygonId,
+    rivals::IndexKind,
 };
-
-use super::boxes::{Rng, root};
 
 /// Boxes on a grid of eighths of a metre, so that faces and edges of many lie in one plane; many of them flat. Some far
 /// out, huge or tiny.

@@ -5,12 +5,11 @@ use std::{
     cell::Cell,
 };
 
+use crate::random::{FAMILIES, Random, Scene, volume};
 use osp::occlusion::{
     CullerKind, OcclusionCuller,
     msvbsp::{Msvbsp, MsvbspConfig},
 };
-
-use crate::random::{FAMILIES, Random, Scene, volume};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };

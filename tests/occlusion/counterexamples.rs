@@ -1,14 +1,14 @@
 //! Small scenes in which the paper's rules hide what is visible, and what a culler must not hide in general.
 
-use glam::{DVec3, Vec3};
-use osp::{
-    math::{Aabb, Sphere},
-    occlusion::{CullerKind, NotAnOccluder, OcclusionCuller, ShadowVolume, Soundness, Verdict, ViewWindow},
-};
-
 use crate::{
     judge::{is_blocked, is_in_window},
     random::{Polygon, Random, window},
+};
+use glam::{DVec3, Vec3};
+use osp::{
+    math::{Aabb, Sphere},
+    occlusion::{CullerKind, NotAnOccluder, OcclusionCuller, ShadowVolume, Soundness, Verdict},
+    view::ViewWindow,
 };
 
 /// From the origin along +z; the window reaches from -2 to 2 at distance 1.
@@ -62,7 +62,7 @@ fn assert_only_the_paper_is_wrong(window: &ViewWindow, polygons: &[Polygon], pap
         let mut culler = kind.create(16);
         let wrong = wrongly_hidden_per_mille(&mut *culler, window, polygons, 6.0);
         match culler.soundness() {
-            Soundness::Sound => assert_eq!(wrong, 0, "{}", culler.name()),
+            Soundness::Conservative => assert_eq!(wrong, 0, "{}", culler.name()),
             Soundness::Unsound(_) if *kind != CullerKind::DepthCenters => {
                 assert!(wrong >= paper_at_least_per_mille, "{}: {wrong}", culler.name());
             }
@@ -100,7 +100,7 @@ fn rule_5_uniting_groups_is_no_worse_than_rule_2() {
     for kind in CullerKind::ALL {
         let mut culler = kind.create(16);
         let wrong = wrongly_hidden_per_mille(&mut *culler, &window, &[a.clone(), b.clone(), c.clone()], 6.0);
-        if culler.soundness() == Soundness::Sound {
+        if culler.soundness() == Soundness::Conservative {
             assert_eq!(wrong, 0, "{}", culler.name());
         }
     }
@@ -122,9 +122,9 @@ fn what_is_before_its_occluder_is_visible() {
             CullerKind::None => {}
             CullerKind::MsvbspPaperCapless => assert_eq!(before, Verdict::Hidden),
             _ => {
-                assert_eq!(before, Verdict::Lit, "{}", kind.name());
+                assert_eq!(before, Verdict::Unoccluded, "{}", kind.name());
                 assert_eq!(culler.test_box(&behind).verdict, Verdict::Hidden, "{}", kind.name());
-                assert_eq!(culler.test_box(&through).verdict, Verdict::Mixed, "{}", kind.name());
+                assert_eq!(culler.test_box(&through).verdict, Verdict::PartlyHidden, "{}", kind.name());
             }
         }
     }
@@ -155,7 +155,7 @@ fn walls_that_meet_hide_together_what_none_hides_alone() {
     let walls = [square(2.0, [-1.0, 0.0], [-1.0, 1.0]), square(2.0, [0.0, 1.0], [-1.0, 1.0])];
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, 6.0), 1.0);
     for (kind, verdict) in [
-        (CullerKind::Frusta, Verdict::Mixed),
+        (CullerKind::Frusta, Verdict::PartlyHidden),
         (CullerKind::Svbsp, Verdict::Hidden),
         (CullerKind::Msvbsp, Verdict::Hidden),
     ] {
@@ -173,7 +173,7 @@ fn a_thin_gap_between_walls_stays_open() {
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, 6.0), 1.0);
     for kind in CullerKind::ALL {
         let mut culler = kind.create(16);
-        if culler.soundness() == Soundness::Sound {
+        if culler.soundness() == Soundness::Conservative {
             culler.build(&window, &shadows(&window, &walls));
             assert_ne!(culler.test_box(&behind).verdict, Verdict::Hidden, "{}", kind.name());
         }

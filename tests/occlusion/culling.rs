@@ -2,22 +2,22 @@
 
 use std::collections::BTreeSet;
 
-use glam::Vec3;
-use osp::{
-    index::{DrawList, IndexConfig, IndexKind, SpatialIndex},
-    occlusion::{
-        CullConfig, CullerKind, NodeTest, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
-        oracle::{Oracle, OracleConfig, Sight, Subject},
-    },
-    polygon::{Change, PolygonId},
-    scene::Scene,
-    visibility::View,
-};
-
 use crate::{
     allocations::allocations,
     random::Random,
     session::{Told, polygon, ribbon, view},
+};
+use glam::Vec3;
+use osp::{
+    index::{DrawList, IndexConfig, SpatialIndex},
+    lab::oracle::{Oracle, OracleConfig, Sight, Subject},
+    occlusion::{
+        CullConfig, CullerKind, NodeTest, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
+    },
+    polygon::{Change, PolygonId},
+    rivals::IndexKind,
+    scene::Scene,
+    view::View,
 };
 
 fn filed(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
@@ -99,7 +99,7 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
             let index = filed(*index_kind, &told);
             for kind in CullerKind::sound() {
                 for node_test in [NodeTest::Sphere, NodeTest::Box, NodeTest::Outline] {
-                    for polygon_test in [PolygonTest::Never, PolygonTest::InMixedLeaves] {
+                    for polygon_test in [PolygonTest::Never, PolygonTest::InPartlyHiddenLeaves] {
                         let cull = CullConfig { node_test, polygon_test, ..CullConfig::default() };
                         let config = OcclusionConfig { cull, ..OcclusionConfig::default() };
                         let mut stage = OcclusionStage::new(kind, config);

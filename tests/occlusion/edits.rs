@@ -1,20 +1,18 @@
 //! What is moved, erased, taken back or placed with its group hides where it is now, and nowhere else.
 
-use glam::{Quat, Vec3};
-use osp::{
-    math::Aabb,
-    occlusion::{
-        CullerKind, OccluderPool, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict, ViewWindow,
-    },
-    polygon::Change,
-    recording::{Event, GroupId, StrokeId, Transform},
-    scene::Scene,
-};
-
 use crate::{
     judge::{is_blocked, points_of_box},
     random::{Polygon, Random, volume},
     session::{Told, polygon_of, view},
+};
+use glam::{Quat, Vec3};
+use osp::{
+    math::Aabb,
+    occlusion::{CullerKind, OccluderPool, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict},
+    polygon::Change,
+    recording::{Event, GroupId, StrokeId, Transform},
+    scene::Scene,
+    view::ViewWindow,
 };
 
 /// A wall of `columns` quads with shared edges, facing +z.

@@ -1,24 +1,24 @@
 //! Every guard of occlusion culling once: a scene in which something visible is hidden, or something that touches counts
 //! as hidden, as soon as the guard goes.
 
+use crate::{
+    judge::is_blocked,
+    random::{Polygon, Random, window},
+    session::{Told, polygon, view},
+};
 use glam::{DVec3, Vec3};
 use osp::{
     index::DrawList,
     math::{Aabb, Sphere},
     occlusion::{
-        Coverage, CullerKind, DepthBuffer, DepthConfig, EDGE_ON_SINE, END_ON_SINE, LastVisible,
-        NotAnOccluder, OccluderPool, OcclusionCuller, PoolConfig, SelectConfig, Selector, ShadowVolume,
-        Verdict, ViewWindow,
+        Coverage, CullerKind, DepthBuffer, DepthConfig, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder,
+        OccluderPool, OcclusionCuller, PoolConfig, PreviousFrameOccluders, SelectConfig, Selector,
+        ShadowVolume, Verdict,
         msvbsp::{Msvbsp, MsvbspConfig},
     },
     recording::Event,
     scene::Scene,
-};
-
-use crate::{
-    judge::is_blocked,
-    random::{Polygon, Random, window},
-    session::{Told, polygon, view},
+    view::ViewWindow,
 };
 
 fn straight(near_m: f64) -> ViewWindow {
@@ -140,7 +140,7 @@ fn a_patch_that_reaches_before_the_near_plane_hides_nothing_there() {
     let polygons: Vec<Polygon> = quads.iter().map(|quad| quad.to_vec()).collect();
     let shadows = chosen(&pool, &told.scene, &window);
     assert!(!shadows.is_empty());
-    let mut last = LastVisible::new(DepthConfig::default(), 8);
+    let mut last = PreviousFrameOccluders::new(DepthConfig::default(), 8);
     let ids: Vec<_> = told.scene.visible_ids().collect();
     last.begin(0, &ids);
     last.build(0, &told.scene, &window, &ids);
@@ -180,7 +180,7 @@ fn neighbours_that_were_visible_last_hide_nothing_before_the_near_plane() {
 /// What is drawn when everything in view was visible in the last frame.
 fn drawn_last(scene: &Scene, window: &ViewWindow, config: DepthConfig) -> Vec<u32> {
     let ids: Vec<_> = scene.visible_ids().collect();
-    let mut last = LastVisible::new(config, 8);
+    let mut last = PreviousFrameOccluders::new(config, 8);
     last.begin(0, &ids);
     last.build(0, scene, window, &ids);
     let mut drawn = DrawList::new();
@@ -227,7 +227,7 @@ fn only_what_was_drawn_last_hides() {
     assert_eq!(drawn_last(&told.scene, &window, DepthConfig::default()), [0, 1, 2]);
     // Nothing was seen before: nothing hides, nothing is left out.
     let ids: Vec<_> = told.scene.visible_ids().collect();
-    let mut last = LastVisible::new(DepthConfig::default(), 8);
+    let mut last = PreviousFrameOccluders::new(DepthConfig::default(), 8);
     let counts = last.build(0, &told.scene, &window, &ids);
     assert_eq!((counts.occluders, counts.tiles), (0, 0));
     let mut drawn = DrawList::new();

@@ -1,12 +1,11 @@
 //! The judge: recomputes from the corners of the polygons, in `f64`, whether a point can be seen.
 
+use crate::random::Polygon;
 use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
-    occlusion::ViewWindow,
+    view::ViewWindow,
 };
-
-use crate::random::Polygon;
 
 /// How close to a triangle's border a ray still counts as meeting it, as a sine: neighbours meet without a crack.
 const BORDER_SINE: f64 = 1.0e-10;

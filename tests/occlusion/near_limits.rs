@@ -1,19 +1,19 @@
 //! What the near plane and the plane through the eye do to occluders and to what is tested.
 
+use crate::{
+    judge::{is_blocked, is_in_window},
+    random::{Random, window},
+    session::{Told, polygon},
+};
 use glam::{DVec3, Vec3};
 use osp::{
     index::DrawList,
     math::{Aabb, Sphere},
     occlusion::{
-        Coverage, CullerKind, DepthBuffer, DepthConfig, LastVisible, NotAnOccluder, OcclusionCuller,
-        ShadowVolume, Verdict, ViewWindow,
+        Coverage, CullerKind, DepthBuffer, DepthConfig, NotAnOccluder, OcclusionCuller,
+        PreviousFrameOccluders, ShadowVolume, Verdict,
     },
-};
-
-use crate::{
-    judge::{is_blocked, is_in_window},
-    random::{Random, window},
-    session::{Told, polygon},
+    view::ViewWindow,
 };
 
 fn straight(near_m: f64) -> ViewWindow {
@@ -181,7 +181,7 @@ fn what_crosses_the_eyes_plane_is_drawn() {
     let hidden = [at(-1.0, 0.0, 2.0), at(-1.0, 0.1, 2.0), at(-0.9, 0.0, 2.0)];
     told.tell(&[polygon(&wall, 1.0), polygon(&across, 1.0), polygon(&hidden, 1.0)]);
     let in_view: Vec<_> = told.scene.visible_ids().collect();
-    let mut last = LastVisible::new(DepthConfig::default(), 8);
+    let mut last = PreviousFrameOccluders::new(DepthConfig::default(), 8);
     last.begin(0, &in_view);
     last.build(0, &told.scene, &window, &in_view);
     for order in [[0, 1, 2], [1, 0, 2], [2, 1, 0]].map(|order| order.map(|i: usize| in_view[i])) {
@@ -210,7 +210,7 @@ fn what_all_but_touches_the_eyes_plane_is_drawn() {
     let far = |x: f32| [at(0.0, -0.9, 2.0), at(0.0, 0.9, 2.0), at(-x, 0.0, 2.0)];
     told.tell(&[polygon(&wall, 1.0), polygon(&far(1.0e3), 1.0), polygon(&far(3.0e4), 1.0)]);
     let in_view: Vec<_> = told.scene.visible_ids().collect();
-    let mut last = LastVisible::new(DepthConfig::default(), 8);
+    let mut last = PreviousFrameOccluders::new(DepthConfig::default(), 8);
     last.begin(0, &in_view);
     last.build(0, &told.scene, &window, &in_view);
     let mut drawn = DrawList::new();

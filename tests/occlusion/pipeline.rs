@@ -1,21 +1,19 @@
 //! Culling by occlusion inside the pipeline: whatever `auto` decides, what can be seen is drawn.
 
+use crate::session::view;
 use glam::Vec3;
 use osp::{
-    index::{IndexConfig, IndexKind},
+    frame::{AutoBasis, OcclusionChoice, OcclusionPass, PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
+    lab::{oracle::OracleConfig, scenes::TestScene, verify},
     math::Aabb,
-    metrics::StageClock,
-    occlusion::{CullerKind, Soundness, oracle::OracleConfig, scenes::TestScene},
+    occlusion::{CullerKind, Soundness},
     polygon::Change,
     recording::Event,
+    replay::{CameraChoice, CameraPath, Moment},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{
-        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline,
-        verify,
-    },
 };
-
-use crate::session::view;
 
 fn pipeline(pass: Option<PassConfig>) -> Pipeline {
     let index = IndexKind::Osp.create(&IndexConfig::default());
@@ -114,13 +112,13 @@ fn what_was_visible_last_never_hides_what_can_be_seen_now() {
 #[test]
 fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
     use crate::session::Told;
-    use osp::{occlusion::LastVisible, polygon::ConvexPolygon};
+    use osp::{occlusion::PreviousFrameOccluders, polygon::ConvexPolygon};
     let square = |x: f32, y: f32, z: f32, size: f32| {
         let at = |i: f32, k: f32| Vec3::new(x + i * size, y + k * size, z);
         ConvexPolygon::quad([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)])
     };
     let spread = |i: usize, side: usize| (i % side) as f32 / side as f32 * 2.0 - 1.0;
-    let specks = (0..LastVisible::MOST_OUTLINES + 1000)
+    let specks = (0..PreviousFrameOccluders::MOST_OUTLINES + 1000)
         .map(|i| square(2.0 * spread(i, 271), 2.0 * spread(i / 271, 271), -4.0, 1.0e-4));
     let behind = (0..500).map(|i| square(spread(i, 25), spread(i / 25, 25), -8.0, 0.02));
     let all = specks.chain([square(0.0, 0.0, -5.0, 2.0)]).chain(behind);
@@ -187,7 +185,7 @@ fn auto_by_work_decides_the_same_each_time() {
             let mut pipelines = vec![pipeline(Some(auto(polygon_ns, AutoBasis::Work)))];
             let mut drawn = Vec::new();
             play(TestScene::Rooms, &mut pipelines, |_, _, pipelines| {
-                drawn.push(osp::metrics::fingerprint_of_frame(pipelines[0].draw_list().ids()));
+                drawn.push(osp::replay::fingerprint_of_frame(pipelines[0].draw_list().ids()));
                 by_last += u32::from(pipelines[0].occlusion().is_some_and(OcclusionPass::is_by_last));
             });
             fingerprints.push(drawn);
@@ -234,7 +232,7 @@ fn every_choice_has_a_name_and_the_paper_is_none_by_default() {
         assert_eq!(OcclusionChoice::from_name(name).map(OcclusionChoice::name), Some(name));
     }
     assert_eq!(OcclusionChoice::from_name("guess"), None);
-    assert_eq!(OcclusionChoice::Auto.soundness(), Soundness::Sound);
+    assert_eq!(OcclusionChoice::Auto.soundness(), Soundness::Conservative);
     // The paper's own form is there to compare with, labelled, and never chosen by itself.
     for kind in [CullerKind::MsvbspPaper, CullerKind::MsvbspPaperCapless] {
         assert!(matches!(kind.soundness(), Soundness::Unsound(_)) && !CullerKind::sound().contains(&kind));

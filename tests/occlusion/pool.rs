@@ -2,6 +2,12 @@
 
 use std::collections::HashSet;
 
+use crate::{
+    allocations::allocations,
+    judge::{is_blocked, points_of_box},
+    random::{Polygon, Random, volume},
+    session::{Told, polygon, polygon_of, ribbon, view},
+};
 use glam::{DVec3, Vec3};
 use osp::{
     occlusion::{
@@ -9,13 +15,6 @@ use osp::{
     },
     recording::{Event, StrokeId},
     scene::Scene,
-};
-
-use crate::{
-    allocations::allocations,
-    judge::{is_blocked, points_of_box},
-    random::{Polygon, Random, volume},
-    session::{Told, polygon, polygon_of, ribbon, view},
 };
 
 fn quad(center: Vec3, size: f32) -> [Vec3; 4] {

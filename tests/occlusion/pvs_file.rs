@@ -4,10 +4,10 @@ use std::{fs, path::Path};
 
 use glam::{UVec3, Vec3};
 use osp::{
+    lab::pvs::{Pvs, PvsError, ViewCells},
     polygon::PolygonId,
     recording::Event,
     scene::Scene,
-    visibility::pvs::{Pvs, PvsError, ViewCells},
 };
 use xxhash_rust::xxh3::xxh3_64;
 

@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
-    occlusion::{ShadowVolume, ViewWindow},
+    occlusion::ShadowVolume,
+    view::ViewWindow,
 };
 
 /// A small generator (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).

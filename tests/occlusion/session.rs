@@ -1,14 +1,13 @@
 //! Scenes made by events, and what follows them.
 
+use crate::random::Random;
 use glam::{Quat, Vec3};
 use osp::{
     polygon::Change,
     recording::{Event, NormalRule, StrokeId, Tool},
     scene::Scene,
-    visibility::{Projection, View},
+    view::{Projection, View},
 };
-
-use crate::random::Random;
 
 /// A scene that is told events, and the changes of the last ones.
 #[derive(Default)]

@@ -1,9 +1,8 @@
 //! The window of a view is wider than its screen, and its near plane farther, by more than a renderer's rounding.
 
-use glam::{DVec3, Vec3};
-use osp::visibility::{Projection, View, WINDOW_MARGIN};
-
 use crate::random::Random;
+use glam::{DVec3, Vec3};
+use osp::view::{Projection, View, WINDOW_MARGIN};
 
 fn any_view(random: &mut Random) -> View {
     let mut tangents = |low: f64, high: f64| random.range(low, high) as f32;

@@ -1,14 +1,13 @@
 //! A long life: polygons that are erased, moved, drawn again, far away, tiny or all in one place. Compared by work
 //! counts, which do not depend on the machine.
 
+use crate::boxes::{Place, Rng, drawn, root, shuffled, views};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, DrawList, IndexConfig, Node, Osp, SpatialIndex, Visit, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
-
-use crate::boxes::{Place, Rng, drawn, root, shuffled, views};
 
 fn tree_of(boxes: &[(PolygonId, Aabb)], root: Aabb) -> Osp {
     let mut osp = Osp::new(&IndexConfig { root, capacity: boxes.len() });

@@ -1,16 +1,15 @@
 //! What is answered as a whole: a small tree, which is one list, and a tree that lies in view altogether.
 
+use crate::{
+    assert_same, backends,
+    boxes::{Place, Rng, drawn, root, shuffled, views},
+    config, cull, tree,
+};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, DrawList, FoundPages, Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
     polygon::PolygonId,
-};
-
-use crate::{
-    assert_same, backends,
-    boxes::{Place, Rng, drawn, root, shuffled, views},
-    config, cull, tree,
 };
 
 /// A frustum with much room around the origin.

@@ -1,12 +1,11 @@
 //! The format itself: what is written is read back, and what may be written by hand is understood.
 
+use super::events::{LENIENT, STRICT, event, pose_event, read, sample_events, write};
 use glam::{Quat, Vec3};
 use osp::recording::{
     Camera, Event, Header, OpenOptions, RecordingError, RonReader, Root, StrokeId, Tool, open, open_ron,
 };
 use proptest::prelude::*;
-
-use super::events::{LENIENT, STRICT, event, pose_event, read, sample_events, write};
 
 fn header() -> Header {
     Header {

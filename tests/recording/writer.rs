@@ -3,11 +3,10 @@
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
 
+use super::events::{STRICT, read, sample_events, write};
 use osp::recording::{
     Event, Flush, Header, MAX_LINE_BYTES, OpenOptions, RecordingError, RonWriter, StrokeId, open,
 };
-
-use super::events::{STRICT, read, sample_events, write};
 
 /// Keeps every write call apart; fails once `room` bytes are used up.
 #[derive(Clone)]

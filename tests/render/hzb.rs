@@ -2,23 +2,24 @@
 
 use std::{path::Path, sync::Arc};
 
-use glam::Vec3;
-use osp::{
-    index::{IndexConfig, IndexKind},
-    metrics::{StageClock, summarize},
-    polygon::{Change, PolygonId},
-    recording::{self, Event, OpenOptions, Pace, Pacer, StrokeId, Tool},
-    render::{
-        DrawnCounts, DrawnOcclusion, Gpu, GpuTimer, HzbBound, HzbConfig, HzbFine, HzbGroup, Image, Layer,
-        Offscreen, PyramidLevel, RenderError, Renderer, RendererConfig, Style, Target,
-    },
-    scene::Scene,
-    visibility::{CameraChoice, CameraPath, Moment, Pipeline, View},
-};
-
 use super::{
     identity::shipped,
     scenes::{all_ids, apply, gpu, sketch, square, view_from, winding_stroke},
+};
+use glam::Vec3;
+use osp::{
+    frame::{Pipeline, StageClock},
+    index::IndexConfig,
+    polygon::{Change, PolygonId},
+    recording::{self, Event, OpenOptions, Pace, Pacer, StrokeId, Tool},
+    render::{
+        DrawnCounts, Gpu, GpuOcclusion, GpuTimer, HzbBound, HzbConfig, HzbFine, HzbGroup, Image, Layer,
+        Offscreen, PyramidLevel, RenderError, Renderer, RendererConfig, Style, Target,
+    },
+    replay::{CameraChoice, CameraPath, Moment, summarize},
+    rivals::IndexKind,
+    scene::Scene,
+    view::View,
 };
 
 const SIZE: (u32, u32) = (481, 361);
@@ -35,7 +36,7 @@ impl Pair {
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         (width, height): (u32, u32),
-        occlusion: DrawnOcclusion,
+        occlusion: GpuOcclusion,
         chunk_len: usize,
     ) -> Option<Self> {
         let config_of = RendererConfig { chunk_len, ..RendererConfig::default() };
@@ -83,16 +84,13 @@ impl Pair {
 }
 
 /// The ways to find what is hidden, as they are by default.
-pub(crate) const HZB: DrawnOcclusion = DrawnOcclusion::Hzb(HzbConfig {
-    group: HzbGroup::One,
-    bound: HzbBound::Corners,
-    fine: HzbFine::Triangles,
-});
-const BOTH: [DrawnOcclusion; 2] = [HZB, DrawnOcclusion::Queries];
+pub(crate) const HZB: GpuOcclusion =
+    GpuOcclusion::Hzb(HzbConfig { group: HzbGroup::One, bound: HzbBound::Corners, fine: HzbFine::Triangles });
+const BOTH: [GpuOcclusion; 2] = [HZB, GpuOcclusion::Queries];
 
 #[test]
 fn the_default_settings_are_those_tested() {
-    assert_eq!(HZB, DrawnOcclusion::Hzb(HzbConfig::default()));
+    assert_eq!(HZB, GpuOcclusion::Hzb(HzbConfig::default()));
 }
 
 pub(crate) fn chunk_len() -> usize {
@@ -100,12 +98,12 @@ pub(crate) fn chunk_len() -> usize {
 }
 
 /// Settings that must not change the picture.
-fn configs() -> Vec<DrawnOcclusion> {
+fn configs() -> Vec<GpuOcclusion> {
     let sixteen = HzbConfig { group: HzbGroup::Sixteen, ..HzbConfig::default() };
-    let mut configs = vec![HZB, DrawnOcclusion::Hzb(sixteen), DrawnOcclusion::Queries];
+    let mut configs = vec![HZB, GpuOcclusion::Hzb(sixteen), GpuOcclusion::Queries];
     for group in [HzbGroup::Sixteen, HzbGroup::Four, HzbGroup::One] {
         for bound in [HzbBound::Corners, HzbBound::Box] {
-            configs.push(DrawnOcclusion::Hzb(HzbConfig { group, bound, fine: HzbFine::Off }));
+            configs.push(GpuOcclusion::Hzb(HzbConfig { group, bound, fine: HzbFine::Off }));
         }
     }
     configs
@@ -151,7 +149,7 @@ fn no_setting_changes_a_pixel_and_each_hides_something() {
     for (config, share) in &shares {
         let least = match config {
             // Whole groups of 64 only.
-            DrawnOcclusion::Queries => 0.0,
+            GpuOcclusion::Queries => 0.0,
             _ if *config == HZB => 0.3,
             _ => 0.1,
         };
@@ -163,7 +161,7 @@ fn no_setting_changes_a_pixel_and_each_hides_something() {
 fn a_bound_that_is_too_far_is_noticed() {
     let Some(gpu) = gpu() else { return };
     let scene = walled_sketch();
-    let config = DrawnOcclusion::Hzb(HzbConfig { bound: HzbBound::Farthest, ..HzbConfig::default() });
+    let config = GpuOcclusion::Hzb(HzbConfig { bound: HzbBound::Farthest, ..HzbConfig::default() });
     let Some(mut pair) = Pair::new(&gpu, SIZE, config, chunk_len()) else { return };
     let mut differing = 0;
     for view in eyes() {
@@ -177,7 +175,7 @@ fn a_bound_that_is_too_far_is_noticed() {
 #[test]
 fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
     let Some(gpu) = gpu() else { return };
-    for (occlusion, chunk_len) in [(HZB, chunk_len()), (HZB, 112), (DrawnOcclusion::Queries, 112)] {
+    for (occlusion, chunk_len) in [(HZB, chunk_len()), (HZB, 112), (GpuOcclusion::Queries, 112)] {
         let Some(mut pair) = Pair::new(&gpu, SIZE, occlusion, chunk_len) else { return };
         let mut scene = Scene::new();
         let mut steps: Vec<Vec<Event>> = sketch().chunks(301).map(<[Event]>::to_vec).collect();
@@ -365,7 +363,7 @@ fn compare_session(
     gpu: &Arc<Gpu>,
     path: &Path,
     choice: CameraChoice,
-    occlusion: DrawnOcclusion,
+    occlusion: GpuOcclusion,
     frames: u64,
 ) -> Option<DrawnCounts> {
     let open = || recording::open(path, &OpenOptions::default()).expect("a recording");
@@ -422,7 +420,7 @@ fn culling_while_drawing_changes_no_pixel_of_any_shipped_session() {
         for (choice, occlusion) in [
             (CameraChoice::Auto, HZB),
             (CameraChoice::Inside, HZB),
-            (CameraChoice::Auto, DrawnOcclusion::Queries),
+            (CameraChoice::Auto, GpuOcclusion::Queries),
         ] {
             let Some(counts) = compare_session(&gpu, &path, choice, occlusion, 5) else { return };
             let (hidden, in_view) = (counts.hidden(), counts.in_view);
@@ -452,8 +450,8 @@ fn culling_while_drawing_changes_no_pixel_of_real_sessions() {
         for (choice, occlusion) in [
             (CameraChoice::Auto, HZB),
             (CameraChoice::Inside, HZB),
-            (CameraChoice::Auto, DrawnOcclusion::Queries),
-            (CameraChoice::Inside, DrawnOcclusion::Queries),
+            (CameraChoice::Auto, GpuOcclusion::Queries),
+            (CameraChoice::Inside, GpuOcclusion::Queries),
         ] {
             let Some(counts) = compare_session(&gpu, &path, choice, occlusion, 5) else { return };
             let (hidden, in_view) = (counts.hidden(), counts.in_view);
@@ -468,7 +466,7 @@ fn auto_changes_no_pixel_when_it_tries_the_other_way() {
     let Some(gpu) = gpu() else { return };
     let drawer = || Offscreen::on(Arc::clone(&gpu), 161, 121, &RendererConfig::default()).expect("a drawer");
     let (mut auto, mut whole) = (drawer(), drawer());
-    auto.set_occlusion(DrawnOcclusion::Auto).expect("auto asks for nothing");
+    auto.set_occlusion(GpuOcclusion::Auto).expect("auto asks for nothing");
     let mut scene = Scene::new();
     for i in 0..2200 {
         let at =

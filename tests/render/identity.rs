@@ -7,20 +7,19 @@ use std::{
     sync::Arc,
 };
 
+use super::scenes::{all_ids, gpu};
 use osp::{
-    index::{IndexConfig, IndexKind},
-    metrics::{StageClock, summarize},
+    frame::{OcclusionChoice, OcclusionPass, PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
     occlusion::CullerKind,
     polygon::PolygonId,
     recording::{self, OpenOptions, Pace, Pacer},
     render::{Gpu, Image, Layer, Offscreen, RendererConfig},
+    replay::{CameraChoice, CameraPath, Moment, summarize},
+    rivals::IndexKind,
     scene::Scene,
-    visibility::{
-        CameraChoice, CameraPath, Moment, OcclusionChoice, OcclusionPass, PassConfig, Pipeline, View,
-    },
+    view::View,
 };
-
-use super::scenes::{all_ids, gpu};
 
 /// Odd, so that no pixel's centre lies on an axis of symmetry.
 const SIZE: (u32, u32) = (481, 361);

@@ -2,17 +2,16 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
-use osp::{
-    recording::Event,
-    render::{DrawnOcclusion, Gpu},
-    scene::Scene,
-    visibility::View,
-};
-
 use super::{
     hzb::{HZB, Pair, chunk_len},
     scenes::{all_ids, apply, gpu, square, view_from},
+};
+use glam::Vec3;
+use osp::{
+    recording::Event,
+    render::{Gpu, GpuOcclusion},
+    scene::Scene,
+    view::View,
 };
 
 const SIZE: (u32, u32) = (961, 721);
@@ -60,7 +59,7 @@ fn eyes() -> [View; 3] {
 }
 
 /// Polygons found to be hidden by a camera at rest, in the frame in which most were.
-fn most_hidden(gpu: &Arc<Gpu>, scene: &Scene, occlusion: DrawnOcclusion) -> Option<Vec<u64>> {
+fn most_hidden(gpu: &Arc<Gpu>, scene: &Scene, occlusion: GpuOcclusion) -> Option<Vec<u64>> {
     let ids = all_ids(scene);
     let mut found = Vec::new();
     for view in eyes() {
@@ -82,7 +81,7 @@ fn of_large_polygons_as_many_are_found_as_by_queries() {
     let Some(gpu) = gpu() else { return };
     let (scene, behind) = stacks();
     let (Some(hzb), Some(queries)) =
-        (most_hidden(&gpu, &scene, HZB), most_hidden(&gpu, &scene, DrawnOcclusion::Queries))
+        (most_hidden(&gpu, &scene, HZB), most_hidden(&gpu, &scene, GpuOcclusion::Queries))
     else {
         return;
     };

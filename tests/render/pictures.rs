@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use super::scenes::{all_ids, apply, gpu, sketch, square, view_from, winding_stroke};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, DrawList, SpatialIndex},
@@ -7,10 +8,8 @@ use osp::{
     recording::{Event, StrokeId},
     render::{Gpu, Image, Layer, Offscreen, RenderError, RendererConfig, Style},
     scene::Scene,
-    visibility::View,
+    view::View,
 };
-
-use super::scenes::{all_ids, apply, gpu, sketch, square, view_from, winding_stroke};
 
 const SIZE: (u32, u32) = (320, 240);
 

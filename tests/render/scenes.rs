@@ -6,7 +6,7 @@ use osp::{
     recording::{Event, NormalRule, StrokeId, Tool},
     render::Gpu,
     scene::Scene,
-    visibility::{Projection, View},
+    view::{Projection, View},
 };
 
 /// An adapter, or a line that says why there is none.

@@ -2,17 +2,16 @@
 
 use std::sync::Arc;
 
+use super::{
+    hzb::HZB,
+    scenes::{all_ids, apply, gpu, square, view_from},
+};
 use glam::Vec3;
 use osp::{
     recording::{Event, StrokeId},
     render::{Gpu, GpuTimer, Image, Layer, Renderer, RendererConfig, Target, ViewSlot},
     scene::Scene,
-    visibility::View,
-};
-
-use super::{
-    hzb::HZB,
-    scenes::{all_ids, apply, gpu, square, view_from},
+    view::View,
 };
 
 const GREEN: (f32, f32, f32, f32) = (0.2, 0.8, 0.3, 1.0);

@@ -3,18 +3,17 @@
 
 use std::sync::Arc;
 
+use super::{
+    editor::Editor,
+    scenes::{all_ids, apply, gpu, square},
+};
 use glam::Vec3;
 use osp::{
     polygon::{Change, PolygonId},
     recording::{Event, StrokeId},
-    render::{DrawnOcclusion, Gpu, HzbConfig, Image, Layer, Offscreen, RenderError, RendererConfig},
+    render::{Gpu, GpuOcclusion, HzbConfig, Image, Layer, Offscreen, RenderError, RendererConfig},
     scene::Scene,
-    visibility::{Projection, View},
-};
-
-use super::{
-    editor::Editor,
-    scenes::{all_ids, apply, gpu, square},
+    view::{Projection, View},
 };
 
 const SIDE: u32 = 64;
@@ -95,7 +94,7 @@ fn wherever_a_recording_is_entered_the_picture_is_a_fresh_drawers() {
     use osp::{
         app::Player,
         recording::{Flush, Header, Pace, RonWriter},
-        visibility::CameraChoice,
+        replay::CameraChoice,
     };
     let Some(gpu) = gpu() else { return };
     let folder = tempfile::tempdir().expect("a folder");
@@ -153,7 +152,7 @@ fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
     let Some(gpu) = gpu() else { return };
     const CHUNK_BYTES: u64 = 64 * 64;
     let config = RendererConfig { chunk_len: 64, ..RendererConfig::default() };
-    for occlusion in [DrawnOcclusion::None, DrawnOcclusion::Hzb(HzbConfig::default())] {
+    for occlusion in [GpuOcclusion::None, GpuOcclusion::Hzb(HzbConfig::default())] {
         let mut follower = Offscreen::on(Arc::clone(&gpu), SIDE, SIDE, &config).expect("a drawer");
         match follower.set_occlusion(occlusion) {
             Err(error @ RenderError::NoOcclusion { .. }) if !crate::required::nothing_may_be_skipped() => {

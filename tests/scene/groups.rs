@@ -1,13 +1,12 @@
 //! Groups: what is moved in them goes with them, and following them costs what it has to.
 
+use crate::{begin, editor::Editor, play, point, straight};
 use glam::{Quat, Vec3};
 use osp::{
     polygon::{Change, PolygonId},
     recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform},
     scene::Scene,
 };
-
-use crate::{begin, editor::Editor, play, point, straight};
 
 const HALF_TURN_ABOUT_Y: Quat = Quat::from_xyzw(0.0, 1.0, 0.0, 0.0);
 const QUARTER_TURN_ABOUT_Z: Quat =

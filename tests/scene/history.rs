@@ -1,13 +1,12 @@
 //! How far undo reaches, and what is gone beyond.
 
+use crate::{begin, end, play, point, straight};
 use glam::{Quat, Vec3};
 use osp::{
     polygon::{Change, PolygonId},
     recording::{Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
-
-use crate::{begin, end, play, point, straight};
 
 fn undo() -> Event {
     Event::Undo { t: 0.0 }

@@ -2,17 +2,16 @@
 
 use std::{collections::BTreeMap, slice::from_ref};
 
+use crate::{editor::Editor, play, straight};
 use glam::{Quat, Vec3};
 use osp::{
-    index::{IndexConfig, IndexKind, SpatialIndex},
+    index::{IndexConfig, SpatialIndex},
     occlusion::{OccluderPool, PoolConfig},
-    polygon::ConvexPolygon,
-    polygon::{Change, PolygonId},
+    polygon::{Change, ConvexPolygon, PolygonId},
     recording::{Event, GroupId, NormalRule, StrokeId, Transform},
+    rivals::IndexKind,
     scene::Scene,
 };
-
-use crate::{editor::Editor, play, straight};
 
 /// What somebody holds who copies a polygon when it is new and when it is told that it has moved: a GPU's memory.
 #[derive(Default)]

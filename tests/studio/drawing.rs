@@ -4,11 +4,12 @@ use osp::{
     app::{
         Autosaves, Button, Command, Document, Held, Input, Player, Snap, Stages, Studio, Subject, ToolChoice,
     },
+    frame::OcclusionChoice,
     glam::{Vec2, Vec3},
-    index::IndexKind,
     occlusion::CullerKind,
     recording::{self, Event, OpenOptions, Pace, Tool},
-    visibility::{CameraChoice, OcclusionChoice},
+    replay::CameraChoice,
+    rivals::IndexKind,
 };
 
 const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);

@@ -5,6 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::drawing::{Table, across};
 use egui::{Key, Modifiers, Rect, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::{
@@ -13,11 +14,9 @@ use osp::{
         Subject, Then, ToolChoice, ui::Interface,
     },
     glam,
-    index::IndexKind,
     recording::{self, Event, OpenOptions, StrokeId, Tool},
+    rivals::IndexKind,
 };
-
-use crate::drawing::{Table, across};
 
 fn opened(path: &Path, folder: &Path, how: Opening) -> Studio {
     let autosaves = Autosaves::new(Some(folder.join("autosaves")));

@@ -2,13 +2,12 @@
 
 use std::path::PathBuf;
 
+use crate::drawing::Table;
 use osp::{
     app::{Answer, Command, Document, OpenError, Opening, Player},
     recording::{Limits, OpenOptions, Pace},
-    visibility::CameraChoice,
+    replay::CameraChoice,
 };
-
-use crate::drawing::Table;
 
 const HEADER: &str = "Header(format:1,name:\"x\",source:\"osp sketch 0.1.0\")\n";
 const FACE: &str = "Polygon(vertices:[(0,0,0),(1,0,0),(0,1,0)],color:(1,1,1,1))\n";

@@ -9,10 +9,12 @@ use osp::{
         ToolChoice,
         ui::{Interface, SHORTCUTS},
     },
+    frame::OcclusionChoice,
     glam,
-    index::IndexKind,
     recording::{Pace, Tool},
-    visibility::{CameraChoice, OcclusionChoice, Rig},
+    replay::CameraChoice,
+    rivals::IndexKind,
+    view::Rig,
 };
 
 /// A window without a display: the panels, and the frame that follows them as it does in the real one.

@@ -6,6 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::drawing::Table;
 use osp::{
     app::{
         Autosaves, Command, Studio, Subject,
@@ -14,8 +15,6 @@ use osp::{
     glam::Vec3,
     recording::{Event, Flush, Header, RonWriter, StrokeId},
 };
-
-use crate::drawing::Table;
 
 pub(crate) fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     let start = Instant::now();
@@ -330,11 +329,11 @@ fn a_replay_takes_what_a_tracker_says_and_changes_nothing() {
     let player = osp::app::Player::open(
         Path::new(&recording),
         osp::recording::Pace::Samples(64),
-        osp::visibility::CameraChoice::Auto,
+        osp::replay::CameraChoice::Auto,
     );
     let subject = Subject::Replay(Box::new(player.expect("a session")));
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let mut studio = Studio::new(subject, autosaves, osp::index::IndexKind::Osp);
+    let mut studio = Studio::new(subject, autosaves, osp::rivals::IndexKind::Osp);
     studio.command(Command::Seek(40));
     let before = studio.scene().counts();
     studio.set_tracker(listen(&TrackerOptions::default()));

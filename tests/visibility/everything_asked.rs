@@ -1,22 +1,24 @@
 //! What is asked about what the frustum has culled: verification notices a loss, and there is none, also far away.
 
+use super::far_from_origin::{Random, border_point};
 use glam::{UVec3, Vec3};
 use osp::{
-    index::{BruteForce, DrawList, IndexConfig, IndexError, IndexKind, SpatialIndex, Visitor, WorkCounts},
-    math::{Aabb, Frustum},
-    metrics::StageClock,
-    occlusion::{CullConfig, CullerKind, PoolConfig, SelectConfig, oracle::OracleConfig},
-    polygon::{Change, PolygonId},
-    recording::Event,
-    scene::Scene,
-    visibility::{
-        Projection, View, lost_polygons,
+    frame::StageClock,
+    index::{BruteForce, DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
+    lab::{
+        lost_polygons,
+        oracle::OracleConfig,
         pvs::{BakeConfig, Baker, ViewCells},
         verify::{Verifier, VerifyConfig},
     },
+    math::{Aabb, Frustum},
+    occlusion::{CullConfig, CullerKind, PoolConfig, SelectConfig},
+    polygon::{Change, PolygonId},
+    recording::Event,
+    rivals::IndexKind,
+    scene::Scene,
+    view::{Projection, View},
 };
-
-use super::far_from_origin::{Random, border_point};
 
 /// Quads in a cube of 4 m around a place, a few of them large, on a grid of so many points a metre: they are the same to
 /// the last bit wherever `f32` has all of these points.

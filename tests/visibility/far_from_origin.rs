@@ -3,9 +3,10 @@
 
 use glam::{Affine3A, DMat3, DVec3, DVec4, EulerRot, Mat4, Quat, Vec3, Vec4};
 use osp::{
+    lab::Reach,
     math::{Aabb, Containment, Frustum, Obb, Plane, Sphere, rotate},
     polygon::ConvexPolygon,
-    visibility::{Projection, Reach, View},
+    view::{Projection, View},
 };
 use rand_pcg::{
     Pcg64,

@@ -2,8 +2,8 @@
 
 use osp::{
     index::DrawList,
-    metrics::{SessionFingerprint, fingerprint_of_frame, fingerprint_of_views},
     polygon::PolygonId,
+    replay::{SessionFingerprint, fingerprint_of_frame, fingerprint_of_views},
 };
 
 fn list(ids: &[u32]) -> DrawList {

@@ -3,7 +3,7 @@
 use glam::{Affine3A, Mat4, Quat, Vec3};
 use osp::{
     math::{Aabb, Containment, Frustum, Obb, Plane, Sphere, Volume},
-    visibility::{Projection, View},
+    view::{Projection, View},
 };
 use proptest::{collection::vec, prelude::*};
 

@@ -1,11 +1,10 @@
 use std::fs;
 
+use super::desk::Desk;
 use osp::{
     recording::{self, Event, OpenOptions},
     scene::Scene,
 };
-
-use super::desk::Desk;
 
 /// The model's part of a window of 1280 by 800 lies between the panels.
 const MIDDLE: (i32, i32) = (590, 380);

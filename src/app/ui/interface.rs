@@ -16,7 +16,7 @@ use crate::{
         stats::{FrameTimes, History},
         studio::{Studio, Subject},
     },
-    index::IndexKind,
+    rivals::IndexKind,
 };
 
 /// What was asked for while the panels were shown; done when they are laid out.

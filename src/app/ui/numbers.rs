@@ -10,10 +10,10 @@ use crate::{
         stats::{FrameStage, History},
         studio::Studio,
     },
-    index::IndexKind,
+    frame::OcclusionChoice,
     occlusion::Soundness,
     render::{DrawnCounts, PassTimes},
-    visibility::OcclusionChoice,
+    rivals::IndexKind,
 };
 
 fn ms(ns: u64) -> String {
@@ -213,7 +213,7 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
 /// The ways to find what is hidden; those that may hide what can be seen are for `osp replay` and `osp verify`.
 pub(super) fn sound_occlusion() -> Vec<OcclusionChoice> {
     let all = OcclusionChoice::names().filter_map(OcclusionChoice::from_name);
-    all.filter(|choice| choice.soundness() == Soundness::Sound).collect()
+    all.filter(|choice| choice.soundness() == Soundness::Conservative).collect()
 }
 
 fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {

@@ -54,7 +54,7 @@ impl Osp {
     #[inline]
     fn way(&self, bounds: Wide) -> Way {
         let key = self.grid.key(bounds);
-        if self.young {
+        if self.is_flat {
             return Way { key, level: u32::MAX, node: self.top, bucket: self.nodes[self.top].own };
         }
         let level = self.grid.level_for(bounds);
@@ -66,7 +66,7 @@ impl Osp {
 
     /// Files a run at its place; returns that.
     fn file(&mut self, run: Run, bounds: Wide, way: Way) -> u32 {
-        let way = if !self.young && self.grow_to(&way.key) { self.way(bounds) } else { way };
+        let way = if !self.is_flat && self.grow_to(&way.key) { self.way(bounds) } else { way };
         let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
         let wider = !self.buckets[head].bounds.contains(bounds);
         let place = self.append(head, run, bounds, way.level);
@@ -74,8 +74,8 @@ impl Osp {
             self.widen_above(head, &bounds.to_box());
         }
         if self.buckets[head].runs > self.buckets[head].split_at {
-            if self.young {
-                self.grow_up();
+            if self.is_flat {
+                self.build_tree();
             } else {
                 self.try_split(head);
             }
@@ -84,8 +84,8 @@ impl Osp {
     }
 
     /// Files all runs anew, now that they are too many to be kept at the top.
-    fn grow_up(&mut self) {
-        self.young = false;
+    fn build_tree(&mut self) {
+        self.is_flat = false;
         self.shape += 1;
         let head = std::mem::replace(&mut self.nodes[self.top].own, NONE);
         self.take_apart(head, |osp, (run, bounds, loose)| {

@@ -34,7 +34,7 @@ pub struct Osp {
     pub(super) top: u32,
     /// There are so few runs that all are kept at the top, as straddlers are: one list is looked through faster than a
     /// tree.
-    pub(super) young: bool,
+    pub(super) is_flat: bool,
     /// Changes when nodes and buckets come and go.
     pub(super) shape: u32,
     /// What an open block is divided into; kept for its memory.
@@ -70,7 +70,7 @@ impl Osp {
             ids: IdMap::with_room_for(polygons),
             open: OpenBlock::new(),
             top: NONE,
-            young: true,
+            is_flat: true,
             shape: 0,
             gathered: Some(Box::default()),
             queue: NONE,
@@ -80,13 +80,13 @@ impl Osp {
         };
         // Zeros that nobody has written are not in memory yet; see `Pool::with_room_for`.
         std::hint::black_box(&mut osp.flat).fill(0);
-        osp.plant();
+        osp.init_root();
         osp
     }
 
     /// Sets the root cube's node up.
-    pub(super) fn plant(&mut self) {
-        self.young = true;
+    pub(super) fn init_root(&mut self) {
+        self.is_flat = true;
         let top = self.nodes.take();
         let node = &mut self.nodes[top];
         (node.shift, node.key, node.parent) = (ROOT_SHIFT, Grid::root_key(), NONE);
@@ -265,7 +265,7 @@ impl SpatialIndex for Osp {
         self.ids.clear();
         self.open = OpenBlock::new();
         (self.queue, self.removals, self.len) = (NONE, 0, 0);
-        self.plant();
+        self.init_root();
     }
 }
 

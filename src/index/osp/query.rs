@@ -237,7 +237,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         if A::READS_PAGES && self.osp.ids.entries() <= self.osp.len && self.holds_all(node) {
             // The order of ids is the order of memory, and nothing of the tree has to be read.
             self.answer.all(self.kernel, &self.osp.ids);
-        } else if !self.osp.young {
+        } else if !self.osp.is_flat {
             nodes.push(top);
         } else if node.own != NONE {
             self.wait_for_bucket(Below { number: node.own, ..top });

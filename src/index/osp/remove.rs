@@ -270,18 +270,18 @@ impl Osp {
             self.collapse(at);
             at = parent;
         }
-        if at == self.top && !self.young && self.is_sparse(at) {
-            self.rejuvenate();
+        if at == self.top && !self.is_flat && self.is_sparse(at) {
+            self.flatten();
         }
     }
 
     /// Begins again with the root cube, and the few runs that there are kept at the top.
-    fn rejuvenate(&mut self) {
+    fn flatten(&mut self) {
         if let Some(entry) = Grid::flat_entry(&self.nodes[self.top].key, self.nodes[self.top].shift) {
             self.flat[entry] = Link::NONE.to_bits();
         }
         let (kept, count) = self.take_runs(self.top);
-        self.plant();
+        self.init_root();
         self.shape += 1;
         if count > 0 {
             let bucket = self.new_bucket(self.top, OWN, &Grid::root_key());

@@ -34,9 +34,9 @@ impl Osp {
         let found = self.check_node(self.top, &mut nodes, &mut buckets, &mut pages)?;
         ensure!(nodes == self.nodes.live(), "{nodes} nodes found, {} in use", self.nodes.live());
         ensure!(buckets == self.buckets.live(), "{buckets} buckets found, {} in use", self.buckets.live());
-        ensure!(!self.young || nodes == 1, "runs are kept at the top, and there is a tree");
+        ensure!(!self.is_flat || nodes == 1, "runs are kept at the top, and there is a tree");
         let leaves = top.children.iter().filter(|&&link| link != Link::NONE).count();
-        ensure!(!self.young || leaves == 0, "runs are kept at the top, and there are leaves");
+        ensure!(!self.is_flat || leaves == 0, "runs are kept at the top, and there are leaves");
         let mut zombies = 0;
         let mut at = self.queue;
         while at != NONE {

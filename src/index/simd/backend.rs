@@ -16,7 +16,7 @@ use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2};
 use super::{Boxes, PreparedPlane, scalar::Scalar};
 
 /// Wide box tests. Every method gives the same answer on every kernel, bit for bit.
-pub(in crate::index) trait Kernel: Copy {
+pub(crate) trait Kernel: Copy {
     /// The lanes whose box lies wholly behind the plane. Lanes without a box answer anything.
     fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32;
 
@@ -43,7 +43,7 @@ pub(in crate::index) trait Kernel: Copy {
 
 /// Code that runs on whichever kernel there is. `run` should be `#[inline(always)]`, so that it is compiled anew for
 /// each instruction set.
-pub(in crate::index) trait WithKernel {
+pub(crate) trait WithKernel {
     /// What it returns.
     type Output;
 
@@ -124,7 +124,7 @@ impl Backend {
 
     /// Runs `work` on this kernel; on the plain one if the processor does not have it.
     #[inline]
-    pub(in crate::index) fn run<W: WithKernel>(self, work: W) -> W::Output {
+    pub(crate) fn run<W: WithKernel>(self, work: W) -> W::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => match Avx512::detect() {

@@ -4,25 +4,25 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 /// `N` boxes, one array per number: `[min x, min y, min z, max x, max y, max z]`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(in crate::index) struct Boxes<const N: usize> {
-    pub(in crate::index) rows: [[f32; N]; 6],
+pub(crate) struct Boxes<const N: usize> {
+    pub(crate) rows: [[f32; N]; 6],
 }
 
 impl<const N: usize> Boxes<N> {
     /// No box in any lane.
-    pub(in crate::index) const EMPTY: Self = {
+    pub(crate) const EMPTY: Self = {
         let (inf, neg) = ([f32::INFINITY; N], [f32::NEG_INFINITY; N]);
         Self { rows: [inf, inf, inf, neg, neg, neg] }
     };
 
     #[inline]
-    pub(in crate::index) fn get(&self, lane: usize) -> Aabb {
+    pub(crate) fn get(&self, lane: usize) -> Aabb {
         let at = |row: usize| self.rows[row][lane];
         Aabb { min: Vec3::new(at(0), at(1), at(2)), max: Vec3::new(at(3), at(4), at(5)) }
     }
 
     #[inline]
-    pub(in crate::index) fn set(&mut self, lane: usize, bounds: &Aabb) {
+    pub(crate) fn set(&mut self, lane: usize, bounds: &Aabb) {
         let numbers = [bounds.min.x, bounds.min.y, bounds.min.z, bounds.max.x, bounds.max.y, bounds.max.z];
         for (row, number) in self.rows.iter_mut().zip(numbers) {
             row[lane] = number;
@@ -31,13 +31,13 @@ impl<const N: usize> Boxes<N> {
 
     /// Sets a lane.
     #[inline]
-    pub(in crate::index) fn set_wide(&mut self, lane: usize, bounds: Wide) {
+    pub(crate) fn set_wide(&mut self, lane: usize, bounds: Wide) {
         self.set(lane, &bounds.to_box());
     }
 
     /// Widens a lane so that it holds `bounds`; false if it did already.
     #[inline]
-    pub(in crate::index) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
+    pub(crate) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         let old = self.get(lane);
         if old.contains(bounds) {
             return false;
@@ -48,7 +48,7 @@ impl<const N: usize> Boxes<N> {
 
     /// The box around the lanes of `mask`, which is below `2^N`.
     #[inline]
-    pub(in crate::index) fn around(&self, mask: u32) -> Aabb {
+    pub(crate) fn around(&self, mask: u32) -> Aabb {
         let mut all = Aabb::EMPTY;
         let mut left = mask;
         while left != 0 {
@@ -61,53 +61,53 @@ impl<const N: usize> Boxes<N> {
 
 /// Sixteen boxes in two halves, so that setting one touches three cache lines instead of six.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::index) struct Halves(pub(in crate::index) [Boxes<8>; 2]);
+pub(crate) struct Halves(pub(crate) [Boxes<8>; 2]);
 
 impl Halves {
     /// No box in any lane.
-    pub(in crate::index) const EMPTY: Self = Self([Boxes::EMPTY; 2]);
+    pub(crate) const EMPTY: Self = Self([Boxes::EMPTY; 2]);
 
     /// Where the half with a lane lies: to be prefetched.
     #[inline]
-    pub(in crate::index) fn half_of(halves: *const Self, lane: usize) -> *const Boxes<8> {
+    pub(crate) fn half_of(halves: *const Self, lane: usize) -> *const Boxes<8> {
         halves.cast::<Boxes<8>>().wrapping_add(lane / 8 % 2)
     }
 
     #[inline]
-    pub(in crate::index) fn get(&self, lane: usize) -> Aabb {
+    pub(crate) fn get(&self, lane: usize) -> Aabb {
         self.0[lane / 8].get(lane % 8)
     }
 
     #[inline]
-    pub(in crate::index) fn set(&mut self, lane: usize, bounds: &Aabb) {
+    pub(crate) fn set(&mut self, lane: usize, bounds: &Aabb) {
         self.0[lane / 8].set(lane % 8, bounds);
     }
 
     #[inline]
-    pub(in crate::index) fn set_wide(&mut self, lane: usize, bounds: Wide) {
+    pub(crate) fn set_wide(&mut self, lane: usize, bounds: Wide) {
         self.0[lane / 8].set_wide(lane % 8, bounds);
     }
 
     /// The box around the lanes of `mask`, which is below `2^16`.
     #[inline]
-    pub(in crate::index) fn around(&self, mask: u32) -> Aabb {
+    pub(crate) fn around(&self, mask: u32) -> Aabb {
         self.0[0].around(mask & 0xFF).union(&self.0[1].around(mask >> 8))
     }
 }
 
 /// A box in two registers. The fourth lane repeats the third, so that it changes no comparison and no maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::index) struct Wide {
+pub(crate) struct Wide {
     min: Vec4,
     max: Vec4,
 }
 
 impl Wide {
     /// [`Aabb::EMPTY`].
-    pub(in crate::index) const EMPTY: Self = Self { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
+    pub(crate) const EMPTY: Self = Self { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
 
     #[inline]
-    pub(in crate::index) fn from_box(bounds: &Aabb) -> Self {
+    pub(crate) fn from_box(bounds: &Aabb) -> Self {
         let (min, max) = (bounds.min, bounds.max);
         // Two loads of four numbers that follow each other.
         let low = Vec4::new(min.x, min.y, min.z, max.x);
@@ -116,36 +116,36 @@ impl Wide {
     }
 
     #[inline]
-    pub(in crate::index) fn to_box(self) -> Aabb {
+    pub(crate) fn to_box(self) -> Aabb {
         Aabb { min: self.min.truncate(), max: self.max.truncate() }
     }
 
     /// Whether an index takes it; see [`Aabb::is_valid`].
     #[inline]
-    pub(in crate::index) fn is_valid(self) -> bool {
+    pub(crate) fn is_valid(self) -> bool {
         let limit = Vec4::INFINITY;
         (self.min.cmple(self.max) & self.min.abs().cmplt(limit) & self.max.abs().cmplt(limit)).all()
     }
 
     #[inline]
-    pub(in crate::index) fn union(self, other: Self) -> Self {
+    pub(crate) fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
     #[inline]
-    pub(in crate::index) fn contains(self, other: Self) -> bool {
+    pub(crate) fn contains(self, other: Self) -> bool {
         (self.min.cmple(other.min) & other.max.cmple(self.max)).all()
     }
 
     /// The longest edge.
     #[inline]
-    pub(in crate::index) fn length(self) -> f32 {
+    pub(crate) fn length(self) -> f32 {
         (self.max - self.min).max_element()
     }
 
     /// Centre; overflows for huge boxes.
     #[inline]
-    pub(in crate::index) fn center(self) -> Vec4 {
+    pub(crate) fn center(self) -> Vec4 {
         (self.min + self.max) * 0.5
     }
 }

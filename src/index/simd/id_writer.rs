@@ -7,17 +7,17 @@ use crate::polygon::PolygonId;
 
 /// The runs of a page: `first + bit` for the bits of `masks`.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::index) struct PageRuns<'a> {
-    pub(in crate::index) first: &'a [u32; 16],
-    pub(in crate::index) masks: &'a [u16; 16],
+pub(crate) struct PageRuns<'a> {
+    pub(crate) first: &'a [u32; 16],
+    pub(crate) masks: &'a [u16; 16],
     /// The lanes whose mask is not `2^k - 1`.
-    pub(in crate::index) gaps: u32,
+    pub(crate) gaps: u32,
     /// The lanes whose mask is 1.
-    pub(in crate::index) single: u32,
+    pub(crate) single: u32,
 }
 
 /// Appends ids to a list, up to sixteen at a time. Keeps the list's length to itself until [`IdWriter::finish`].
-pub(in crate::index) struct IdWriter<'a> {
+pub(crate) struct IdWriter<'a> {
     list: &'a mut Vec<PolygonId>,
     start: *mut MaybeUninit<u32>,
     len: usize,
@@ -26,16 +26,16 @@ pub(in crate::index) struct IdWriter<'a> {
 
 /// Room that a page takes at most, and that is kept free behind the ids that a list gets: they are written in steps that
 /// are longer than what they write.
-pub(in crate::index) const ROOM_BEHIND: usize = 16 * 17;
+pub(crate) const ROOM_BEHIND: usize = 16 * 17;
 
 impl<'a> IdWriter<'a> {
-    pub(in crate::index) fn new(list: &'a mut Vec<PolygonId>) -> Self {
+    pub(crate) fn new(list: &'a mut Vec<PolygonId>) -> Self {
         let (start, len, capacity) = (list.as_mut_ptr().cast(), list.len(), list.capacity());
         Self { list, start, len, capacity }
     }
 
     /// Lets `write` append to a list.
-    pub(in crate::index) fn append<R>(list: &'a mut Vec<PolygonId>, write: impl FnOnce(&mut Self) -> R) -> R {
+    pub(crate) fn append<R>(list: &'a mut Vec<PolygonId>, write: impl FnOnce(&mut Self) -> R) -> R {
         let mut writer = Self::new(list);
         let result = write(&mut writer);
         writer.finish();
@@ -44,13 +44,13 @@ impl<'a> IdWriter<'a> {
 
     /// The length of the list.
     #[inline(always)]
-    pub(in crate::index) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
     }
 
     /// The list is complete.
     #[inline(always)]
-    pub(in crate::index) fn finish(self) {
+    pub(crate) fn finish(self) {
         // SAFETY: the first `len` places were filled, each within the capacity.
         unsafe { self.list.set_len(self.len) };
     }
@@ -75,7 +75,7 @@ impl<'a> IdWriter<'a> {
 
     /// Appends `first + bit` for the bits of `mask`.
     #[inline(always)]
-    pub(in crate::index) fn push<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
+    pub(crate) fn push<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
         self.make_room(0);
         // SAFETY: there is room now.
         self.len += kernel.write_ids(first, mask, unsafe { self.places(0) });
@@ -83,7 +83,7 @@ impl<'a> IdWriter<'a> {
 
     /// Appends `count` ids from `first` on, at least sixteen.
     #[inline(always)]
-    pub(in crate::index) fn push_span<K: Kernel>(&mut self, kernel: K, first: u32, count: usize) {
+    pub(crate) fn push_span<K: Kernel>(&mut self, kernel: K, first: u32, count: usize) {
         self.make_room(count);
         // SAFETY: there is room for `count` and sixteen more.
         kernel.write_sixteen(first, unsafe { self.places(0) });
@@ -100,7 +100,7 @@ impl<'a> IdWriter<'a> {
 
     /// Appends the first `count` ids, at most sixteen.
     #[inline(always)]
-    pub(in crate::index) fn push_copy<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32) {
+    pub(crate) fn push_copy<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32) {
         self.make_room(0);
         // SAFETY: there is room now.
         kernel.copy(ids, unsafe { self.places(0) });
@@ -109,7 +109,7 @@ impl<'a> IdWriter<'a> {
 
     /// Appends ids.
     #[inline]
-    pub(in crate::index) fn push_slice(&mut self, ids: &[PolygonId]) {
+    pub(crate) fn push_slice(&mut self, ids: &[PolygonId]) {
         self.make_room(ids.len());
         // SAFETY: there is room for them now, and they do not belong to the list.
         unsafe {
@@ -120,7 +120,7 @@ impl<'a> IdWriter<'a> {
 
     /// Appends those of sixteen ids that are in `lanes`.
     #[inline(always)]
-    pub(in crate::index) fn push_packed<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], lanes: u32) {
+    pub(crate) fn push_packed<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], lanes: u32) {
         self.make_room(0);
         // SAFETY: there is room now.
         let places = unsafe { self.places(0) };
@@ -134,7 +134,7 @@ impl<'a> IdWriter<'a> {
 
     /// Appends the first `runs` runs of a page.
     #[inline(always)]
-    pub(in crate::index) fn push_page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32) {
+    pub(crate) fn push_page<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, runs: u32) {
         self.make_room(0);
         let all = (1u32 << (runs & 31)) - 1;
         let mut at = 0;
@@ -159,7 +159,7 @@ impl<'a> IdWriter<'a> {
 
     /// Appends those of a page's runs that are in `lanes`.
     #[inline(always)]
-    pub(in crate::index) fn push_lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32) {
+    pub(crate) fn push_lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32) {
         self.make_room(0);
         let mut at = 0;
         let mut whole = lanes & !page.single & !page.gaps & 0xFFFF;

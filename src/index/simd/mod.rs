@@ -26,8 +26,10 @@ mod x86_avx512;
 mod x86_sse2;
 
 pub use backend::Backend;
-pub(in crate::index) use backend::{Kernel, WithKernel};
-pub(in crate::index) use boxes::{Boxes, Halves, Wide};
-pub(in crate::index) use id_writer::{IdWriter, PageRuns, ROOM_BEHIND};
-pub(in crate::index) use planes::{PlaneLanes, PlaneSet, PreparedPlane};
-pub(in crate::index) use prefetch::{prefetch, prefetch_lines};
+pub(crate) use backend::{Kernel, WithKernel};
+pub(crate) use boxes::{Boxes, Halves, Wide};
+pub(crate) use id_writer::{IdWriter, PageRuns, ROOM_BEHIND};
+#[cfg(feature = "rivals")]
+pub(crate) use planes::PlaneLanes;
+pub(crate) use planes::{PlaneSet, PreparedPlane};
+pub(crate) use prefetch::{prefetch, prefetch_lines};

@@ -4,7 +4,7 @@ use crate::math::{Aabb, Frustum};
 /// A plane made ready for boxes in rows: which row holds the corner farthest along the normal, and which the one
 /// farthest against it, per axis.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::index) struct PreparedPlane {
+pub(crate) struct PreparedPlane {
     pub(super) normal: [f32; 3],
     pub(super) d: f32,
     /// Rows of the positive vertex, times eight: at most 40.
@@ -16,7 +16,7 @@ pub(in crate::index) struct PreparedPlane {
 impl PreparedPlane {
     /// Asks for the cache lines that [`Kernel::behind`] will read.
     #[inline(always)]
-    pub(in crate::index) fn prefetch(&self, boxes: &Boxes<16>) {
+    pub(crate) fn prefetch(&self, boxes: &Boxes<16>) {
         for row in self.far {
             prefetch(boxes.rows.as_ptr().wrapping_add(row / 8));
         }
@@ -25,15 +25,15 @@ impl PreparedPlane {
 
 /// The six planes of a frustum, made ready.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::index) struct PlaneSet {
+pub(crate) struct PlaneSet {
     planes: [PreparedPlane; 6],
 }
 
 impl PlaneSet {
     /// Mask of all six planes.
-    pub(in crate::index) const ALL: u8 = 0b11_1111;
+    pub(crate) const ALL: u8 = 0b11_1111;
 
-    pub(in crate::index) fn new(frustum: &Frustum) -> Self {
+    pub(crate) fn new(frustum: &Frustum) -> Self {
         let prepare = |i: usize| {
             let plane = frustum.planes()[i];
             let normal = plane.normal.to_array();
@@ -52,7 +52,7 @@ impl PlaneSet {
 
     /// How sixteen boxes lie to the planes of `mask`.
     #[inline(always)]
-    pub(in crate::index) fn sides16<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Halves) -> Sides {
+    pub(crate) fn sides16<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Halves) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
         let mut left = mask;
         while left != 0 {
@@ -67,7 +67,7 @@ impl PlaneSet {
 
     /// How sixteen boxes in whole rows lie to the planes of `mask`.
     #[inline(always)]
-    pub(in crate::index) fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
+    pub(crate) fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
         let mut left = mask;
         while left != 0 {
@@ -82,7 +82,7 @@ impl PlaneSet {
 
     /// Whether all of eight boxes that are in `used` lie inside every plane.
     #[inline(always)]
-    pub(in crate::index) fn hold<K: Kernel>(&self, kernel: K, boxes: &Boxes<8>, used: u32) -> bool {
+    pub(crate) fn hold<K: Kernel>(&self, kernel: K, boxes: &Boxes<8>, used: u32) -> bool {
         for plane in &self.planes {
             if used & !kernel.sides(plane, boxes, 0).1 != 0 {
                 return false;
@@ -93,7 +93,7 @@ impl PlaneSet {
 
     /// How eight boxes lie to the planes of `mask`.
     #[inline(always)]
-    pub(in crate::index) fn sides8<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<8>) -> Sides {
+    pub(crate) fn sides8<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<8>) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
         let mut left = mask;
         while left != 0 {
@@ -107,19 +107,19 @@ impl PlaneSet {
 
     /// The boxes behind one of the planes.
     #[inline(always)]
-    pub(in crate::index) fn behind_any<K: Kernel>(&self, kernel: K, boxes: &Boxes<16>) -> u32 {
+    pub(crate) fn behind_any<K: Kernel>(&self, kernel: K, boxes: &Boxes<16>) -> u32 {
         kernel.behind_any(&self.planes, boxes)
     }
 
     /// One of the planes.
     #[inline(always)]
-    pub(in crate::index) fn plane(&self, i: usize) -> PreparedPlane {
+    pub(crate) fn plane(&self, i: usize) -> PreparedPlane {
         self.planes[i]
     }
 
     /// The boxes behind one of the planes of `mask`.
     #[inline(always)]
-    pub(in crate::index) fn behind<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> u32 {
+    pub(crate) fn behind<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> u32 {
         let mut behind = 0;
         let mut left = mask;
         while left != 0 {
@@ -134,7 +134,7 @@ impl PlaneSet {
 /// The planes of a frustum side by side, to test one box against all of them at once. The fields of a plane that is not
 /// there are 0: everything is on its inner side.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::index) struct PlaneLanes {
+pub(crate) struct PlaneLanes {
     normal: [[f32; 8]; 3],
     d: [f32; 8],
     /// Per axis the planes whose positive vertex has the greater coordinate.
@@ -142,7 +142,7 @@ pub(in crate::index) struct PlaneLanes {
 }
 
 impl PlaneLanes {
-    pub(in crate::index) fn new(frustum: &Frustum) -> Self {
+    pub(crate) fn new(frustum: &Frustum) -> Self {
         let mut all = Self { normal: [[0.0; 8]; 3], d: [0.0; 8], rises: [[true; 8]; 3] };
         for (i, plane) in frustum.planes().iter().enumerate() {
             for axis in 0..3 {
@@ -157,7 +157,7 @@ impl PlaneLanes {
     /// The planes of `mask` that cut a box; `None` if it lies wholly behind one of them. The kernel only says which
     /// instructions may be used.
     #[inline(always)]
-    pub(in crate::index) fn cut<K: Kernel>(&self, _kernel: K, mask: u8, bounds: &Aabb) -> Option<u8> {
+    pub(crate) fn cut<K: Kernel>(&self, _kernel: K, mask: u8, bounds: &Aabb) -> Option<u8> {
         let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
         let distances = |is_far: bool| -> [f32; 8] {
             std::array::from_fn(|i| {
@@ -178,11 +178,11 @@ impl PlaneLanes {
 
 /// How some boxes lie to some planes; a bit a box.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::index) struct Sides {
+pub(crate) struct Sides {
     /// Wholly behind a plane.
-    pub(in crate::index) behind: u32,
+    pub(crate) behind: u32,
     /// Not wholly on the inner side of every plane.
-    pub(in crate::index) cut: u32,
+    pub(crate) cut: u32,
     /// The same, by plane; only the planes asked for.
     cut_by: [u32; 6],
 }
@@ -190,7 +190,7 @@ pub(in crate::index) struct Sides {
 impl Sides {
     /// The boxes that exactly one plane of `mask` cuts.
     #[inline(always)]
-    pub(in crate::index) fn cut_once(&self, mask: u8) -> u32 {
+    pub(crate) fn cut_once(&self, mask: u8) -> u32 {
         let (mut once, mut again) = (0, 0);
         let mut left = mask;
         while left != 0 {
@@ -204,7 +204,7 @@ impl Sides {
 
     /// The boxes that a plane cuts; only for planes that were asked for.
     #[inline(always)]
-    pub(in crate::index) fn cut_by(&self, plane: usize) -> u32 {
+    pub(crate) fn cut_by(&self, plane: usize) -> u32 {
         self.cut_by[plane]
     }
 
@@ -217,7 +217,7 @@ impl Sides {
 
     /// The planes of `mask` that cut box `lane`.
     #[inline(always)]
-    pub(in crate::index) fn planes_at(&self, mask: u8, lane: usize) -> u8 {
+    pub(crate) fn planes_at(&self, mask: u8, lane: usize) -> u8 {
         if mask & mask.wrapping_sub(1) == 0 {
             return if self.cut >> lane & 1 == 1 { mask } else { 0 };
         }

@@ -5,7 +5,7 @@
 
 /// Asks the processor to fetch the cache line that `place` begins in.
 #[inline(always)]
-pub(in crate::index) fn prefetch<T>(place: *const T) {
+pub(crate) fn prefetch<T>(place: *const T) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
@@ -18,7 +18,7 @@ pub(in crate::index) fn prefetch<T>(place: *const T) {
 
 /// Asks for `N` cache lines from `place` on.
 #[inline(always)]
-pub(in crate::index) fn prefetch_lines<const N: usize, T>(place: *const T) {
+pub(crate) fn prefetch_lines<const N: usize, T>(place: *const T) {
     for line in 0..N {
         prefetch(place.cast::<[u8; 64]>().wrapping_add(line));
     }

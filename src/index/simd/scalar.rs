@@ -4,7 +4,7 @@ use super::{Boxes, Kernel, PreparedPlane};
 
 /// Plain Rust; the form that the others are tested against.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::index) struct Scalar;
+pub(crate) struct Scalar;
 
 impl Scalar {
     #[inline(always)]

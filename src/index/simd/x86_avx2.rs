@@ -9,12 +9,12 @@ use super::{Boxes, Kernel, PreparedPlane};
 
 /// AVX2 with BMI: two registers hold sixteen lanes.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::index) struct Avx2(());
+pub(crate) struct Avx2(());
 
 impl Avx2 {
     /// The token, if the processor has the instructions.
     #[inline]
-    pub(in crate::index) fn detect() -> Option<Self> {
+    pub(crate) fn detect() -> Option<Self> {
         let has = is_x86_feature_detected!("avx2")
             && is_x86_feature_detected!("bmi1")
             && is_x86_feature_detected!("bmi2")

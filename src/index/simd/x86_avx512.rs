@@ -6,12 +6,12 @@ use super::{Boxes, Kernel, PreparedPlane};
 
 /// AVX-512 (F and VL) with BMI: one register holds sixteen lanes, and comparisons give masks.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::index) struct Avx512(());
+pub(crate) struct Avx512(());
 
 impl Avx512 {
     /// The token, if the processor has the instructions.
     #[inline]
-    pub(in crate::index) fn detect() -> Option<Self> {
+    pub(crate) fn detect() -> Option<Self> {
         let has = is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512vl")
             && super::x86_avx2::Avx2::detect().is_some();

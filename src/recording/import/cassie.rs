@@ -20,11 +20,16 @@ use std::vec;
 
 use glam::Vec3;
 
-use super::cassie_json::{self, Document, HistoryStroke, RawData, State};
-use super::{axes, session_name};
-use crate::math::rotate;
-use crate::recording::{
-    Event, EventSource, Header, NormalRule, Notes, OpenOptions, RecordingError, Session, StrokeId, Tool,
+use super::{
+    axes,
+    cassie_json::{self, Document, HistoryStroke, RawData, State},
+    session_name,
+};
+use crate::{
+    math::rotate,
+    recording::{
+        Event, EventSource, Header, NormalRule, Notes, OpenOptions, RecordingError, Session, StrokeId, Tool,
+    },
 };
 
 /// Width of a stroke's ribbon, metres: CASSIE draws thin tubes.

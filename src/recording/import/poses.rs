@@ -12,8 +12,11 @@ use std::path::Path;
 
 use glam::{Quat, Vec3};
 
-use super::lines::{LineReader, shown};
-use super::{axes, session_name};
+use super::{
+    axes,
+    lines::{LineReader, shown},
+    session_name,
+};
 use crate::recording::{
     Event, EventSource, Header, NormalRule, Notes, OpenOptions, Place, RecordingError, Session, StrokeId,
     Tool,

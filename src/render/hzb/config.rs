@@ -1,10 +1,10 @@
 use std::ops::Add;
 
-use crate::visibility::OcclusionChoice;
+use crate::frame::OcclusionChoice;
 
 /// How polygons are found while drawing that others hide.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DrawnOcclusion {
+pub enum GpuOcclusion {
     /// They are not.
     #[default]
     None,
@@ -17,7 +17,7 @@ pub enum DrawnOcclusion {
     Auto,
 }
 
-impl DrawnOcclusion {
+impl GpuOcclusion {
     /// What a choice asks of whoever draws.
     pub fn of(choice: OcclusionChoice) -> Self {
         match choice {

@@ -1,14 +1,14 @@
 use super::{
-    super::{
-        Blend, DrawOrder, Gpu, GpuTimer, RenderError, Target, gpu_scene::GpuScene, read_back::read_buffer,
-        renderer::Pipelines, target::DepthBefore, timer::Ends,
-    },
     Hzb, HzbView, PyramidLevel,
     pipelines::bind,
     pyramid::Levels,
     queries::HzbViewParts,
     span::{Params, SPAN_STRIDE, Span},
     state::{Groups, LANES, grow},
+};
+use crate::render::{
+    Blend, DrawOrder, Gpu, GpuTimer, RenderError, Target, gpu_scene::GpuScene, read_back::read_buffer,
+    renderer::Pipelines, target::DepthBefore, timer::Ends,
 };
 
 /// Handles of a workgroup of the test.

@@ -1,9 +1,9 @@
 use super::{
-    super::{Gpu, RenderError, gpu_scene::GpuScene, shaders},
     queries::QueryPipelines,
     samples,
     span::{PARAMS_BYTES, SPAN_BYTES},
 };
+use crate::render::{Gpu, RenderError, gpu_scene::GpuScene, shaders};
 
 /// Storage buffers that the largest of the compute shaders has; as many as every adapter must offer have it.
 const STORAGE_BUFFERS: u32 = 7;

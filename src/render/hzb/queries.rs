@@ -12,11 +12,6 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    super::{
-        DrawOrder, Gpu,
-        order::{BLOCK, Handle},
-        read_ring::{ReadRing, SLOTS},
-    },
     encode::Frame,
     pipelines::{Bound, bind, compute, layout},
     state::{HzbView, LANES, create, grow},
@@ -25,11 +20,14 @@ use crate::{
     math::Aabb,
     polygon::PolygonId,
     render::{
+        DrawOrder, Gpu,
+        order::{BLOCK, Handle},
+        read_ring::{ReadRing, SLOTS},
         shaders,
         target::{DEPTH_FORMAT, SAMPLES},
     },
     scene::Scene,
-    visibility::View,
+    view::View,
 };
 
 /// Blocks of a group.

@@ -4,14 +4,14 @@
 //! may have others without saying so: they are measured, once, and an adapter with others does without the test.
 
 use super::{
-    super::{
-        Gpu, RenderError,
-        read_back::read_buffer,
-        shaders,
-        target::{DEPTH_FORMAT, SAMPLES},
-    },
     pipelines::{Bound, bind, compute, layout},
     state::create,
+};
+use crate::render::{
+    Gpu, RenderError,
+    read_back::read_buffer,
+    shaders,
+    target::{DEPTH_FORMAT, SAMPLES},
 };
 
 /// Pixels of the picture that is looked at, each way.

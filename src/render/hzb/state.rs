@@ -1,17 +1,19 @@
 use std::ops::Range;
 
-use crate::{scene::Scene, visibility::View};
-
 use super::{
-    super::{
+    DrawnCounts, GpuOcclusion, HzbConfig,
+    pyramid::{Levels, MAX_LEVELS},
+    queries::Queries,
+    span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
+};
+use crate::{
+    render::{
         DrawOrder, Gpu,
         order::{BLOCK, Handle},
         read_ring::ReadRing,
     },
-    DrawnCounts, DrawnOcclusion, HzbConfig,
-    pyramid::{Levels, MAX_LEVELS},
-    queries::Queries,
-    span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
+    scene::Scene,
+    view::View,
 };
 
 /// Lanes of the workgroups that take a handle each.
@@ -109,22 +111,22 @@ impl HzbView {
         }
     }
 
-    pub(in super::super) fn occlusion(&self) -> DrawnOcclusion {
+    pub(in super::super) fn occlusion(&self) -> GpuOcclusion {
         match self.queries {
-            Some(_) => DrawnOcclusion::Queries,
-            None => DrawnOcclusion::Hzb(self.config),
+            Some(_) => GpuOcclusion::Queries,
+            None => GpuOcclusion::Hzb(self.config),
         }
     }
 
     /// What is remembered is good for any of them.
-    pub(in super::super) fn set_occlusion(&mut self, gpu: &Gpu, occlusion: DrawnOcclusion) {
+    pub(in super::super) fn set_occlusion(&mut self, gpu: &Gpu, occlusion: GpuOcclusion) {
         match occlusion {
-            DrawnOcclusion::Hzb(config) => {
+            GpuOcclusion::Hzb(config) => {
                 (self.config, self.queries) = (config, None);
                 self.size = (0, 0);
             }
-            DrawnOcclusion::Queries if self.queries.is_none() => self.queries = Some(Queries::new(gpu)),
-            DrawnOcclusion::Queries | DrawnOcclusion::None | DrawnOcclusion::Auto => {}
+            GpuOcclusion::Queries if self.queries.is_none() => self.queries = Some(Queries::new(gpu)),
+            GpuOcclusion::Queries | GpuOcclusion::None | GpuOcclusion::Auto => {}
         }
     }
 

@@ -1,0 +1,321 @@
+use crate::{
+    frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass},
+    index::DrawList,
+    occlusion::{
+        AutoConfig, AutoMethod, AutoSwitch, CullConfig, CullerKind, OcclusionConfig, OcclusionStage, Outcome,
+        SelectConfig, ShadowVolume, Soundness, work_ns,
+    },
+    polygon::{Change, Geometry},
+    view::{View, ViewWindow},
+};
+
+/// Which culling by occlusion a pipeline does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OcclusionChoice {
+    /// This method, in every frame.
+    Always(CullerKind),
+    /// In each frame [`CullerKind::Msvbsp`], or what was visible in the last frame, or none: what takes least.
+    Auto,
+    /// None before drawing; whoever draws finds while drawing what is hidden, by a hierarchical depth buffer.
+    Hzb,
+    /// The same by hardware occlusion queries.
+    Queries,
+    /// What was visible in the last frame, in a software depth buffer: [`crate::occlusion::PreviousFrameOccluders`].
+    DepthLast,
+    /// The sets of `lab::pvs`, found beforehand by sampling.
+    Pvs,
+}
+
+impl OcclusionChoice {
+    /// Its name on the command line and in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Always(kind) => kind.name(),
+            Self::Auto => "auto",
+            Self::Hzb => "hzb",
+            Self::DepthLast => "depth-last",
+            Self::Pvs => "pvs",
+            Self::Queries => "queries",
+        }
+    }
+
+    /// The choice with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "auto" => Some(Self::Auto),
+            "hzb" => Some(Self::Hzb),
+            "depth-last" => Some(Self::DepthLast),
+            "pvs" => Some(Self::Pvs),
+            "queries" => Some(Self::Queries),
+            name => CullerKind::from_name(name).map(Self::Always),
+        }
+    }
+
+    /// The names of all methods that need nothing but the geometry.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        CullerKind::ALL.iter().map(|kind| kind.name()).chain(["depth-last", "auto", "hzb", "queries"])
+    }
+
+    /// Whether its answers can be relied upon.
+    pub fn soundness(self) -> Soundness {
+        match self {
+            Self::Pvs => Soundness::Unsound("what is seen only from between the samples"),
+            Self::Always(_) | Self::Auto | Self::Hzb | Self::Queries | Self::DepthLast => {
+                self.kind().soundness()
+            }
+        }
+    }
+
+    /// Whether it is whoever draws that finds what is hidden: a pipeline then culls by the frustum alone.
+    pub fn is_while_drawing(self) -> bool {
+        matches!(self, Self::Hzb | Self::Queries)
+    }
+
+    /// Whether a pipeline with this choice has an [`OcclusionPass`].
+    pub fn has_pass(self) -> bool {
+        self.kind() != CullerKind::None
+    }
+
+    fn kind(self) -> CullerKind {
+        match self {
+            Self::Always(kind) => kind,
+            Self::Auto => CullerKind::Msvbsp,
+            Self::Hzb | Self::Queries | Self::DepthLast | Self::Pvs => CullerKind::None,
+        }
+    }
+}
+
+/// What `auto` goes by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AutoBasis {
+    /// The clock: it adapts to the machine.
+    #[default]
+    Time,
+    /// Work counts: it decides the same on every machine.
+    Work,
+}
+
+/// Settings of an [`OcclusionPass`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassConfig {
+    /// Which method.
+    pub choice: OcclusionChoice,
+    /// Most occluders of a frame; `None` is 64, and 16 for `auto`.
+    pub occluders: Option<usize>,
+    /// What drawing a polygon costs, nanoseconds: what is worth a test, and what pays.
+    pub polygon_ns: f64,
+    /// What `auto` goes by.
+    pub basis: AutoBasis,
+}
+
+impl PassConfig {
+    /// The default settings of a method.
+    pub fn new(choice: OcclusionChoice) -> Self {
+        let AutoConfig { polygon_ns, .. } = AutoConfig::default();
+        Self { choice, occluders: None, polygon_ns, basis: AutoBasis::default() }
+    }
+
+    /// Most occluders of a frame.
+    fn occluders(&self) -> usize {
+        self.occluders.unwrap_or(match self.choice {
+            // The first few hide most: what the others add seldom pays for choosing them.
+            OcclusionChoice::Auto => 16,
+            _ => SelectConfig::default().occluders,
+        })
+    }
+}
+
+/// Frames for which what was visible last is remembered while it is not used: for longer ones all that is in view is taken
+/// for it.
+const LONGEST_MEMORY: u32 = 8;
+
+/// Culling by occlusion as a stage of a [`super::Pipeline`]: with what it keeps from frame to frame.
+#[derive(Debug)]
+pub struct OcclusionPass {
+    config: PassConfig,
+    stage: OcclusionStage,
+    switch: Option<AutoSwitch>,
+    /// What else the switch chooses, where it can ever pay.
+    last: Option<PreviousFramePass>,
+    /// Frames since `last` was used.
+    since_last: u32,
+    /// Whether the last frame was culled by `last`.
+    by_last: bool,
+    /// What is left of each view.
+    drawn: Vec<DrawList>,
+    /// Polygons that each of these has room for.
+    capacity: usize,
+}
+
+impl OcclusionPass {
+    /// A pass that has seen nothing yet, with room for this many polygons.
+    pub fn new(config: PassConfig, capacity: usize) -> Self {
+        let select = SelectConfig { occluders: config.occluders(), ..SelectConfig::default() };
+        let cull = CullConfig::for_drawing(config.polygon_ns);
+        let stage = OcclusionConfig { select, cull, ..OcclusionConfig::default() };
+        let mut stage = OcclusionStage::new(config.choice.kind(), stage);
+        stage.reserve(capacity);
+        let auto = AutoConfig { polygon_ns: config.polygon_ns, ..AutoConfig::default() };
+        let is_auto = config.choice == OcclusionChoice::Auto;
+        let switch = is_auto.then(|| AutoSwitch::new(auto));
+        let has_last = switch.as_ref().is_some_and(|switch| switch.can_ever_pay(AutoMethod::DepthLast));
+        Self {
+            stage,
+            switch,
+            last: has_last.then(|| PreviousFramePass::new(capacity)),
+            since_last: u32::MAX,
+            by_last: false,
+            config,
+            drawn: vec![DrawList::with_capacity(capacity)],
+            capacity,
+        }
+    }
+
+    /// Its settings.
+    pub fn config(&self) -> &PassConfig {
+        &self.config
+    }
+
+    /// Most occluders of a view in a frame.
+    pub fn most_occluders(&self) -> usize {
+        self.config.occluders()
+    }
+
+    /// The shadows of the occluders of the first view, best first, with the eye as the origin; as the last frame left
+    /// them in which it was used.
+    pub fn shadows(&self) -> &[ShadowVolume] {
+        self.stage.selector().chosen()
+    }
+
+    /// Whether the last frame was culled by what was visible in the one before.
+    pub fn is_by_last(&self) -> bool {
+        self.by_last
+    }
+
+    fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        let budget_ns = self.switch.as_ref().map_or(0.0, AutoSwitch::idle_budget_ns);
+        let spent_ns = self.stage.follow_roughly(geometry, changes, budget_ns);
+        if let Some(switch) = &mut self.switch {
+            switch.spend_idle(spent_ns);
+        }
+    }
+
+    /// Tells the switch what a frame was like.
+    fn note(&mut self, record: &OcclusionRecord, work_ns: f64) {
+        if let Some(switch) = &mut self.switch {
+            let cost_ns = match self.config.basis {
+                AutoBasis::Time => record.total_ns() as f64,
+                AutoBasis::Work => work_ns,
+            };
+            switch.note(Outcome { cost_ns, culled: record.occluded });
+        }
+    }
+
+    /// Chooses, builds and culls for one view; returns what that costs by its work counts, nanoseconds.
+    fn cull(
+        &mut self,
+        frame: &PassInput<'_>,
+        view: &View,
+        window: &ViewWindow,
+        number: usize,
+        record: &mut OcclusionRecord,
+    ) -> f64 {
+        let PassInput { index, geometry, clock, .. } = *frame;
+        let start = clock.start();
+        let select = self.stage.select(geometry, window);
+        record.select += clock.since(start);
+
+        let start = clock.start();
+        let build = self.stage.build(window);
+        record.build += clock.since(start);
+
+        let start = clock.start();
+        let drawn = &mut self.drawn[number];
+        drawn.clear();
+        let (cull, _) = self.stage.cull(index, geometry, &view.frustum(), drawn);
+        record.query += clock.since(start);
+
+        record.occluders += u64::from(select.chosen);
+        record.nodes += u64::from(build.nodes);
+        record.tests += cull.node_tests + cull.polygon_tests;
+        work_ns(&select, &build, &cull)
+    }
+}
+
+impl Pass for OcclusionPass {
+    fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.stage.follow(geometry, changes);
+    }
+
+    fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.stage.follow_roughly(geometry, changes, 0.0);
+    }
+
+    /// The views share the candidates; each has occluders and a tree of its own, because a screen's near plane and sides
+    /// cut what occludes on it.
+    fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord {
+        let PassInput { geometry, changes, views, in_view, clock, .. } = *frame;
+        let mut record = OcclusionRecord::default();
+        let seen = in_view.iter().map(|list| list.len() as u64).sum();
+        let start = clock.start();
+        let decided = self.switch.as_mut().map_or(Some(AutoMethod::Msvbsp), |switch| switch.decide(seen));
+        let decided = decided.filter(|_| views.iter().any(|view| view.window().is_some()));
+        self.since_last = self.since_last.saturating_add(1);
+        self.by_last = false;
+        // A try makes do with the candidates that there are.
+        match self.switch.as_ref().is_none_or(|switch| switch.kept() == Some(AutoMethod::Msvbsp)) {
+            true if decided == Some(AutoMethod::Msvbsp) => self.stage.follow(geometry, changes),
+            _ => self.follow_roughly(geometry, changes),
+        }
+        record.select = clock.since(start);
+        if decided.is_none() {
+            return record;
+        }
+        if let Some(last) = self.last.as_mut().filter(|_| decided == Some(AutoMethod::DepthLast)) {
+            let start = clock.start();
+            if self.since_last > LONGEST_MEMORY {
+                last.begin(in_view);
+            }
+            record.select += clock.since(start);
+            (self.since_last, self.by_last) = (0, true);
+            let (by_last, work_ns) = last.cull(frame);
+            record = OcclusionRecord { select: record.select, ..by_last };
+            self.note(&record, work_ns);
+            return record;
+        }
+        self.drawn.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
+        let mut work_cost_ns = 0.0;
+        // The first view last: what is left in the stage is then the first view's.
+        for (i, view) in views.iter().enumerate().rev() {
+            let Some(window) = view.window() else {
+                self.drawn[i].clone_from(&in_view[i]);
+                continue;
+            };
+            work_cost_ns += self.cull(frame, view, &window, i, &mut record);
+        }
+        record.used = true;
+        let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
+        record.occluded = seen - drawn.min(seen);
+        self.note(&record, work_cost_ns);
+        record
+    }
+
+    fn drawn(&self) -> &[DrawList] {
+        self.last.as_ref().filter(|_| self.by_last).map_or(&self.drawn, |last| last.drawn())
+    }
+
+    fn set_occluders(&mut self, occluders: Option<usize>) {
+        self.config.occluders = occluders;
+        self.stage.set_occluders(self.config.choice.kind(), self.config.occluders());
+    }
+
+    fn set_polygon_ns(&mut self, polygon_ns: f64) {
+        let Some(switch) = &mut self.switch else { return };
+        switch.set_polygon_ns(polygon_ns);
+        self.config.polygon_ns = polygon_ns;
+        self.stage.set_cull(CullConfig::for_drawing(polygon_ns));
+        if self.last.is_none() && switch.can_ever_pay(AutoMethod::DepthLast) {
+            self.last = Some(PreviousFramePass::new(self.drawn[0].ids().len()));
+        }
+    }
+}

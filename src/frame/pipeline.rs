@@ -1,0 +1,241 @@
+use std::any::Any;
+
+use crate::{
+    frame::{
+        FrameRecord, OcclusionChoice, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass,
+        StageClock,
+    },
+    index::{DrawList, IndexError, SpatialIndex},
+    math::Aabb,
+    polygon::{Change, Geometry, PolygonId},
+    view::View,
+};
+
+static NOTHING: DrawList = DrawList::new();
+
+/// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
+pub struct Pipeline {
+    index: Box<dyn SpatialIndex>,
+    /// What the frustum of each view may see.
+    in_view: Vec<DrawList>,
+    /// Polygons that each of these has room for.
+    capacity: usize,
+    pass: Option<Box<dyn Pass>>,
+    /// Whether the last frame was culled by occlusion.
+    occluded: bool,
+    clock: StageClock,
+    refused: u64,
+    frame: u64,
+}
+
+impl std::fmt::Debug for Pipeline {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Pipeline")
+            .field("index", &self.index.name())
+            .field("frame", &self.frame)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Pipeline {
+    /// A pipeline around an empty index. `capacity` is the number of polygons that the draw list of each view has room for:
+    /// as long as there are no more, no list grows after the first frame with its view.
+    pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
+        Self {
+            index,
+            in_view: vec![DrawList::with_capacity(capacity)],
+            capacity,
+            pass: None,
+            occluded: false,
+            clock,
+            refused: 0,
+            frame: 0,
+        }
+    }
+
+    /// The pipeline with a pass after the frustum, in the place of the one that it had; before the first frame.
+    #[must_use]
+    pub fn with_pass(mut self, pass: impl Pass) -> Self {
+        self.pass = Some(Box::new(pass));
+        self
+    }
+
+    /// The pipeline with the culling by occlusion that a choice names; before the first frame. Methods that need more than
+    /// the geometry, or work while drawing, are not a pipeline's: nothing is added for them.
+    #[must_use]
+    pub fn with_choice(self, config: PassConfig, capacity: usize) -> Self {
+        match config.choice {
+            OcclusionChoice::DepthLast => self.with_pass(PreviousFramePass::new(capacity)),
+            choice if choice.has_pass() => self.with_pass(OcclusionPass::new(config, capacity)),
+            _ => self,
+        }
+    }
+
+    /// One frame: file what came, cull by the frustum and by occlusion, and leave the polygons to draw in the draw list.
+    pub fn frame(&mut self, geometry: &dyn Geometry, changes: &[Change], view: &View) -> FrameRecord {
+        self.frame_of_views(geometry, changes, std::slice::from_ref(view))
+    }
+
+    /// A frame that is looked at in several views (screens, eyes), each culled for itself. The record is of all of them
+    /// together.
+    pub fn frame_of_views(
+        &mut self,
+        geometry: &dyn Geometry,
+        changes: &[Change],
+        views: &[View],
+    ) -> FrameRecord {
+        let mut record = FrameRecord { frame: self.frame, ..FrameRecord::default() };
+        self.in_view.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
+        self.in_view.iter_mut().for_each(DrawList::clear);
+
+        let stage = self.clock.start();
+        self.file(geometry, changes, &mut record);
+        self.index.commit();
+        record.insert = self.clock.since(stage);
+
+        let stage = self.clock.start();
+        for (view, list) in views.iter().zip(&mut self.in_view) {
+            record.work += self.index.frustum_cull(&view.frustum(), list);
+        }
+        record.cull = self.clock.since(stage);
+
+        record.polygons = self.index.len() as u64;
+        record.visible = self.in_view.iter().map(|list| list.len() as u64).sum();
+        if let Some(pass) = &mut self.pass {
+            let (index, in_view) = (&*self.index, &*self.in_view);
+            let input = PassInput { index, geometry, changes, views, in_view, clock: &self.clock };
+            record.occlusion = pass.frame(&input);
+        }
+        self.occluded = record.occlusion.used;
+        self.frame += 1;
+        record
+    }
+
+    /// A frame that is not looked at: the index follows the changes, nothing is measured or culled.
+    pub fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.file(geometry, changes, &mut FrameRecord::default());
+        if let Some(pass) = &mut self.pass {
+            pass.skip(geometry, changes);
+        }
+        self.frame += 1;
+    }
+
+    /// Takes a whole model at once, before the first frame: nothing of it is left for later frames to look at.
+    pub fn load(&mut self, geometry: &dyn Geometry) {
+        let ids = (0..geometry.id_end() as u32).map(PolygonId);
+        let all: Vec<Change> = ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect();
+        self.file(geometry, &all, &mut FrameRecord::default());
+        if let Some(pass) = &mut self.pass {
+            pass.load(geometry, &all);
+        }
+    }
+
+    /// Ends a row of frames that were not looked at: the index does what it has to do before it can be asked.
+    pub fn commit(&mut self) {
+        self.index.commit();
+    }
+
+    /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
+    /// filed once its box is finite again.
+    fn file(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
+        let wants_shapes = self.index.wants_shapes();
+        for &change in changes {
+            let outcome = match change {
+                Change::Insert(id) => {
+                    record.inserted += 1;
+                    self.index.insert(id, &geometry.bounds(id))
+                }
+                Change::Remove(id) => {
+                    record.removed += 1;
+                    match self.index.remove(id) {
+                        // It was refused when it came.
+                        Err(IndexError::Unknown(_)) => Ok(()),
+                        outcome => outcome,
+                    }
+                }
+                Change::Update(id) => {
+                    record.updated += 1;
+                    self.follow(id, &geometry.bounds(id))
+                }
+            };
+            if let (true, Ok(()), Change::Insert(id) | Change::Update(id)) = (wants_shapes, outcome, change)
+                && let Some(polygon) = geometry.polygon(id)
+            {
+                self.index.shape(id, &polygon);
+            }
+            self.refused += u64::from(outcome.is_err());
+        }
+    }
+
+    fn follow(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        match self.index.update(id, bounds) {
+            Err(IndexError::Unknown(_)) => self.index.insert(id, bounds),
+            Err(refusal) => {
+                // At its old place it would be drawn where it no longer is.
+                self.index.remove(id)?;
+                Err(refusal)
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
+    /// The polygons to draw in each view, as the last frame left them.
+    pub fn draw_lists(&self) -> &[DrawList] {
+        self.pass.as_ref().filter(|_| self.occluded).map_or(&self.in_view, |pass| pass.drawn())
+    }
+
+    /// The polygons to draw in the first view; none if the last frame had no view.
+    pub fn draw_list(&self) -> &DrawList {
+        self.draw_lists().first().unwrap_or(&NOTHING)
+    }
+
+    /// The polygons that the frustum of each view may see, occluded or not, as the last frame left them.
+    pub fn in_view_lists(&self) -> &[DrawList] {
+        &self.in_view
+    }
+
+    /// The polygons that the frustum of the first view may see.
+    pub fn in_view(&self) -> &DrawList {
+        self.in_view.first().unwrap_or(&NOTHING)
+    }
+
+    /// Changes the most occluders of a frame, if occlusion is looked for; `None` is the method's own number.
+    pub fn set_occluders(&mut self, occluders: Option<usize>) {
+        if let Some(pass) = &mut self.pass {
+            pass.set_occluders(occluders);
+        }
+    }
+
+    /// Says what drawing a polygon costs, nanoseconds, if occlusion is looked for where it pays.
+    pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
+        if let Some(pass) = &mut self.pass {
+            pass.set_polygon_ns(polygon_ns);
+        }
+    }
+
+    /// Whether the last frame was culled by occlusion.
+    pub fn is_occluded(&self) -> bool {
+        self.occluded
+    }
+
+    /// Culling by large occluders, if it is what comes after the frustum.
+    pub fn occlusion(&self) -> Option<&OcclusionPass> {
+        let pass: &dyn Any = self.pass.as_deref()?;
+        pass.downcast_ref()
+    }
+
+    /// The index.
+    pub fn index(&self) -> &dyn SpatialIndex {
+        &*self.index
+    }
+
+    /// The clock that its stages are read from.
+    pub fn clock(&self) -> &StageClock {
+        &self.clock
+    }
+
+    /// Changes that the index refused since the beginning.
+    pub fn refused(&self) -> u64 {
+        self.refused
+    }
+}

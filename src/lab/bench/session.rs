@@ -1,0 +1,220 @@
+use serde::Serialize;
+
+use super::{Contender, Estimate, estimate::quantile};
+use crate::{
+    frame::{FrameRecord, Pipeline, StageClock},
+    index::IndexConfig,
+    lab::report::{ReplayReport, RunReport},
+    math::Aabb,
+    recording::{Event, Pace, Pacer, RecordingError},
+    replay::{Budget, CameraPath, Lane, Replay, STRETCHES, Summary, stretch_of_frame},
+    rivals::IndexKind,
+};
+
+/// A session as it is to be measured.
+#[derive(Clone, Debug)]
+pub struct SessionInput {
+    /// Name of the recording.
+    pub recording: String,
+    /// What it holds at this pace.
+    pub summary: Summary,
+    /// How much of it a frame takes.
+    pub pace: Pace,
+    /// The camera's path, and its name.
+    pub camera: (CameraPath, &'static str),
+    /// The modelling volume.
+    pub root: Aabb,
+    /// The indexes.
+    pub kinds: Vec<Contender>,
+    /// The index that the others are compared with, if it is among them.
+    pub reference: IndexKind,
+    /// Time to spend on measured frames of each index, seconds.
+    pub budget_secs: f64,
+}
+
+/// A session through several indexes.
+#[derive(Clone, Debug, Serialize)]
+pub struct SessionResult {
+    /// Name of the recording.
+    pub recording: String,
+    /// Strokes of the session.
+    pub strokes: u64,
+    /// Control points.
+    pub points: u64,
+    /// Polygons made.
+    pub polygons: u64,
+    /// Frames played.
+    pub frames: u64,
+    /// The pace, as on the command line.
+    pub pace: String,
+    /// The camera, as on the command line.
+    pub camera: String,
+    /// Whether all indexes saw the same polygons in every frame.
+    pub indexes_agree: bool,
+    /// One for each index.
+    pub rows: Vec<SessionRow>,
+    /// The frames measured, of each index.
+    #[serde(skip)]
+    pub records: Vec<Vec<FrameRecord>>,
+}
+
+/// One index on a session. A frame is insertion and culling; drawing is not in it.
+#[derive(Clone, Debug, Serialize)]
+pub struct SessionRow {
+    /// Name of the index.
+    pub index: String,
+    /// Insertion, over the frames that only inserted, nanoseconds a polygon.
+    pub insert_ns_per_polygon: Estimate,
+    /// Insertion of such a frame at 50, 99 and 100 per cent, microseconds.
+    pub insert_us: [f64; 3],
+    /// Culling, microseconds.
+    pub cull_us: Estimate,
+    /// A frame, microseconds.
+    pub frame_us: Estimate,
+    /// A frame at 99 and 100 per cent, microseconds.
+    pub frame_high_us: [f64; 2],
+    /// Time of a frame, divided by the time that the reference took for the same frame.
+    pub ratio: Estimate,
+    /// Nodes looked at, mean of the frames.
+    pub nodes: f64,
+    /// Boxes tested, mean of the frames.
+    pub boxes: f64,
+    /// Single box-plane tests, mean of the frames.
+    pub planes: f64,
+    /// Memory at the end, bytes for each polygon made.
+    pub bytes_per_polygon: f64,
+    /// Frames measured.
+    pub frames_measured: usize,
+}
+
+/// Plays a session through the indexes. `progress` is called after every frame.
+///
+/// # Errors
+/// The recording is damaged.
+pub fn run_session<I>(
+    input: &SessionInput,
+    events: I,
+    mut progress: impl FnMut(),
+) -> Result<SessionResult, RecordingError>
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
+    let summary = &input.summary;
+    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+    let config = IndexConfig { root: input.root, capacity };
+    let budget = Budget { ns: (input.budget_secs * 1.0e9) as u64, frames: summary.frames };
+    let lane = |kind: &Contender| {
+        Lane::new(Pipeline::new(kind.create(&config), capacity, StageClock::default()), budget)
+    };
+    let lanes: Vec<Lane> = input.kinds.iter().map(lane).collect();
+    let run = |kind: &Contender| RunReport::new(kind.name(), summary.frames);
+    let mut report = ReplayReport {
+        recording: input.recording.clone(),
+        strokes: summary.counts.strokes,
+        points: summary.counts.points,
+        polygons: summary.counts.polygons,
+        frames: summary.frames,
+        pace: input.pace.to_string(),
+        camera: input.camera.1.to_owned(),
+        runs: input.kinds.iter().map(run).collect(),
+    };
+    let mut records = vec![Vec::new(); lanes.len()];
+    let mut replay = Replay::new(Pacer::new(events, input.pace), input.camera.0, lanes);
+    while let Some(outcomes) = replay.step()? {
+        for ((run, records), frame) in report.runs.iter_mut().zip(&mut records).zip(outcomes) {
+            let Some(frame) = frame else { continue };
+            run.add(frame);
+            if !frame.catches_up {
+                records.push(frame.record);
+            }
+        }
+        progress();
+    }
+    let reference = input
+        .kinds
+        .iter()
+        .position(|&kind| kind == Contender::Own(input.reference))
+        .map_or(&[][..], |i| &records[i]);
+    let rows = (input.kinds.iter().zip(replay.lanes()).zip(&records))
+        .map(|((kind, lane), records)| {
+            let bytes = lane.pipeline().index().bytes();
+            row(kind.name(), records, reference, summary, bytes)
+        })
+        .collect();
+    Ok(SessionResult {
+        indexes_agree: report.first_disagreement().is_none(),
+        recording: report.recording,
+        strokes: report.strokes,
+        points: report.points,
+        polygons: report.polygons,
+        frames: report.frames,
+        pace: report.pace,
+        camera: report.camera,
+        rows,
+        records,
+    })
+}
+
+/// As many frames of every stretch of the session as of the one with the fewest, evenly spaced: a slow index is
+/// measured on fewer of the late frames, and its median must not be one of early frames for that.
+fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
+    if records.len() as u64 == frames {
+        return records.to_vec();
+    }
+    let stretch = |record: &FrameRecord| stretch_of_frame(record.frame, frames);
+    let chunks = || records.chunk_by(|a, b| stretch(a) == stretch(b));
+    // The last stretches of a short session hold fewer frames, or none.
+    let fewest = chunks().map(<[FrameRecord]>::len).min().unwrap_or(0).max(1);
+    debug_assert!(chunks().count() as u64 <= STRETCHES);
+    chunks().flat_map(|chunk| (0..fewest).map(|i| chunk[i * chunk.len() / fewest])).collect()
+}
+
+/// The frames of one list that are in the other, too; both are in the order of the frames.
+pub(super) fn same_frames<'a>(
+    of: &'a [FrameRecord],
+    against: &'a [FrameRecord],
+) -> impl Iterator<Item = (&'a FrameRecord, &'a FrameRecord)> {
+    of.iter().filter_map(|record| {
+        let at = against.binary_search_by_key(&record.frame, |other| other.frame).ok()?;
+        Some((record, &against[at]))
+    })
+}
+
+fn row(
+    index: &str,
+    records: &[FrameRecord],
+    reference: &[FrameRecord],
+    summary: &Summary,
+    bytes: usize,
+) -> SessionRow {
+    let fair = balanced(records, summary.frames);
+    let us = |ns: u64| ns as f64 / 1000.0;
+    let estimate = |mut values: Vec<f64>| Estimate::of(&mut values).unwrap_or_default();
+    let inserts = || fair.iter().filter(|record| record.inserted > 0 && record.removed + record.updated == 0);
+    let mut insert_us: Vec<f64> = inserts().map(|record| us(record.insert.ns)).collect();
+    insert_us.sort_unstable_by(f64::total_cmp);
+    let mut frame_us: Vec<f64> = fair.iter().map(|record| us(record.total_ns())).collect();
+    frame_us.sort_unstable_by(f64::total_cmp);
+    let mean = |count: fn(&FrameRecord) -> u64| {
+        fair.iter().map(|record| count(record) as f64).sum::<f64>() / fair.len().max(1) as f64
+    };
+    let ratio = |(record, other): (&FrameRecord, &FrameRecord)| {
+        record.total_ns().max(1) as f64 / other.total_ns().max(1) as f64
+    };
+    SessionRow {
+        index: index.to_owned(),
+        insert_ns_per_polygon: estimate(
+            inserts().map(|record| record.insert.ns as f64 / record.inserted as f64).collect(),
+        ),
+        insert_us: [0.5, 0.99, 1.0].map(|q| quantile(&insert_us, q)),
+        cull_us: estimate(fair.iter().map(|record| us(record.cull.ns)).collect()),
+        frame_high_us: [0.99, 1.0].map(|q| quantile(&frame_us, q)),
+        frame_us: estimate(frame_us),
+        ratio: estimate(same_frames(&fair, reference).map(ratio).collect()),
+        nodes: mean(|record| record.work.nodes),
+        boxes: mean(|record| record.work.boxes),
+        planes: mean(|record| record.work.planes),
+        bytes_per_polygon: bytes as f64 / summary.counts.polygons.max(1) as f64,
+        frames_measured: records.len(),
+    }
+}

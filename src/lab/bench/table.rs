@@ -1,0 +1,184 @@
+use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
+
+use super::{BenchReport, Estimate, Flight, GrowthRow, SessionResult};
+use crate::lab::report::{one_line, short, thousands};
+
+/// A table before it is drawn, as text or as HTML.
+pub(super) struct Grid {
+    pub(super) head: Vec<&'static str>,
+    pub(super) rows: Vec<Vec<String>>,
+}
+
+impl Grid {
+    fn text(&self) -> String {
+        let mut table = Table::new();
+        table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
+        table.remove_style(TableComponent::HorizontalLines);
+        table.remove_style(TableComponent::MiddleIntersections);
+        table.set_header(&self.head);
+        for row in &self.rows {
+            table.add_row(row.iter().map(Cell::new));
+        }
+        for column in table.column_iter_mut().skip(1) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        table.to_string()
+    }
+}
+
+/// `1.23 (1.20..1.30)`.
+pub(super) fn interval(estimate: &Estimate) -> String {
+    match estimate.values {
+        0 => "-".to_owned(),
+        1 => short(estimate.median),
+        _ => format!("{} ({}..{})", short(estimate.median), short(estimate.low), short(estimate.high)),
+    }
+}
+
+pub(super) fn session_grid(session: &SessionResult) -> Grid {
+    let head = vec![
+        "index",
+        "insert\nns/polygon",
+        "insert p99\nµs",
+        "cull\nµs",
+        "frame p50\nµs",
+        "p99\nµs",
+        "ratio\n(95 %)",
+        "nodes\n/frame",
+        "boxes\n/frame",
+        "memory\nB/polygon",
+        "frames\nmeasured",
+    ];
+    let rows = session
+        .rows
+        .iter()
+        .map(|row| {
+            vec![
+                row.index.clone(),
+                short(row.insert_ns_per_polygon.median),
+                short(row.insert_us[1]),
+                short(row.cull_us.median),
+                short(row.frame_us.median),
+                short(row.frame_high_us[0]),
+                interval(&row.ratio),
+                short(row.nodes),
+                short(row.boxes),
+                short(row.bytes_per_polygon),
+                thousands(row.frames_measured as u64),
+            ]
+        })
+        .collect();
+    Grid { head, rows }
+}
+
+pub(super) fn growth_grid(rows: &[GrowthRow]) -> Grid {
+    let head = vec![
+        "index",
+        "polygons",
+        "fill\nns/polygon",
+        "frame p50\nµs",
+        "p99\nµs",
+        "ratio\n(95 %)",
+        "still\nµs",
+        "ratio\n(95 %)",
+        "all in view\nµs",
+        "ratio\n(95 %)",
+        "memory\nB/polygon",
+    ];
+    let rows = rows
+        .iter()
+        .map(|row| {
+            vec![
+                row.index.clone(),
+                thousands(u64::from(row.polygons)),
+                short(row.fill_ns_per_polygon),
+                short(row.frame_us.median),
+                short(row.frame_high_us[0]),
+                interval(&row.ratio),
+                short(row.still_us.median),
+                interval(&row.still_ratio),
+                short(row.still_all_us.median),
+                interval(&row.still_all_ratio),
+                short(row.bytes_per_polygon),
+            ]
+        })
+        .collect();
+    Grid { head, rows }
+}
+
+pub(super) fn flight_grid(flights: &[Flight]) -> Grid {
+    let head = vec![
+        "recording",
+        "camera",
+        "polygons",
+        "in view\n(mean)",
+        "drawn\n(mean)",
+        "frustum\nµs",
+        "and occlusion\nµs",
+        "break-even\nns/polygon",
+    ];
+    let rows = flights
+        .iter()
+        .map(|flight| {
+            vec![
+                one_line(&flight.recording).into_owned(),
+                flight.camera.clone(),
+                thousands(flight.polygons),
+                short(flight.in_view),
+                short(flight.drawn),
+                interval(&flight.frustum_us),
+                interval(&flight.both_us),
+                flight.break_even_ns_per_polygon.map_or("never".to_owned(), short),
+            ]
+        })
+        .collect();
+    Grid { head, rows }
+}
+
+impl BenchReport {
+    /// The report as tables of text.
+    pub fn to_text(&self) -> String {
+        let mut parts = vec![self.machine.text()];
+        for session in &self.sessions {
+            parts.push(format!(
+                "\n{}: {} polygons, {} frames ({}, camera {}); insertion and culling, no drawing; ratio: a frame against \
+                 the same frame of {}",
+                one_line(&session.recording),
+                thousands(session.polygons),
+                thousands(session.frames),
+                session.pace,
+                session.camera,
+                self.reference
+            ));
+            parts.push(session_grid(session).text());
+            if !session.indexes_agree {
+                parts.push("NOT ALL INDEXES SAW THE SAME POLYGONS.".to_owned());
+            }
+        }
+        if !self.growth.is_empty() {
+            parts.push(format!(
+                "\nGrowth: a synthetic session of loose strokes. frame: inserts a batch and culls from inside; still: \
+                 inserts nothing; all in view: the same from outside; ratios against {}",
+                self.reference
+            ));
+            parts.push(growth_grid(&self.growth).text());
+            for skipped in &self.skipped {
+                parts.push(format!(
+                    "{} was left out at {} polygons: filling it and drawing three frames takes about {} s.",
+                    skipped.index,
+                    thousands(u64::from(skipped.polygons)),
+                    short(skipped.expected_secs)
+                ));
+            }
+        }
+        if let Some(flight) = self.flights.first() {
+            parts.push(format!(
+                "\nFlight through the finished model, {} with {} occlusion; break-even: what drawing a polygon has to \
+                 cost for occlusion culling to pay",
+                flight.index, flight.occlusion
+            ));
+            parts.push(flight_grid(&self.flights).text());
+        }
+        parts.join("\n")
+    }
+}

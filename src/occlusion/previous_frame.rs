@@ -1,0 +1,204 @@
+//! What was visible in the last frame as the occluders of this one, in a software depth buffer: for machines without a GPU
+//! of use.
+//!
+//! What hides in a painting is not a few large polygons but thousands of small ones together. Those that were drawn in the
+//! last frame are most of what is visible in this one (temporal coherence, as in N. Greene, M. Kass, G. Miller,
+//! "Hierarchical Z-Buffer Visibility", 1993); they are only a guess at good occluders, so moves, new strokes and sudden
+//! turns need no care: every occluder is part of the model as it is now.
+//!
+//! The buffer counts only pixels that an occluder covers wholly ([`super::Coverage::WholePixels`]), so that nothing visible
+//! is culled. Edges between neighbours in a ribbon would stay open by it: each two neighbours that share an edge are
+//! filled in as one outline, too, where that is convex.
+
+use super::{DepthBuffer, DepthConfig, OcclusionCuller, ShadowVolume, Soundness, Verdict, patch::Patch};
+use crate::{
+    index::DrawList,
+    polygon::{Geometry, PolygonId},
+    view::ViewWindow,
+};
+use glam::Vec3;
+
+/// Polygons next to each other in the list that are tested as one first.
+const GROUP: usize = 4;
+
+/// Outlines that fill fewer pixels of the buffer hide next to nothing: few of those pixels lie in them wholly.
+const LEAST_PX: f64 = 8.0;
+
+/// What [`PreviousFrameOccluders::cull`] did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PreviousFrameCounts {
+    /// Outlines filled.
+    pub occluders: u64,
+    /// Tiles of the buffer that are covered at least partly.
+    pub tiles: u64,
+    /// Groups and polygons tested.
+    pub tests: u64,
+}
+
+impl PreviousFrameCounts {
+    /// About what that cost, nanoseconds: the same on every machine. Measured like [`super::work_ns`].
+    pub fn work_ns(&self) -> f64 {
+        self.occluders as f64 * 3000.0 + self.tests as f64 * 250.0
+    }
+}
+
+/// See the head of its file.
+#[derive(Clone, Debug)]
+pub struct PreviousFrameOccluders {
+    depth: DepthBuffer,
+    shadows: Vec<ShadowVolume>,
+    /// By view: a bit for each polygon that was drawn in the last frame.
+    drawn: Vec<Vec<u64>>,
+}
+
+impl PreviousFrameOccluders {
+    /// Most outlines that are filled for a view in a frame.
+    pub const MOST_OUTLINES: usize = 1 << 16;
+
+    /// Culling that has seen nothing yet, with room for a scene of so many polygons (and, for the outlines of a frame, up
+    /// to 28 MB).
+    pub fn new(depth: DepthConfig, polygons: usize) -> Self {
+        let mut depth = DepthBuffer::new(depth);
+        let shadows = (2 * polygons + 4).min(Self::MOST_OUTLINES);
+        depth.reserve(shadows);
+        let drawn = vec![Vec::with_capacity(polygons.div_ceil(64))];
+        Self { depth, shadows: Vec::with_capacity(shadows), drawn }
+    }
+
+    /// Whether its answers can be relied upon: those of its buffer.
+    pub fn soundness(&self) -> Soundness {
+        self.depth.soundness()
+    }
+
+    /// What was drawn in view number `view`, a bit for each polygon.
+    fn drawn_in(&mut self, view: usize) -> &mut Vec<u64> {
+        if self.drawn.len() <= view {
+            self.drawn.resize_with(view + 1, Vec::new);
+        }
+        &mut self.drawn[view]
+    }
+
+    /// Takes all that is in view for what was visible in the last frame of view number `view`.
+    pub fn begin(&mut self, view: usize, in_view: &[PolygonId]) {
+        let known = self.drawn_in(view);
+        known.clear();
+        for id in in_view {
+            let word = id.index() / 64;
+            if known.len() <= word {
+                known.resize(word + 1, 0);
+            }
+            known[word] |= 1 << (id.index() % 64);
+        }
+    }
+
+    /// Fills the buffer for view number `view` with what of the polygons in view was drawn in the last frame.
+    pub fn build(
+        &mut self,
+        view: usize,
+        geometry: &dyn Geometry,
+        window: &ViewWindow,
+        in_view: &[PolygonId],
+    ) -> PreviousFrameCounts {
+        self.drawn_in(view);
+        let known = &self.drawn[view];
+        let occluder = |id: PolygonId| {
+            if bit(known, id) && geometry.may_occlude(id) { geometry.polygon(id) } else { None }
+        };
+        let pixels_of = self.depth.area_in_pixels(window);
+        self.shadows.clear();
+        for pair in in_view.windows(2).chain(in_view.last().map(std::slice::from_ref)) {
+            if self.shadows.len() + 4 > Self::MOST_OUTLINES {
+                break;
+            }
+            let id = pair[0];
+            let Some(polygon) = occluder(id) else { continue };
+            let area_px = pixels_of(&polygon);
+            if area_px >= LEAST_PX {
+                ShadowVolume::push_polygon(polygon.vertices(), window, &mut self.shadows);
+            }
+            let Some(next) = pair.get(1).copied().filter(|&next| next.0 == id.0 + 1) else { continue };
+            let Some(next_polygon) = occluder(next) else { continue };
+            if area_px + pixels_of(&next_polygon) >= LEAST_PX
+                && let Some(both) = Patch::new(id, &polygon).joined(next, &next_polygon)
+            {
+                self.shadows.extend(both.shadow(window));
+            }
+        }
+        let counts = self.depth.build(window, &self.shadows);
+        PreviousFrameCounts { occluders: self.shadows.len() as u64, tiles: u64::from(counts.nodes), tests: 0 }
+    }
+
+    /// Appends to `drawn` those of the polygons in view that the buffer does not hide, and remembers them for the next
+    /// frame of this view. The buffer has been built for it.
+    pub fn cull(
+        &mut self,
+        view: usize,
+        geometry: &dyn Geometry,
+        in_view: &[PolygonId],
+        drawn: &mut DrawList,
+        counts: &mut PreviousFrameCounts,
+    ) {
+        let known = &mut self.drawn[view];
+        known.clear();
+        known.resize(geometry.id_end().div_ceil(64), 0);
+        let depth = &self.depth;
+        let mut is_hidden = |ids: &[PolygonId]| {
+            counts.tests += 1;
+            let corners = || ids.iter().flat_map(|&id| Corners::of(geometry, id));
+            depth.test_points(corners).verdict == Verdict::Hidden
+        };
+        for group in in_view.chunks(GROUP) {
+            let is_compact =
+                group.len() > 1 && group[group.len() - 1].0.wrapping_sub(group[0].0) < GROUP as u32;
+            if is_compact && is_hidden(group) {
+                continue;
+            }
+            for &id in group {
+                if !is_hidden(&[id]) {
+                    drawn.push(id);
+                    known[id.index() / 64] |= 1 << (id.index() % 64);
+                }
+            }
+        }
+    }
+}
+
+fn bit(words: &[u64], id: PolygonId) -> bool {
+    words.get(id.index() / 64).is_some_and(|word| word >> (id.index() % 64) & 1 == 1)
+}
+
+/// The corners of a polygon, or of the box of what is no single polygon, one after the other.
+#[derive(Clone)]
+struct Corners {
+    corners: [Vec3; 8],
+    count: usize,
+    next: usize,
+}
+
+impl Corners {
+    fn of(geometry: &dyn Geometry, id: PolygonId) -> Self {
+        let mut corners = [Vec3::ZERO; 8];
+        let count = match geometry.polygon(id) {
+            Some(polygon) => {
+                let vertices = polygon.vertices();
+                corners[..vertices.len()].copy_from_slice(vertices);
+                vertices.len()
+            }
+            None => {
+                corners = geometry.bounds(id).corners();
+                8
+            }
+        };
+        Self { corners, count, next: 0 }
+    }
+}
+
+impl Iterator for Corners {
+    type Item = Vec3;
+
+    fn next(&mut self) -> Option<Vec3> {
+        let corner = self.corners[..self.count].get(self.next).copied();
+        self.next += 1;
+        corner
+    }
+}

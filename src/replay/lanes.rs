@@ -1,0 +1,190 @@
+use super::{CameraPath, Moment};
+use crate::{
+    frame::{FrameRecord, Pipeline, Stage},
+    polygon::Change,
+    recording::{Event, Pacer, RecordingError},
+    replay::fingerprint_of_views,
+    scene::Scene,
+    view::View,
+};
+
+/// Parts of a session in each of which a lane may spend the same share of its budget.
+pub const STRETCHES: u64 = 40;
+
+/// The stretch, from 0, in which a frame of a session of `frames` frames lies.
+pub fn stretch_of_frame(frame: u64, frames: u64) -> u64 {
+    (frame.saturating_mul(STRETCHES) / frames.max(1)).min(STRETCHES - 1)
+}
+
+/// How much of a session a lane is measured on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budget {
+    /// Time to spend on measured frames, nanoseconds (following the changes and the first frame after that come on
+    /// top); once a stretch's share is spent, the lane only follows the
+    /// changes until the next stretch.
+    pub ns: u64,
+    /// Frames of the session, to space the stretches evenly.
+    pub frames: u64,
+}
+
+/// One index on its way through a session.
+#[derive(Debug)]
+pub struct Lane {
+    pipeline: Pipeline,
+    budget: Budget,
+    stretch: u64,
+    spent_ns: u64,
+    /// Changes have been filed without a commit: the next frame pays for more than itself.
+    behind: bool,
+}
+
+impl Lane {
+    /// A lane around a pipeline that has seen nothing yet.
+    pub fn new(pipeline: Pipeline, budget: Budget) -> Self {
+        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false }
+    }
+
+    /// The pipeline.
+    pub fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
+    }
+
+    fn step(&mut self, frame: u64, scene: &Scene, changes: &[Change], view: &View) -> Option<LaneFrame> {
+        let stretch = stretch_of_frame(frame, self.budget.frames);
+        if stretch != self.stretch {
+            (self.stretch, self.spent_ns) = (stretch, 0);
+        }
+        if self.spent_ns > self.budget.ns / STRETCHES {
+            self.pipeline.skip(scene, changes);
+            self.behind = true;
+            return None;
+        }
+        let record = self.pipeline.frame(scene, changes, view);
+        let catches_up = std::mem::take(&mut self.behind);
+        let start = self.pipeline.clock().start();
+        let in_view = fingerprint_of_views(self.pipeline.in_view_lists());
+        let drawn = match self.pipeline.is_occluded() {
+            true => fingerprint_of_views(self.pipeline.draw_lists()),
+            false => in_view,
+        };
+        let fingerprinting = self.pipeline.clock().since(start);
+        // A frame that is not measured is not paid for either: every stretch has at least one that is.
+        if !catches_up {
+            self.spent_ns += record.total_ns() + fingerprinting.ns;
+        }
+        Some(LaneFrame { record, in_view, drawn, fingerprinting, catches_up })
+    }
+}
+
+/// What a lane did in a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneFrame {
+    /// The frame.
+    pub record: FrameRecord,
+    /// Fingerprint of what the frustum may see; see [`crate::replay::fingerprint_of_frame`].
+    pub in_view: u64,
+    /// Fingerprint of what is drawn.
+    pub drawn: u64,
+    /// What the fingerprints took. No frame of a window computes them, so they are no stage of the frame.
+    pub fingerprinting: Stage,
+    /// The lane had skipped frames before, so this frame's times are not its own; its visible set is.
+    pub catches_up: bool,
+}
+
+/// A session played through several indexes at once, frame by frame: the same scene, the same changes and the same
+/// view for each, one after the other, so that what disturbs the machine disturbs all alike.
+#[derive(Debug)]
+pub struct Replay<I> {
+    pacer: Pacer<I>,
+    camera: CameraPath,
+    scene: Scene,
+    lanes: Vec<Lane>,
+    moment: Moment,
+    view: Option<View>,
+    events: Vec<Event>,
+    changes: Vec<Change>,
+    outcomes: Vec<Option<LaneFrame>>,
+    /// The model is finished: events only move the eye.
+    finished: bool,
+}
+
+impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
+    /// A replay at its beginning.
+    pub fn new(pacer: Pacer<I>, camera: CameraPath, lanes: Vec<Lane>) -> Self {
+        let outcomes = vec![None; lanes.len()];
+        Self {
+            pacer,
+            camera,
+            scene: Scene::new(),
+            lanes,
+            moment: Moment::default(),
+            view: None,
+            events: Vec::new(),
+            changes: Vec::new(),
+            outcomes,
+            finished: false,
+        }
+    }
+
+    /// A walk through a finished model: every lane files all of it before the first frame, and the session's events only
+    /// move the eye.
+    pub fn walk(pacer: Pacer<I>, camera: CameraPath, mut lanes: Vec<Lane>, scene: Scene) -> Self {
+        for lane in &mut lanes {
+            lane.pipeline.load(&scene);
+            lane.pipeline.commit();
+        }
+        Self { scene, finished: true, ..Self::new(pacer, camera, lanes) }
+    }
+
+    /// Plays one frame; what each lane did, in their order (`None`: it is out of its budget for now). `Ok(None)`: the
+    /// session is over.
+    ///
+    /// # Errors
+    /// The recording is damaged here; what came before has been played.
+    pub fn step(&mut self) -> Result<Option<&[Option<LaneFrame>]>, RecordingError> {
+        if !self.pacer.next_frame(&mut self.events)? {
+            return Ok(None);
+        }
+        self.changes.clear();
+        self.events.iter().for_each(|event| self.moment.note(event));
+        if !self.finished {
+            self.scene.let_go();
+            self.scene.apply_all(&self.events, &mut self.changes);
+        }
+        let view = self.camera.view(&self.moment);
+        self.view = Some(view);
+        let count = self.lanes.len();
+        for turn in 0..count {
+            // Another lane begins each frame: none always meets the caches that the reader has just filled.
+            let at = (turn + self.moment.frame as usize) % count;
+            self.outcomes[at] = self.lanes[at].step(self.moment.frame, &self.scene, &self.changes, &view);
+        }
+        self.moment.frame += 1;
+        Ok(Some(&self.outcomes))
+    }
+
+    /// The model as it is now.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What the last frame changed.
+    pub fn changes(&self) -> &[Change] {
+        &self.changes
+    }
+
+    /// The view of the last frame.
+    pub fn view(&self) -> Option<&View> {
+        self.view.as_ref()
+    }
+
+    /// The lanes.
+    pub fn lanes(&self) -> &[Lane] {
+        &self.lanes
+    }
+
+    /// Frames played so far.
+    pub fn frames(&self) -> u64 {
+        self.moment.frame
+    }
+}

@@ -1,0 +1,159 @@
+use glam::{DMat3, DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
+
+use crate::{
+    math::{Corners, Frustum, Ray, rotate, rotate_exactly},
+    view::ViewWindow,
+};
+
+/// The window that occlusion is culled for is wider than the screen by this part of it: about a tenth of a pixel.
+/// Larger: less is hidden at the border of the screen and close to the eye.
+pub const WINDOW_MARGIN: f64 = 1.0e-4;
+
+/// What of the space in front of an eye a screen shows: the tangents of the angles to its four borders (negative to
+/// the left and below), so that off-axis screens need nothing special.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// Tangent to the left border; less than `right`.
+    pub left: f32,
+    /// Tangent to the right border.
+    pub right: f32,
+    /// Tangent to the lower border; less than `top`.
+    pub bottom: f32,
+    /// Tangent to the upper border.
+    pub top: f32,
+    /// Nearest distance that is drawn, metres.
+    pub near_m: f32,
+    /// Farthest distance that is drawn, metres.
+    pub far_m: f32,
+}
+
+impl Projection {
+    /// A symmetric projection from its vertical field of view and width divided by height.
+    pub fn symmetric(vertical_fov_degrees: f32, aspect: f32, near_m: f32, far_m: f32) -> Self {
+        let half_angle = f64::from(vertical_fov_degrees.clamp(1.0, 170.0)).to_radians() * 0.5;
+        let top = libm::tan(half_angle) as f32;
+        let right = top * aspect;
+        Self { left: -right, right, bottom: -top, top, near_m, far_m }
+    }
+}
+
+/// An eye, where it looks, and what its screen shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The eye, world space, metres.
+    pub eye_in_world: Vec3,
+    /// World from view: the view looks along its -z, +y up.
+    pub world_from_view: Quat,
+    /// What the screen shows.
+    pub projection: Projection,
+}
+
+impl View {
+    /// A view from `eye` towards `target`, +y up (or, looking straight up or down, -z up).
+    pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
+        let back = (eye - target).normalize_or(Vec3::Z);
+        let right = Vec3::Y.cross(back);
+        let right = if right.length_squared() < 1.0e-12 { Vec3::X } else { right.normalize() };
+        let up = back.cross(right);
+        let world_from_view = Quat::from_rotation_axes(right, up, back);
+        Self { eye_in_world: eye, world_from_view, projection }
+    }
+
+    /// The same view on a screen of another shape (`aspect`: width by height); the height stays as it is.
+    #[must_use]
+    pub fn with_aspect(&self, aspect: f32) -> Self {
+        let Projection { left, right, bottom, top, .. } = self.projection;
+        let factor = aspect * (top - bottom) / (right - left);
+        let projection = Projection { left: left * factor, right: right * factor, ..self.projection };
+        Self { projection, ..*self }
+    }
+
+    /// The direction of view, world space, unit length.
+    pub fn forward_in_world(&self) -> Vec3 {
+        rotate(self.world_from_view, Vec3::NEG_Z)
+    }
+
+    /// The directions from the eye to the window's corners, world space, at distance 1 along the view: lower left,
+    /// lower right, upper right, upper left.
+    pub fn corner_directions(&self) -> [Vec3; 4] {
+        let Projection { left, right, bottom, top, .. } = self.projection;
+        [(left, bottom), (right, bottom), (right, top), (left, top)]
+            .map(|(x, y)| rotate(self.world_from_view, Vec3::new(x, y, -1.0)))
+    }
+
+    /// The ray from the eye through a point of the window: -1 to 1 from left to right and from the lower to the upper
+    /// border. Its parameter is the distance along the view, metres.
+    pub fn ray_through(&self, at: Vec2) -> Ray {
+        let Projection { left, right, bottom, top, .. } = self.projection;
+        let x = left + (right - left) * (at.x * 0.5 + 0.5);
+        let y = bottom + (top - bottom) * (at.y * 0.5 + 0.5);
+        Ray::new(self.eye_in_world, rotate(self.world_from_view, Vec3::new(x, y, -1.0)))
+    }
+
+    /// The six planes, world space, normals inwards and of unit length: left, right, lower, upper, near, far.
+    ///
+    /// They lie outside of what is drawn by as much as the test of a box can be wrong there, and no more: a part in 10^7 of
+    /// the coordinates. What is drawn is relative to the eye, so an eye far from the origin sees what those coordinates
+    /// hardly tell apart.
+    pub fn frustum(&self) -> Frustum {
+        let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
+        let [left, right, bottom, top, near_m, far_m] =
+            [left, right, bottom, top, near_m, far_m].map(f64::from);
+        let turn = |v: DVec3| rotate_exactly(self.world_from_view, v);
+        // Of a quaternion that is not quite of unit length, this makes the planes of the rays that it makes.
+        let world_from_view = DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z));
+        let normal_turn = world_from_view.inverse().transpose();
+        let eye = self.eye_in_world.as_dvec3();
+        let plane = |x, y, z, d| {
+            let normal = normal_turn * DVec3::new(x, y, z);
+            normal.extend(d - normal.dot(eye))
+        };
+        let rays = [(left, bottom), (right, bottom), (right, top), (left, top)]
+            .map(|(x, y)| world_from_view * DVec3::new(x, y, -1.0));
+        let corners_at = |distance_m: f64| {
+            rays.map(|ray| {
+                if distance_m.is_infinite() { ray.extend(0.0) } else { (eye + ray * distance_m).extend(1.0) }
+            })
+        };
+        let depth = plane(0.0, 0.0, -1.0, 0.0);
+        let corners = Corners { near: corners_at(near_m), far: corners_at(far_m), depth };
+        Frustum::new(
+            [
+                plane(1.0, 0.0, left, 0.0),
+                plane(-1.0, 0.0, -right, 0.0),
+                plane(0.0, 1.0, bottom, 0.0),
+                plane(0.0, -1.0, -top, 0.0),
+                plane(0.0, 0.0, -1.0, -near_m),
+                plane(0.0, 0.0, 1.0, far_m),
+            ]
+            .map(|side| corners.plane(side)),
+        )
+    }
+
+    /// The view as the window that occlusion is culled for; `None` if the projection is no pointed cone.
+    ///
+    /// Widened by [`WINDOW_MARGIN`], and its near plane moved away by it, so that no rounding on a renderer's side can
+    /// show what lies outside of it, or cut off what hides something.
+    pub fn window(&self) -> Option<ViewWindow> {
+        let corners = self.corner_directions().map(|corner| corner.as_dvec3());
+        let middle = corners.iter().sum::<DVec3>() * 0.25;
+        let corners = corners.map(|corner| middle + (corner - middle) * (1.0 + WINDOW_MARGIN));
+        let near_m = f64::from(self.projection.near_m) * (1.0 + WINDOW_MARGIN);
+        ViewWindow::new(self.eye_in_world.as_dvec3(), self.forward_in_world().as_dvec3(), corners, near_m)
+    }
+
+    /// World space to clip space with reversed depth (near 1, far 0), x and y from -1 to 1, as the renderer uses it.
+    pub fn clip_from_world(&self) -> Mat4 {
+        let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
+        let (width, height, depth) = (right - left, top - bottom, far_m - near_m);
+        let clip_from_view = Mat4::from_cols(
+            Vec4::new(2.0 / width, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, 2.0 / height, 0.0, 0.0),
+            Vec4::new((right + left) / width, (top + bottom) / height, near_m / depth, -1.0),
+            Vec4::new(0.0, 0.0, near_m * far_m / depth, 0.0),
+        );
+        let view_from_world =
+            Mat4::from_rotation_translation(self.world_from_view, self.eye_in_world).inverse();
+        clip_from_view * view_from_world
+    }
+}

@@ -1,0 +1,19 @@
+//! What the library needs without features: three crates.
+
+use std::process::Command;
+
+#[test]
+fn without_features_the_library_needs_three_crates() {
+    let arguments = ["tree", "--locked", "--offline", "--no-default-features", "--edges", "normal"];
+    let output = Command::new(env!("CARGO"))
+        .args(arguments)
+        .args(["--depth", "1", "--prefix", "none", "--format", "{p}", "--package", "osp"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs, as it did to build this");
+    let (tree, complaint) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{complaint}");
+    let crates: Vec<&str> = tree.lines().filter_map(|line| line.split(' ').next()).collect();
+    assert_eq!(crates, ["osp", "glam", "libm", "thiserror"], "{tree}");
+}
