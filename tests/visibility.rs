@@ -6,6 +6,8 @@ mod everything_asked;
 mod far_from_origin;
 #[path = "visibility/fingerprints.rs"]
 mod fingerprints;
+#[path = "visibility/from_matrix.rs"]
+mod from_matrix;
 #[path = "visibility/margins.rs"]
 mod margins;
 #[path = "visibility/volumes.rs"]

@@ -3,12 +3,14 @@
 //! [`View`] gives the frustum that an index is asked with and the [`ViewWindow`] that occlusion is culled for; a `Rig`
 //! is several screens around tracked eyes. Knows [`math`](crate::math) only.
 
+mod matrix;
 #[cfg(feature = "session")]
 mod rig;
 #[expect(clippy::module_inception, reason = "a view is a view")]
 mod view;
 mod view_window;
 
+pub use matrix::ClipDepth;
 #[cfg(feature = "session")]
 pub use rig::{Eye, MAX_SCREENS, Rig, RigError, Screen, Stereo};
 pub use view::{Projection, View, WINDOW_MARGIN};

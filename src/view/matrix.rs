@@ -1,0 +1,100 @@
+use glam::{DMat3, DVec3, DVec4, Mat4, Quat};
+
+use super::{Projection, View};
+
+/// Which depths a matrix gives to what is drawn, after the division by w.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClipDepth {
+    /// From 0 to 1 or, reversed, from 1 to 0: WebGPU, Vulkan, Direct3D, Metal.
+    ZeroToOne,
+    /// From -1 to 1, in either direction: OpenGL.
+    MinusOneToOne,
+}
+
+/// A view from a matrix is wider than the matrix by this part of it, because its own numbers are `f32`, too.
+const WIDENING: f64 = 1.0e-6;
+/// Largest cosine between the screen's axes, and between them and the direction of view.
+const MOST_SHEAR: f64 = 1.0e-4;
+
+impl View {
+    /// The view that a matrix shows: world space to clip space, perspective, x and y from -w to w, depth forward, reversed
+    /// or without end, y up or down, on-axis or off-axis. Columns as `glam` has them; `Mat4::from_cols_array` takes an
+    /// array.
+    ///
+    /// It is wider by a part in a million, so that nothing is culled that the matrix shows. `None` for a parallel
+    /// projection, a sheared or singular matrix, numbers that are not finite, and an eye so far from the origin that `f32`
+    /// holds it no better than to a quarter of the near distance.
+    pub fn from_matrix(clip_from_world: &Mat4, depth: ClipDepth) -> Option<Self> {
+        if !clip_from_world.is_finite() {
+            return None;
+        }
+        let rows = clip_from_world.as_dmat4().transpose();
+        let [x, y, z, w] = [rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis];
+        // At the eye x, y and w are zero; they grow with the direction from there.
+        let clip_from_direction = DMat3::from_cols(x.truncate(), y.truncate(), w.truncate()).transpose();
+        let direction_from_clip = clip_from_direction.inverse();
+        let eye = direction_from_clip * -DVec3::new(x.w, y.w, w.w);
+        let forward = w.truncate().try_normalize()?;
+        let across = |row: DVec4| {
+            let along = row.truncate();
+            (along - forward * along.dot(forward)).try_normalize()
+        };
+        let (right, up) = (across(x)?, across(y)?);
+        if !eye.is_finite() || right.dot(up).abs() > MOST_SHEAR {
+            return None;
+        }
+        // Depth along the axis: (begin + slope t) / (scale t) at the distance t.
+        let (begin, slope) = (z.dot(eye.extend(1.0)), z.truncate().dot(forward));
+        let scale = w.truncate().dot(forward);
+        let lowest = match depth {
+            ClipDepth::ZeroToOne => 0.0,
+            ClipDepth::MinusOneToOne => -1.0,
+        };
+        let distance_of = |depth: f64| {
+            let distance = begin / (depth * scale - slope);
+            // Where that depth is reached only at infinity, rounding may put it anywhere beyond, on either side.
+            let is_finite = distance > 0.0 && (depth * scale - slope).abs() > 1.0e-7 * scale.max(slope.abs());
+            if is_finite { distance } else { f64::INFINITY }
+        };
+        let (a, b) = (distance_of(lowest), distance_of(1.0));
+        let (near, far) = (a.min(b), a.max(b));
+        if !near.is_finite() {
+            return None;
+        }
+        // The view's eye is an f32: as far beside the matrix's, things are seen elsewhere by as much.
+        let eye_in_world = eye.as_vec3();
+        let shift = (eye - eye_in_world.as_dvec3()).length();
+        if shift > 0.25 * near {
+            return None;
+        }
+        // Whether y points up or down, the same is seen.
+        let up = right.cross(-forward) * -1.0;
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
+            let corner = direction_from_clip * DVec3::new(x, y, 1.0);
+            corner / corner.dot(forward)
+        });
+        let of = |axis: DVec3| {
+            let along = corners.map(|corner| corner.dot(axis));
+            let low = along.into_iter().fold(f64::INFINITY, f64::min);
+            let high = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            // The part of the reach from the axis, too: an off-axis screen is far beside it.
+            let farthest = 1.0 + low.abs().max(high.abs());
+            let more = WIDENING * (high - low + farthest) + 2.0 * farthest * shift / near;
+            ((low - more) as f32, (high + more) as f32)
+        };
+        let ((left, right_most), (bottom, top)) = (of(right), of(up));
+        let world_from_view =
+            Quat::from_rotation_axes(right.as_vec3(), up.as_vec3(), -forward.as_vec3()).normalize();
+        let projection = Projection {
+            left,
+            right: right_most,
+            bottom,
+            top,
+            near_m: (near * (1.0 - WIDENING) - shift) as f32,
+            far_m: (far * (1.0 + WIDENING) + shift) as f32,
+        };
+        let is_wide = projection.left < projection.right && projection.bottom < projection.top;
+        let is_sane = is_wide && [left, right_most, bottom, top].iter().all(|t| t.is_finite());
+        is_sane.then_some(Self { eye_in_world, world_from_view, projection })
+    }
+}
