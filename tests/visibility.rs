@@ -166,7 +166,7 @@ fn pace_is_parsed_as_documented() {
 
 #[test]
 fn fingerprints_do_not_depend_on_order_but_on_every_id() {
-    let ids = |ids: &[u32]| fingerprint_of_frame(&ids.iter().map(|&i| PolygonId(i)).collect::<Vec<_>>());
+    let ids = |ids: &[u32]| fingerprint_of_frame(ids.iter().map(|&i| PolygonId(i)));
     assert_eq!(ids(&[1, 2, 3]), ids(&[3, 1, 2]));
     for other in [&[][..], &[1, 2], &[1, 2, 4], &[1, 2, 3, 3], &[0, 3, 3], &[6]] {
         assert_ne!(ids(&[1, 2, 3]), ids(other), "{other:?}");

@@ -5,11 +5,11 @@ use glam::Vec3;
 use super::{document::meet_polygon, draw_cost::DrawCost};
 use crate::{
     frame::{FrameRecord, OcclusionChoice, OcclusionPass, PassConfig, Pipeline, StageClock},
-    index::{DrawList, IndexConfig, SpatialIndex},
+    index::{IndexConfig, SpatialIndex},
     lab::pvs::{Pvs, PvsPass},
     math::{Aabb, Ray},
     occlusion::{CullerKind, ShadowVolume},
-    polygon::{Change, PolygonId},
+    polygon::{Change, PolygonId, VisibleBlocks},
     recording::StrokeId,
     rivals::IndexKind,
     scene::Scene,
@@ -85,9 +85,7 @@ pub struct Culling {
     found: Vec<PolygonId>,
     draw_cost: DrawCost,
     /// All polygons, while the view does not cull.
-    all: DrawList,
-    /// One bit for each polygon, while the ones left out are looked for.
-    marks: Vec<u64>,
+    all: VisibleBlocks,
 }
 
 impl Culling {
@@ -109,8 +107,7 @@ impl Culling {
             reaches: ReachCounts::default(),
             found: Vec::new(),
             draw_cost: DrawCost::default(),
-            all: DrawList::new(),
-            marks: Vec::new(),
+            all: VisibleBlocks::new(),
         }
     }
 
@@ -215,17 +212,18 @@ impl Culling {
         let record = self.pipeline.frame_of_views(scene, changes, views);
         self.all.clear();
         if !self.stages.frustum {
-            self.all.ids_mut().extend(scene.visible_ids());
+            self.all.extend(scene.visible_ids());
         }
         record
     }
 
     /// The polygons to draw in a view of the last frame; none if there was no such view.
-    pub fn drawn(&self, view: usize) -> &[PolygonId] {
+    pub fn drawn(&self, view: usize) -> &VisibleBlocks {
+        static NOTHING: VisibleBlocks = VisibleBlocks::new();
         match self.pipeline.draw_lists().get(view) {
-            Some(list) if self.stages.frustum => list.ids(),
-            Some(_) => self.all.ids(),
-            None => &[],
+            Some(list) if self.stages.frustum => list,
+            Some(_) => &self.all,
+            None => &NOTHING,
         }
     }
 
@@ -247,26 +245,15 @@ impl Culling {
         self.draw_cost.polygon_ns()
     }
 
-    /// Appends the polygons that no view of the last frame draws: those outside of all views, and those in view that
-    /// others hide.
-    pub fn left_out(&mut self, scene: &Scene, outside: &mut Vec<PolygonId>, hidden: &mut Vec<PolygonId>) {
-        let mut marks = std::mem::take(&mut self.marks);
-        marks.clear();
-        marks.resize(scene.polygon_count().div_ceil(64), 0);
-        let is_marked = |id: PolygonId, marks: &[u64]| marks[id.index() / 64] >> (id.index() % 64) & 1 == 1;
-        for i in 0..self.pipeline.draw_lists().len() {
-            for id in self.drawn(i).iter().copied() {
-                marks[id.index() / 64] |= 1 << (id.index() % 64);
-            }
-        }
-        for id in self.pipeline.in_view_lists().iter().flat_map(DrawList::ids).copied() {
-            if !is_marked(id, &marks) {
-                hidden.push(id);
-                marks[id.index() / 64] |= 1 << (id.index() % 64);
-            }
-        }
-        outside.extend(scene.visible_ids().filter(|&id| !is_marked(id, &marks)));
-        self.marks = marks;
+    /// Adds the polygons that no view of the last frame draws: those outside of all views, and those in view that others
+    /// hide.
+    pub fn left_out(&self, scene: &Scene, outside: &mut VisibleBlocks, hidden: &mut VisibleBlocks) {
+        let views = self.pipeline.draw_lists().len();
+        let is_drawn = |id| (0..views).any(|view| self.drawn(view).contains(id));
+        let in_view = self.pipeline.in_view_lists();
+        hidden.extend(in_view.iter().flat_map(VisibleBlocks::ids).filter(|&id| !is_drawn(id)));
+        let is_in_view = |id| in_view.iter().any(|set| set.contains(id));
+        outside.extend(scene.visible_ids().filter(|&id| !is_drawn(id) && !is_in_view(id)));
     }
 
     /// The polygon that a ray meets first, and the ray's parameter there; polygons of the stroke `without` do not count.

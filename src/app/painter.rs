@@ -285,8 +285,8 @@ impl Painter {
         }
         let layers = [
             Layer::plain(studio.culling().drawn(i)),
-            Layer { ids: studio.culled(), style: LEFT_OUT },
-            Layer { ids: studio.hidden(), style: HIDDEN },
+            Layer { polygons: studio.culled(), style: LEFT_OUT },
+            Layer { polygons: studio.hidden(), style: HIDDEN },
         ];
         self.renderer.prepare(&mut pane.slot, studio.scene(), &view.view, &layers);
         pane.lines.prepare(&self.gpu, &view.view, studio.lines());

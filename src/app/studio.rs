@@ -24,7 +24,7 @@ use crate::{
     frame::{FrameRecord, StageClock},
     lab::pvs::Pvs,
     math::{Aabb, Ray},
-    polygon::{Change, PolygonId},
+    polygon::{Change, PolygonId, VisibleBlocks},
     recording::{Event, Limits, StrokeId, Tool},
     render::{DrawnCounts, LineBatch, PassTimes, background_for},
     rivals::IndexKind,
@@ -143,8 +143,8 @@ pub struct Studio {
     report: FrameReport,
     while_drawing: Option<(DrawnCounts, Option<PassTimes>)>,
     views: Vec<RoomView>,
-    culled: Vec<PolygonId>,
-    hidden: Vec<PolygonId>,
+    culled: VisibleBlocks,
+    hidden: VisibleBlocks,
     pub(super) last_aspect: f32,
     pub(super) question: Option<Question>,
     /// A person has asked for the end, and nothing keeps it.
@@ -192,8 +192,8 @@ impl Studio {
             report: FrameReport::default(),
             while_drawing: None,
             views: Vec::new(),
-            culled: Vec::new(),
-            hidden: Vec::new(),
+            culled: VisibleBlocks::new(),
+            hidden: VisibleBlocks::new(),
             last_aspect: 1.0,
             question: None,
             is_closing: false,
@@ -424,12 +424,12 @@ impl Studio {
     }
 
     /// Polygons outside of the views of the last frame; empty unless they are to be shown.
-    pub fn culled(&self) -> &[PolygonId] {
+    pub fn culled(&self) -> &VisibleBlocks {
         &self.culled
     }
 
     /// Polygons that were left out of the last frame because others hide them; empty unless they are to be shown.
-    pub fn hidden(&self) -> &[PolygonId] {
+    pub fn hidden(&self) -> &VisibleBlocks {
         &self.hidden
     }
 

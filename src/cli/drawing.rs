@@ -69,7 +69,7 @@ impl Drawing {
             let times = match same {
                 Some((.., times)) => *times,
                 None => {
-                    let ids = replay.lanes()[i].pipeline().draw_list().ids();
+                    let ids = replay.lanes()[i].pipeline().draw_list();
                     let drawer = &mut self.drawers[number].1;
                     let times = drawer.draw(replay.scene(), view, &[Layer::plain(ids)])?;
                     drawn.push((number, fingerprint, times));

@@ -30,7 +30,7 @@ use crate::{
     lab::report::thousands,
     math::{rotate, unit},
     output_file::OutputKind,
-    polygon::PolygonId,
+    polygon::VisibleBlocks,
     recording::{Pace, Pacer},
     render::{DrawTimes, Gpu, GpuOcclusion, Image, Layer, Offscreen, RendererConfig, background_for},
     replay::{CameraChoice, CameraPath, Moment, Summary, summarize, whole_view},
@@ -215,16 +215,16 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         if wanted.has(moment.frame) {
             let view = camera(&moment);
             pipeline.frame(&scene, &changes, &view);
-            let every: Vec<PolygonId>;
+            let every: VisibleBlocks;
             let ids = if args.no_cull {
                 every = scene.visible_ids().collect();
-                &every[..]
+                &every
             } else {
-                pipeline.draw_list().ids()
+                pipeline.draw_list()
             };
             let whole = match &mut uncut {
                 Some(uncut) => {
-                    let every: Vec<PolygonId> = scene.visible_ids().collect();
+                    let every: VisibleBlocks = scene.visible_ids().collect();
                     Some(picture(uncut, &scene, &view, &every)?.0)
                 }
                 None => None,
@@ -261,14 +261,14 @@ fn picture(
     drawer: &mut Offscreen,
     scene: &Scene,
     view: &View,
-    ids: &[PolygonId],
+    polygons: &VisibleBlocks,
 ) -> anyhow::Result<(Image, DrawTimes)> {
-    let times = drawer.draw(scene, view, &[Layer::plain(ids)])?;
+    let times = drawer.draw(scene, view, &[Layer::plain(polygons)])?;
     Ok((drawer.image()?, times))
 }
 
-fn line(frame: u64, scene: &Scene, ids: &[PolygonId], times: &DrawTimes, path: &Path) -> String {
-    let drawn = times.occlusion.map_or(ids.len() as u64, |counts| counts.second_pass);
+fn line(frame: u64, scene: &Scene, polygons: &VisibleBlocks, times: &DrawTimes, path: &Path) -> String {
+    let drawn = times.occlusion.map_or(polygons.len() as u64, |counts| counts.second_pass);
     let mut line = format!(
         "frame {frame}: {} of {} polygons drawn in {:.2} ms, {}",
         thousands(drawn),

@@ -480,11 +480,11 @@ where
         // All see the same in the frustum.
         let visible = visible.get_or_insert_with(|| {
             // What the frustum has culled wrongly is asked about, too.
-            let mut ids = lost_polygons(replay.scene(), view, pipeline.in_view().ids());
-            ids.extend_from_slice(pipeline.in_view().ids());
+            let mut ids = lost_polygons(replay.scene(), view, &pipeline.in_view().to_vec());
+            ids.extend(pipeline.in_view().ids());
             verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
         });
-        let missing = verify::missing(visible, pipeline.draw_list().ids());
+        let missing = verify::missing(visible, &pipeline.draw_list().to_vec());
         *occlusion.false_culls.get_or_insert(0) += missing;
     }
 }

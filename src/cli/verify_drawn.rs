@@ -12,7 +12,7 @@ use crate::{
         report::thousands,
         verify::{AtRest, Totals, Verifier},
     },
-    polygon::{Change, PolygonId},
+    polygon::{Change, PolygonId, VisibleBlocks},
     render::{
         DrawTimes, DrawnCounts, Gpu, GpuOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup, Layer, Offscreen,
         PassTimes, RendererConfig,
@@ -154,11 +154,12 @@ impl DrawnTrials {
     /// Looks as the verifier has just looked.
     pub(super) fn look(&mut self, scene: &Scene, view: &View, verifier: &mut Verifier) -> anyhow::Result<()> {
         let ids = verifier.in_view().to_vec();
+        let polygons: VisibleBlocks = ids.iter().copied().collect();
         let mut whole = None;
         for frame in 0..self.at_rest.settle + self.at_rest.frames {
             // In turns, so that whatever else the machine does falls on all.
             for trial in &mut self.trials {
-                let times = trial.drawer.draw(scene, view, &[Layer::plain(&ids)])?;
+                let times = trial.drawer.draw(scene, view, &[Layer::plain(&polygons)])?;
                 let picture = trial.drawer.image()?;
                 // The first trial is the picture without culling.
                 trial.differing_pixels +=

@@ -1,11 +1,10 @@
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass},
-    index::DrawList,
     occlusion::{
         AutoConfig, AutoMethod, AutoSwitch, CullConfig, CullerKind, OcclusionConfig, OcclusionStage, Outcome,
         SelectConfig, ShadowVolume, Soundness, work_ns,
     },
-    polygon::{Change, Geometry},
+    polygon::{Change, Geometry, VisibleBlocks},
     view::{View, ViewWindow},
 };
 
@@ -142,7 +141,7 @@ pub struct OcclusionPass {
     /// Whether the last frame was culled by `last`.
     by_last: bool,
     /// What is left of each view.
-    drawn: Vec<DrawList>,
+    drawn: Vec<VisibleBlocks>,
     /// Polygons that each of these has room for.
     capacity: usize,
 }
@@ -166,7 +165,7 @@ impl OcclusionPass {
             since_last: u32::MAX,
             by_last: false,
             config,
-            drawn: vec![DrawList::with_capacity(capacity)],
+            drawn: vec![VisibleBlocks::with_capacity(capacity)],
             capacity,
         }
     }
@@ -283,12 +282,12 @@ impl Pass for OcclusionPass {
             self.note(&record, work_ns);
             return record;
         }
-        self.drawn.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
+        self.drawn.resize_with(views.len(), || VisibleBlocks::with_capacity(self.capacity));
         let mut work_cost_ns = 0.0;
         // The first view last: what is left in the stage is then the first view's.
         for (i, view) in views.iter().enumerate().rev() {
             let Some(window) = view.window() else {
-                self.drawn[i].clone_from(&in_view[i]);
+                self.drawn[i].copy_from(&in_view[i]);
                 continue;
             };
             work_cost_ns += self.cull(frame, view, &window, i, &mut record);
@@ -300,7 +299,7 @@ impl Pass for OcclusionPass {
         record
     }
 
-    fn drawn(&self) -> &[DrawList] {
+    fn drawn(&self) -> &[VisibleBlocks] {
         self.last.as_ref().filter(|_| self.by_last).map_or(&self.drawn, |last| last.drawn())
     }
 
@@ -315,7 +314,7 @@ impl Pass for OcclusionPass {
         self.config.polygon_ns = polygon_ns;
         self.stage.set_cull(CullConfig::for_drawing(polygon_ns));
         if self.last.is_none() && switch.can_ever_pay(AutoMethod::DepthLast) {
-            self.last = Some(PreviousFramePass::new(self.drawn[0].ids().len()));
+            self.last = Some(PreviousFramePass::new(self.drawn[0].len()));
         }
     }
 }

@@ -2,8 +2,8 @@ use std::{any::Any, fmt::Debug};
 
 use crate::{
     frame::{OcclusionRecord, StageClock},
-    index::{DrawList, SpatialIndex},
-    polygon::{Change, Geometry},
+    index::SpatialIndex,
+    polygon::{Change, Geometry, VisibleBlocks},
     view::View,
 };
 
@@ -20,7 +20,7 @@ pub trait Pass: Any + Debug + Send + Sync {
     fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord;
 
     /// What is left of each view, as the last frame left it in which [`OcclusionRecord::used`] was set.
-    fn drawn(&self) -> &[DrawList];
+    fn drawn(&self) -> &[VisibleBlocks];
 
     /// Changes the most occluders of a view in a frame; `None` is the method's own number. Nothing where there are none.
     fn set_occluders(&mut self, _occluders: Option<usize>) {}
@@ -41,7 +41,7 @@ pub struct PassInput<'a> {
     /// The views.
     pub views: &'a [View],
     /// What the frustum of each view may see.
-    pub in_view: &'a [DrawList],
+    pub in_view: &'a [VisibleBlocks],
     /// The clock for the stages.
     pub clock: &'a StageClock,
 }

@@ -5,19 +5,19 @@ use crate::{
         FrameRecord, OcclusionChoice, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass,
         StageClock,
     },
-    index::{DrawList, IndexError, SpatialIndex},
+    index::{IndexError, SpatialIndex},
     math::Aabb,
-    polygon::{Change, Geometry, PolygonId},
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::View,
 };
 
-static NOTHING: DrawList = DrawList::new();
+static NOTHING: VisibleBlocks = VisibleBlocks::new();
 
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
     /// What the frustum of each view may see.
-    in_view: Vec<DrawList>,
+    in_view: Vec<VisibleBlocks>,
     /// Polygons that each of these has room for.
     capacity: usize,
     pass: Option<Box<dyn Pass>>,
@@ -43,7 +43,7 @@ impl Pipeline {
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
         Self {
             index,
-            in_view: vec![DrawList::with_capacity(capacity)],
+            in_view: vec![VisibleBlocks::with_capacity(capacity)],
             capacity,
             pass: None,
             occluded: false,
@@ -85,8 +85,8 @@ impl Pipeline {
         views: &[View],
     ) -> FrameRecord {
         let mut record = FrameRecord { frame: self.frame, ..FrameRecord::default() };
-        self.in_view.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
-        self.in_view.iter_mut().for_each(DrawList::clear);
+        self.in_view.resize_with(views.len(), || VisibleBlocks::with_capacity(self.capacity));
+        self.in_view.iter_mut().for_each(VisibleBlocks::clear);
 
         let stage = self.clock.start();
         self.file(geometry, changes, &mut record);
@@ -95,7 +95,7 @@ impl Pipeline {
 
         let stage = self.clock.start();
         for (view, list) in views.iter().zip(&mut self.in_view) {
-            record.work += self.index.frustum_cull(&view.frustum(), list);
+            record.work += self.index.frustum_cull_blocks(&view.frustum(), list);
         }
         record.cull = self.clock.since(stage);
 
@@ -180,22 +180,22 @@ impl Pipeline {
     }
 
     /// The polygons to draw in each view, as the last frame left them.
-    pub fn draw_lists(&self) -> &[DrawList] {
+    pub fn draw_lists(&self) -> &[VisibleBlocks] {
         self.pass.as_ref().filter(|_| self.occluded).map_or(&self.in_view, |pass| pass.drawn())
     }
 
     /// The polygons to draw in the first view; none if the last frame had no view.
-    pub fn draw_list(&self) -> &DrawList {
+    pub fn draw_list(&self) -> &VisibleBlocks {
         self.draw_lists().first().unwrap_or(&NOTHING)
     }
 
     /// The polygons that the frustum of each view may see, occluded or not, as the last frame left them.
-    pub fn in_view_lists(&self) -> &[DrawList] {
+    pub fn in_view_lists(&self) -> &[VisibleBlocks] {
         &self.in_view
     }
 
     /// The polygons that the frustum of the first view may see.
-    pub fn in_view(&self) -> &DrawList {
+    pub fn in_view(&self) -> &VisibleBlocks {
         self.in_view.first().unwrap_or(&NOTHING)
     }
 

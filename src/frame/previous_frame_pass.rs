@@ -1,15 +1,14 @@
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput},
-    index::DrawList,
     occlusion::{DepthConfig, PreviousFrameOccluders},
-    polygon::{Change, Geometry},
+    polygon::{Change, Geometry, VisibleBlocks},
 };
 
 /// Culling by what was visible in the last frame ([`PreviousFrameOccluders`]) as a stage of a [`super::Pipeline`].
 #[derive(Debug)]
 pub struct PreviousFramePass {
     culling: PreviousFrameOccluders,
-    drawn: Vec<DrawList>,
+    drawn: Vec<VisibleBlocks>,
     /// Polygons that each of these has room for.
     capacity: usize,
 }
@@ -17,14 +16,14 @@ pub struct PreviousFramePass {
 impl PreviousFramePass {
     /// A stage that has seen nothing yet, with room for this many polygons.
     pub fn new(capacity: usize) -> Self {
-        let drawn = vec![DrawList::with_capacity(capacity)];
+        let drawn = vec![VisibleBlocks::with_capacity(capacity)];
         Self { culling: PreviousFrameOccluders::new(DepthConfig::default(), capacity), drawn, capacity }
     }
 
     /// Before a frame: takes all that is in view for what was visible in the last one.
-    pub(super) fn begin(&mut self, in_view: &[DrawList]) {
+    pub(super) fn begin(&mut self, in_view: &[VisibleBlocks]) {
         for (i, seen) in in_view.iter().enumerate() {
-            self.culling.begin(i, seen.ids());
+            self.culling.begin(i, seen);
         }
     }
 
@@ -33,19 +32,19 @@ impl PreviousFramePass {
         let PassInput { geometry, views, in_view, clock, .. } = *frame;
         let mut work_ns = 0.0;
         let mut record = OcclusionRecord { used: true, by_last: true, ..OcclusionRecord::default() };
-        self.drawn.resize_with(views.len(), || DrawList::with_capacity(self.capacity));
+        self.drawn.resize_with(views.len(), || VisibleBlocks::with_capacity(self.capacity));
         for (i, ((view, seen), drawn)) in views.iter().zip(in_view).zip(&mut self.drawn).enumerate() {
             drawn.clear();
             let Some(window) = view.window() else {
-                drawn.extend_from_slice(seen.ids());
+                drawn.copy_from(seen);
                 continue;
             };
             let start = clock.start();
-            let mut counts = self.culling.build(i, geometry, &window, seen.ids());
+            let mut counts = self.culling.build(i, geometry, &window, seen);
             record.build += clock.since(start);
 
             let start = clock.start();
-            self.culling.cull(i, geometry, seen.ids(), drawn, &mut counts);
+            self.culling.cull(i, geometry, seen, drawn, &mut counts);
             record.query += clock.since(start);
             record.occluders += counts.occluders;
             record.nodes += counts.tiles;
@@ -66,7 +65,7 @@ impl Pass for PreviousFramePass {
         self.cull(frame).0
     }
 
-    fn drawn(&self) -> &[DrawList] {
+    fn drawn(&self) -> &[VisibleBlocks] {
         &self.drawn
     }
 }
@@ -100,12 +99,7 @@ mod tests {
         for frame in 0..4 {
             pipeline.frame_of_views(scene, if frame == 0 { changes } else { &[] }, views);
         }
-        let sorted = |list: &DrawList| {
-            let mut ids = list.ids().to_vec();
-            ids.sort_unstable();
-            ids
-        };
-        pipeline.draw_lists().iter().map(sorted).collect()
+        pipeline.draw_lists().iter().map(VisibleBlocks::to_vec).collect()
     }
 
     #[test]

@@ -21,6 +21,16 @@ impl DrawList {
         list
     }
 
+    /// A list of these.
+    pub(crate) fn of(ids: Vec<PolygonId>) -> Self {
+        Self { ids }
+    }
+
+    /// The list's memory.
+    pub(crate) fn into_ids(self) -> Vec<PolygonId> {
+        self.ids
+    }
+
     /// Empties it; keeps the memory.
     pub fn clear(&mut self) {
         self.ids.clear();
@@ -59,5 +69,11 @@ impl DrawList {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.ids.is_empty()
+    }
+}
+
+impl Extend<PolygonId> for DrawList {
+    fn extend<I: IntoIterator<Item = PolygonId>>(&mut self, ids: I) {
+        self.ids.extend(ids);
     }
 }

@@ -4,7 +4,7 @@ use thiserror::Error;
 use super::{DrawList, WorkCounts, probe};
 use crate::{
     math::{Aabb, Containment, Frustum, Ray, Sphere},
-    polygon::{ConvexPolygon, PolygonId},
+    polygon::{ConvexPolygon, PolygonId, VisibleBlocks},
 };
 
 /// Why an index refused a change. It is then as it was before.
@@ -76,6 +76,17 @@ pub trait SpatialIndex: Send + Sync {
 
     /// Appends the polygons that the frustum may see to `draw_list`, in any order.
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts;
+
+    /// Adds the polygons that the frustum may see to a set that was cleared before: the same polygons as
+    /// [`SpatialIndex::frustum_cull`], in the form that the rest of a frame goes on with.
+    fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
+        visible.fill_by_list(|ids| {
+            let mut list = DrawList::of(std::mem::take(ids));
+            let work = self.frustum_cull(frustum, &mut list);
+            *ids = list.into_ids();
+            work
+        })
+    }
 
     /// Walks the nodes that the frustum may see from the top, asking `visitor` at each one, and hands it the polygons
     /// of the nodes it does not skip that pass the frustum (each once, the same set as `frustum_cull` if nothing is

@@ -357,7 +357,7 @@ impl Verifier {
         if let Some((pvs, totals)) = &mut self.pvs {
             fastest(&self.clock, self.config.repeats, &mut totals.query_ns, &mut || {
                 self.drawn.clear();
-                pvs.cull(view.eye_in_world, self.in_view.ids(), &mut self.drawn);
+                pvs.cull(view.eye_in_world, self.in_view.ids().iter().copied(), &mut self.drawn);
             });
             totals.views += 1;
             totals.add(self.views.views, &self.drawn, &mut self.truth, &self.in_view);
@@ -419,7 +419,7 @@ impl Look<'_> {
         drawn: &mut DrawList,
         truth: &mut [(Option<Sight>, u8)],
     ) {
-        let ids = self.in_view.ids();
+        let ids = &self.in_view.ids().iter().copied().collect();
         for _ in 0..self.at_rest.settle {
             drawn.clear();
             let mut counts = last.build(0, self.scene, self.window, ids);

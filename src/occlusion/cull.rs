@@ -1,6 +1,6 @@
 use super::{OcclusionCuller, Tested, Verdict};
 use crate::{
-    index::{DrawList, Node, Visit, Visitor},
+    index::{Node, Visit, Visitor},
     math::Sphere,
     polygon::{Geometry, PolygonId},
 };
@@ -139,16 +139,16 @@ impl Default for ReuseTable {
 }
 
 /// Walks an index and leaves out what a culler hides.
-pub struct OcclusionVisitor<'a> {
+pub struct OcclusionVisitor<'a, L> {
     culler: &'a dyn OcclusionCuller,
     geometry: &'a dyn Geometry,
     config: CullConfig,
     reuse: &'a mut ReuseTable,
-    draw_list: &'a mut DrawList,
+    draw_list: &'a mut L,
     counts: CullCounts,
 }
 
-impl std::fmt::Debug for OcclusionVisitor<'_> {
+impl<L> std::fmt::Debug for OcclusionVisitor<'_, L> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("OcclusionVisitor")
             .field("culler", &self.culler.name())
@@ -157,7 +157,7 @@ impl std::fmt::Debug for OcclusionVisitor<'_> {
     }
 }
 
-impl<'a> OcclusionVisitor<'a> {
+impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
     /// A visitor that appends what is not hidden to `draw_list`. The culler has been built for the view that the index
     /// is walked with.
     pub fn new(
@@ -165,7 +165,7 @@ impl<'a> OcclusionVisitor<'a> {
         geometry: &'a dyn Geometry,
         config: CullConfig,
         reuse: &'a mut ReuseTable,
-        draw_list: &'a mut DrawList,
+        draw_list: &'a mut L,
     ) -> Self {
         Self { culler, geometry, config, reuse, draw_list, counts: CullCounts::default() }
     }
@@ -187,7 +187,7 @@ impl<'a> OcclusionVisitor<'a> {
     }
 }
 
-impl Visitor for OcclusionVisitor<'_> {
+impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
     fn node(&mut self, node: &Node<'_>) -> Visit {
         if node.polygons < self.config.least_polygons {
             return Visit::Take;
@@ -219,7 +219,7 @@ impl Visitor for OcclusionVisitor<'_> {
 
     fn polygons(&mut self, ids: &[PolygonId], asked: Visit) {
         if asked == Visit::Take || self.config.polygon_test == PolygonTest::Never {
-            self.draw_list.extend_from_slice(ids);
+            self.draw_list.extend(ids.iter().copied());
             return;
         }
         for &id in ids {
@@ -229,7 +229,7 @@ impl Visitor for OcclusionVisitor<'_> {
             if verdict == Verdict::Hidden {
                 self.counts.hidden_polygons += 1;
             } else {
-                self.draw_list.push(id);
+                self.draw_list.extend([id]);
             }
         }
     }

@@ -12,13 +12,12 @@
 
 use super::{DepthBuffer, DepthConfig, OcclusionCuller, ShadowVolume, Soundness, Verdict, patch::Patch};
 use crate::{
-    index::DrawList,
-    polygon::{Geometry, PolygonId},
+    polygon::{Geometry, PolygonId, VisibleBlocks},
     view::ViewWindow,
 };
 use glam::Vec3;
 
-/// Polygons next to each other in the list that are tested as one first.
+/// Polygons with neighbouring numbers that are tested as one first.
 const GROUP: usize = 4;
 
 /// Outlines that fill fewer pixels of the buffer hide next to nothing: few of those pixels lie in them wholly.
@@ -47,8 +46,8 @@ impl PreviousFrameCounts {
 pub struct PreviousFrameOccluders {
     depth: DepthBuffer,
     shadows: Vec<ShadowVolume>,
-    /// By view: a bit for each polygon that was drawn in the last frame.
-    drawn: Vec<Vec<u64>>,
+    /// By view the polygons that were drawn in the last frame.
+    drawn: Vec<VisibleBlocks>,
 }
 
 impl PreviousFrameOccluders {
@@ -61,7 +60,7 @@ impl PreviousFrameOccluders {
         let mut depth = DepthBuffer::new(depth);
         let shadows = (2 * polygons + 4).min(Self::MOST_OUTLINES);
         depth.reserve(shadows);
-        let drawn = vec![Vec::with_capacity(polygons.div_ceil(64))];
+        let drawn = vec![VisibleBlocks::with_capacity(polygons)];
         Self { depth, shadows: Vec::with_capacity(shadows), drawn }
     }
 
@@ -70,25 +69,16 @@ impl PreviousFrameOccluders {
         self.depth.soundness()
     }
 
-    /// What was drawn in view number `view`, a bit for each polygon.
-    fn drawn_in(&mut self, view: usize) -> &mut Vec<u64> {
+    fn drawn_in(&mut self, view: usize) -> &mut VisibleBlocks {
         if self.drawn.len() <= view {
-            self.drawn.resize_with(view + 1, Vec::new);
+            self.drawn.resize_with(view + 1, VisibleBlocks::new);
         }
         &mut self.drawn[view]
     }
 
     /// Takes all that is in view for what was visible in the last frame of view number `view`.
-    pub fn begin(&mut self, view: usize, in_view: &[PolygonId]) {
-        let known = self.drawn_in(view);
-        known.clear();
-        for id in in_view {
-            let word = id.index() / 64;
-            if known.len() <= word {
-                known.resize(word + 1, 0);
-            }
-            known[word] |= 1 << (id.index() % 64);
-        }
+    pub fn begin(&mut self, view: usize, in_view: &VisibleBlocks) {
+        self.drawn_in(view).copy_from(in_view);
     }
 
     /// Fills the buffer for view number `view` with what of the polygons in view was drawn in the last frame.
@@ -97,26 +87,26 @@ impl PreviousFrameOccluders {
         view: usize,
         geometry: &dyn Geometry,
         window: &ViewWindow,
-        in_view: &[PolygonId],
+        in_view: &VisibleBlocks,
     ) -> PreviousFrameCounts {
         self.drawn_in(view);
         let known = &self.drawn[view];
         let occluder = |id: PolygonId| {
-            if bit(known, id) && geometry.may_occlude(id) { geometry.polygon(id) } else { None }
+            if known.contains(id) && geometry.may_occlude(id) { geometry.polygon(id) } else { None }
         };
         let pixels_of = self.depth.area_in_pixels(window);
         self.shadows.clear();
-        for pair in in_view.windows(2).chain(in_view.last().map(std::slice::from_ref)) {
+        let mut ids = in_view.ids().peekable();
+        while let Some(id) = ids.next() {
             if self.shadows.len() + 4 > Self::MOST_OUTLINES {
                 break;
             }
-            let id = pair[0];
             let Some(polygon) = occluder(id) else { continue };
             let area_px = pixels_of(&polygon);
             if area_px >= LEAST_PX {
                 ShadowVolume::push_polygon(polygon.vertices(), window, &mut self.shadows);
             }
-            let Some(next) = pair.get(1).copied().filter(|&next| next.0 == id.0 + 1) else { continue };
+            let Some(next) = ids.peek().copied().filter(|next| next.0 == id.0 + 1) else { continue };
             let Some(next_polygon) = occluder(next) else { continue };
             if area_px + pixels_of(&next_polygon) >= LEAST_PX
                 && let Some(both) = Patch::new(id, &polygon).joined(next, &next_polygon)
@@ -134,20 +124,28 @@ impl PreviousFrameOccluders {
         &mut self,
         view: usize,
         geometry: &dyn Geometry,
-        in_view: &[PolygonId],
-        drawn: &mut DrawList,
+        in_view: &VisibleBlocks,
+        drawn: &mut impl Extend<PolygonId>,
         counts: &mut PreviousFrameCounts,
     ) {
         let known = &mut self.drawn[view];
         known.clear();
-        known.resize(geometry.id_end().div_ceil(64), 0);
         let depth = &self.depth;
         let mut is_hidden = |ids: &[PolygonId]| {
             counts.tests += 1;
             let corners = || ids.iter().flat_map(|&id| Corners::of(geometry, id));
             depth.test_points(corners).verdict == Verdict::Hidden
         };
-        for group in in_view.chunks(GROUP) {
+        let (mut ids, mut group) = (in_view.ids(), [PolygonId(0); GROUP]);
+        loop {
+            let mut count = 0;
+            for (place, id) in group.iter_mut().zip(ids.by_ref()) {
+                (*place, count) = (id, count + 1);
+            }
+            let group = &group[..count];
+            if group.is_empty() {
+                break;
+            }
             let is_compact =
                 group.len() > 1 && group[group.len() - 1].0.wrapping_sub(group[0].0) < GROUP as u32;
             if is_compact && is_hidden(group) {
@@ -155,16 +153,12 @@ impl PreviousFrameOccluders {
             }
             for &id in group {
                 if !is_hidden(&[id]) {
-                    drawn.push(id);
-                    known[id.index() / 64] |= 1 << (id.index() % 64);
+                    drawn.extend([id]);
+                    known.insert(id);
                 }
             }
         }
     }
-}
-
-fn bit(words: &[u64], id: PolygonId) -> bool {
-    words.get(id.index() / 64).is_some_and(|word| word >> (id.index() % 64) & 1 == 1)
 }
 
 /// The corners of a polygon, or of the box of what is no single polygon, one after the other.

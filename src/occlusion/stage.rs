@@ -3,9 +3,9 @@ use super::{
     PoolConfig, ReuseTable, SelectConfig, SelectCounts, Selector,
 };
 use crate::{
-    index::{DrawList, SpatialIndex, WorkCounts},
+    index::{SpatialIndex, WorkCounts},
     math::Frustum,
-    polygon::{Change, Geometry},
+    polygon::{Change, Geometry, PolygonId},
     view::ViewWindow,
 };
 
@@ -115,7 +115,7 @@ impl OcclusionStage {
         index: &dyn SpatialIndex,
         geometry: &dyn Geometry,
         frustum: &Frustum,
-        draw_list: &mut DrawList,
+        draw_list: &mut impl Extend<PolygonId>,
     ) -> (CullCounts, WorkCounts) {
         self.reuse.next_frame();
         let mut visitor =

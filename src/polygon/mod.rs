@@ -7,9 +7,11 @@ mod convex;
 mod geometry;
 mod id;
 mod paged;
+mod visible_blocks;
 
 pub use change::Change;
 pub use convex::{ConvexPolygon, FLATNESS};
 pub use geometry::Geometry;
 pub use id::PolygonId;
 pub use paged::Paged;
+pub use visible_blocks::{BLOCK, VisibleBlocks, ids_of};

@@ -1,10 +1,9 @@
 use super::{
     Gpu,
-    order::BLOCK,
     record::{PolygonRecord, is_transparent},
 };
 use crate::{
-    polygon::{Change, PolygonId},
+    polygon::{BLOCK, Change, PolygonId},
     scene::Scene,
 };
 

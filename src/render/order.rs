@@ -3,8 +3,10 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use crate::polygon::PolygonId;
-use crate::scene::Scene;
+use crate::{
+    polygon::{BLOCK, PolygonId, VisibleBlocks, ids_of},
+    scene::Scene,
+};
 
 /// Whether polygons hide what is behind them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,9 +29,6 @@ pub struct Run {
     /// How they are blended.
     pub blend: Blend,
 }
-
-/// Polygons of a block: consecutive numbers that are put in order together.
-pub(super) const BLOCK: usize = 16;
 
 /// Blocks of opaque polygons are sorted into this many steps of distance; a step is about 6 % of the distance.
 const STEPS: usize = 1 << (32 - STEP_SHIFT);
@@ -83,8 +82,6 @@ pub struct DrawOrder {
     /// In the order of numbers.
     handles: Vec<Handle>,
     handle_runs: Vec<HandleRun>,
-    /// One bit for each polygon of the list at hand.
-    marks: Vec<u64>,
     /// Blocks of the page at hand, in the order of numbers: number, mask, step.
     blocks: Vec<(u32, u16, u16)>,
     sorted: Vec<(u32, u16)>,
@@ -144,13 +141,12 @@ impl DrawOrder {
         self.transparent.clear();
     }
 
-    /// Adds a list of polygons, each once whatever the list says, to be drawn in `style`. Numbers that the scene does
-    /// not have are left out. `page_len` is a multiple of 16; `transparent_of` gives for 64 polygons from a multiple of
-    /// 64 on which of them can be seen through.
+    /// Adds polygons to be drawn in `style`. Numbers that the scene does not have are left out. `page_len` is a multiple of
+    /// 16; `transparent_of` gives for 64 polygons from a multiple of 64 on which of them can be seen through.
     pub fn add(
         &mut self,
         scene: &Scene,
-        ids: &[PolygonId],
+        polygons: &VisibleBlocks,
         style: u32,
         eye_in_world: Vec3,
         page_len: usize,
@@ -158,39 +154,34 @@ impl DrawOrder {
     ) {
         debug_assert!(page_len.is_multiple_of(BLOCK));
         let count = scene.polygon_count();
-        self.marks.resize(count.div_ceil(64), 0);
-        for id in ids.iter().filter(|id| id.index() < count) {
-            self.marks[id.index() / 64] |= 1 << (id.index() % 64);
-        }
         // A distance that is not a number sorts as the farthest; it is drawn all the same.
         let distance_squared =
             |id: usize| scene.bounds(PolygonId(id as u32)).center().distance_squared(eye_in_world).to_bits();
-        // Reading the marks gives the polygons in the order of their numbers, page after page.
         let mut page = 0;
-        for word in 0..self.marks.len() {
-            let bits = std::mem::take(&mut self.marks[word]);
-            if bits == 0 {
-                continue;
+        // The transparent ones of four blocks are looked up at once.
+        let (mut looked_up, mut transparent_there) = (usize::MAX, 0);
+        for (block, mask) in polygons.blocks() {
+            let first = block * BLOCK;
+            let known = match count.saturating_sub(first) {
+                0 => break,
+                left if left < BLOCK => mask & ((1 << left) - 1),
+                _ => mask,
+            };
+            if first / 64 != looked_up {
+                (looked_up, transparent_there) = (first / 64, transparent_of(first / 64 * 64));
             }
-            let transparent = bits & transparent_of(word * 64);
-            for part in 0..64 / BLOCK {
-                let mask = ((bits & !transparent) >> (part * BLOCK)) as u16;
-                if mask == 0 {
-                    continue;
-                }
-                let first = word * 64 + part * BLOCK;
+            let transparent = known & (transparent_there >> (first % 64)) as u16;
+            let opaque = known & !transparent;
+            if opaque != 0 {
                 if first / page_len != page {
                     self.end_page(page, style);
                     page = first / page_len;
                 }
                 let step = (distance_squared(first) >> STEP_SHIFT) as u16;
-                self.blocks.push(((first / BLOCK) as u32, mask, step));
+                self.blocks.push((block as u32, opaque, step));
             }
-            let mut bits = transparent;
-            while bits != 0 {
-                let id = word * 64 + bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                self.transparent.push((distance_squared(id), style, id as u32));
+            for id in ids_of(block, transparent) {
+                self.transparent.push((distance_squared(id.index()), style, id.0));
             }
         }
         self.end_page(page, style);
@@ -286,7 +277,7 @@ mod tests {
 
     fn listed(ids: &[u32], page_len: usize, blend: Blend, listing: Listing) -> DrawOrder {
         let scene = scene_of(200);
-        let ids: Vec<_> = ids.iter().map(|&i| PolygonId(i)).collect();
+        let ids: VisibleBlocks = ids.iter().map(|&i| PolygonId(i)).collect();
         let mut order = DrawOrder::new();
         order.clear_for(listing);
         let transparent = if blend == Blend::Opaque { 0 } else { u64::MAX };
@@ -354,6 +345,6 @@ mod tests {
 
     #[test]
     fn unknown_numbers_are_left_out() {
-        assert_eq!(order_of(&[5, 200, u32::MAX], 1024, Blend::Opaque).ids(), [5]);
+        assert_eq!(order_of(&[5, 200, PolygonId::LIMIT - 1], 1024, Blend::Opaque).ids(), [5]);
     }
 }

@@ -5,13 +5,13 @@ use super::{
     draw_switch::DrawSwitch,
     gpu_scene::GpuScene,
     hzb::{Frame, Hzb, HzbConfig, HzbView},
-    order::{BLOCK, Listing},
+    order::Listing,
     shaders,
     target::{COLOR_FORMAT, DEPTH_FORMAT, DepthBefore, SAMPLES},
     timer::Ends,
 };
 use crate::{
-    polygon::{Change, PolygonId},
+    polygon::{BLOCK, Change, PolygonId, VisibleBlocks},
     scene::Scene,
     view::View,
 };
@@ -45,16 +45,16 @@ impl Style {
 /// Polygons to draw and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<'a> {
-    /// The polygons, in any order.
-    pub ids: &'a [PolygonId],
+    /// The polygons.
+    pub polygons: &'a VisibleBlocks,
     /// How they look.
     pub style: Style,
 }
 
 impl<'a> Layer<'a> {
     /// Polygons in their own colours.
-    pub fn plain(ids: &'a [PolygonId]) -> Self {
-        Self { ids, style: Style::PLAIN }
+    pub fn plain(polygons: &'a VisibleBlocks) -> Self {
+        Self { polygons, style: Style::PLAIN }
     }
 }
 
@@ -211,10 +211,10 @@ impl Renderer {
         let mut styles = [Style::PLAIN; MAX_STYLES];
         let is_plain = |(i, layer): (usize, &Layer<'_>)| match i {
             0 => layer.style == Style::PLAIN,
-            _ => layer.ids.is_empty(),
+            _ => layer.polygons.is_empty(),
         };
         let can_cull = slot.hzb.is_some() && layers.iter().enumerate().all(is_plain);
-        let in_view = layers.first().map_or(0, |layer| layer.ids.len());
+        let in_view = layers.first().map_or(0, |layer| layer.polygons.len());
         let culls = can_cull && slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
         slot.order.clear_for(if culls { Listing::Blocks } else { Listing::Ids });
         for (i, layer) in layers.iter().enumerate() {
@@ -222,7 +222,7 @@ impl Renderer {
             styles[style] = layer.style;
             let is_faint = layer.style.opacity < 1.0;
             let transparent_of = |first| if is_faint { u64::MAX } else { self.scene.transparent_of(first) };
-            slot.order.add(scene, layer.ids, style as u32, view.eye_in_world, page_len, transparent_of);
+            slot.order.add(scene, layer.polygons, style as u32, view.eye_in_world, page_len, transparent_of);
         }
         slot.order.finish(page_len);
         let mut bytes = slot.send(&self.gpu, &self.view_layout, view, &styles);

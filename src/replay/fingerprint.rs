@@ -1,24 +1,25 @@
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::{index::DrawList, polygon::PolygonId};
+use crate::polygon::PolygonId;
 
 /// A number for a frame's visible set: equal for equal sets, whatever their order; a polygon reported twice changes it.
-pub fn fingerprint_of_frame(ids: &[PolygonId]) -> u64 {
+pub fn fingerprint_of_frame(ids: impl IntoIterator<Item = PolygonId>) -> u64 {
     // A sum does not depend on the order; each id is mixed first (the finaliser of Steele, Lea and Flood,
     // "Fast splittable pseudorandom number generators", 2014) so that sets with equal sums of ids differ.
-    let mixed = |id: &PolygonId| {
+    let mixed = |id: PolygonId| {
         let mut x = (u64::from(id.0) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         x ^ (x >> 31)
     };
-    let sum = ids.iter().map(mixed).fold(0u64, u64::wrapping_add);
-    sum ^ (ids.len() as u64).wrapping_mul(0xd6e8_feb8_6659_fd93)
+    let add = |(sum, count): (u64, u64), id| (sum.wrapping_add(mixed(id)), count + 1);
+    let (sum, count) = ids.into_iter().fold((0, 0), add);
+    sum ^ count.wrapping_mul(0xd6e8_feb8_6659_fd93)
 }
 
 /// A number for what the views of a frame see, in their order; of one view, that of [`fingerprint_of_frame`].
-pub fn fingerprint_of_views(lists: &[DrawList]) -> u64 {
-    lists.iter().fold(0, |all, list| all.rotate_left(1) ^ fingerprint_of_frame(list.ids()))
+pub fn fingerprint_of_views<V: IntoIterator<Item = PolygonId>>(views: impl IntoIterator<Item = V>) -> u64 {
+    views.into_iter().fold(0, |all, view| all.rotate_left(1) ^ fingerprint_of_frame(view))
 }
 
 /// The fingerprints of a session's frames, chained.

@@ -1,7 +1,7 @@
 use super::{CameraPath, Moment};
 use crate::{
     frame::{FrameRecord, Pipeline, Stage},
-    polygon::Change,
+    polygon::{Change, VisibleBlocks},
     recording::{Event, Pacer, RecordingError},
     replay::fingerprint_of_views,
     scene::Scene,
@@ -62,9 +62,9 @@ impl Lane {
         let record = self.pipeline.frame(scene, changes, view);
         let catches_up = std::mem::take(&mut self.behind);
         let start = self.pipeline.clock().start();
-        let in_view = fingerprint_of_views(self.pipeline.in_view_lists());
+        let in_view = fingerprint_of_views(self.pipeline.in_view_lists().iter().map(VisibleBlocks::ids));
         let drawn = match self.pipeline.is_occluded() {
-            true => fingerprint_of_views(self.pipeline.draw_lists()),
+            true => fingerprint_of_views(self.pipeline.draw_lists().iter().map(VisibleBlocks::ids)),
             false => in_view,
         };
         let fingerprinting = self.pipeline.clock().since(start);

@@ -92,8 +92,8 @@ pub fn small_files() -> Vec<Vec<u8>> {
     let pins = fs::read("recordings/fingerprints.pins").expect("the shipped pins");
     seeds.push([&[0], &pins[..]].concat());
     for name in ["desktop", "dual-wall", "cave4"] {
-        let rig = fs::read(Path::new("src/visibility/rigs").join(name).with_extension("ron"))
-            .expect("a shipped rig");
+        let rig =
+            fs::read(Path::new("src/view/rigs").join(name).with_extension("ron")).expect("a shipped rig");
         seeds.push([&[1], &rig[..]].concat());
     }
     seeds

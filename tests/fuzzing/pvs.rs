@@ -75,7 +75,7 @@ fn ask(pvs: &Pvs, model: &Scene, data: &[u8]) {
     eyes.extend((0..8).map(|_| cells.corner(below(&mut u, cells.len())) + cells.side_m * 0.5));
     for eye in eyes {
         let mut drawn = DrawList::new();
-        let is_in_a_cell = pvs.cull(eye, &ids, &mut drawn);
+        let is_in_a_cell = pvs.cull(eye, ids.iter().copied(), &mut drawn);
         assert!(is_in_a_cell || drawn.ids() == ids, "outside of the cells everything is drawn");
         assert!(drawn.ids().windows(2).all(|w| w[0] < w[1]), "each once");
     }

@@ -4,7 +4,7 @@ use super::boxes::Rng;
 use osp::{
     index::{BruteForce, DrawList, Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Containment, Frustum},
-    polygon::PolygonId,
+    polygon::{PolygonId, VisibleBlocks},
 };
 
 /// How a test visitor answers.
@@ -109,7 +109,7 @@ pub(crate) fn check(index: &dyn SpatialIndex, twin: &BruteForceTwin, frusta: &[F
     // Not emptied in between: a query appends.
     let mut seen = DrawList::new();
     seen.push(PolygonId(u32::MAX));
-    let mut expected = DrawList::new();
+    let (mut expected, mut blocks) = (DrawList::new(), VisibleBlocks::new());
     for (i, frustum) in frusta.iter().enumerate() {
         let before = seen.len();
         let work = index.frustum_cull(frustum, &mut seen);
@@ -120,6 +120,15 @@ pub(crate) fn check(index: &dyn SpatialIndex, twin: &BruteForceTwin, frusta: &[F
         assert_eq!(sorted(found), expected, "{name}, {place}, frustum {i}: frustum_cull");
         assert_eq!(work.reported, expected.len() as u64, "{name}, {place}, frustum {i}: work.reported");
         assert!(work.taken_whole <= work.reported, "{name}, {place}, frustum {i}: work.taken_whole");
+        blocks.clear();
+        let work = index.frustum_cull_blocks(frustum, &mut blocks);
+        assert_eq!(blocks.to_vec(), expected, "{name}, {place}, frustum {i}: frustum_cull_blocks");
+        assert_eq!(blocks.len(), expected.len(), "{name}, {place}, frustum {i}: polygons counted");
+        assert_eq!(
+            work.reported,
+            expected.len() as u64,
+            "{name}, {place}, frustum {i}: work.reported of blocks"
+        );
 
         let policies = [Policy::DescendAlways, Policy::TakeFrom(i as u32 % 4), Policy::Random];
         for policy in policies {

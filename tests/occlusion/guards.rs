@@ -16,6 +16,7 @@ use osp::{
         ShadowVolume, Verdict,
         msvbsp::{Msvbsp, MsvbspConfig},
     },
+    polygon::VisibleBlocks,
     recording::Event,
     scene::Scene,
     view::ViewWindow,
@@ -141,7 +142,7 @@ fn a_patch_that_reaches_before_the_near_plane_hides_nothing_there() {
     let shadows = chosen(&pool, &told.scene, &window);
     assert!(!shadows.is_empty());
     let mut last = PreviousFrameOccluders::new(DepthConfig::default(), 8);
-    let ids: Vec<_> = told.scene.visible_ids().collect();
+    let ids: VisibleBlocks = told.scene.visible_ids().collect();
     last.begin(0, &ids);
     last.build(0, &told.scene, &window, &ids);
     let (mut open, mut hidden) = (0, 0);
@@ -179,7 +180,7 @@ fn neighbours_that_were_visible_last_hide_nothing_before_the_near_plane() {
 
 /// What is drawn when everything in view was visible in the last frame.
 fn drawn_last(scene: &Scene, window: &ViewWindow, config: DepthConfig) -> Vec<u32> {
-    let ids: Vec<_> = scene.visible_ids().collect();
+    let ids: VisibleBlocks = scene.visible_ids().collect();
     let mut last = PreviousFrameOccluders::new(config, 8);
     last.begin(0, &ids);
     last.build(0, scene, window, &ids);
@@ -226,7 +227,7 @@ fn only_what_was_drawn_last_hides() {
     ]);
     assert_eq!(drawn_last(&told.scene, &window, DepthConfig::default()), [0, 1, 2]);
     // Nothing was seen before: nothing hides, nothing is left out.
-    let ids: Vec<_> = told.scene.visible_ids().collect();
+    let ids: VisibleBlocks = told.scene.visible_ids().collect();
     let mut last = PreviousFrameOccluders::new(DepthConfig::default(), 8);
     let counts = last.build(0, &told.scene, &window, &ids);
     assert_eq!((counts.occluders, counts.tiles), (0, 0));

@@ -65,10 +65,14 @@ fn play(scene: TestScene, pipelines: &mut [Pipeline], mut frame: impl FnMut(usiz
         if number % 9 == 8 {
             let window = view.window().expect("a pointed cone");
             let config = OracleConfig { width: 480, height: 270 };
-            let visible = verify::visible_polygons(&model, &window, pipelines[0].in_view().ids(), config);
+            let visible = verify::visible_polygons(&model, &window, &pipelines[0].in_view().to_vec(), config);
             for pipeline in &*pipelines {
                 let name = pipeline.occlusion().map(|pass| *pass.config());
-                assert_eq!(verify::missing(&visible, pipeline.draw_list().ids()), 0, "{number}: {name:?}");
+                assert_eq!(
+                    verify::missing(&visible, &pipeline.draw_list().to_vec()),
+                    0,
+                    "{number}: {name:?}"
+                );
             }
         }
     }

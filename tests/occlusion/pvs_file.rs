@@ -191,6 +191,6 @@ fn a_set_culls_what_it_does_not_hold() {
     let pvs = sets(&scene);
     let ids: Vec<PolygonId> = scene.visible_ids().collect();
     let mut drawn = osp::index::DrawList::new();
-    assert!(pvs.cull(Vec3::splat(0.5), &ids, &mut drawn));
+    assert!(pvs.cull(Vec3::splat(0.5), ids.iter().copied(), &mut drawn));
     assert!(drawn.len() > 16 && drawn.len() < 200, "{}", drawn.len());
 }

@@ -1,5 +1,6 @@
 //! Culling while drawing changes no pixel, whatever comes, goes and moves; and it does find something.
 
+use crate::scenes::set;
 use std::{path::Path, sync::Arc};
 
 use super::{
@@ -59,7 +60,7 @@ impl Pair {
 
     /// Pixels that differ, and the picture without culling.
     pub(crate) fn compare(&mut self, scene: &Scene, view: &View, ids: &[PolygonId]) -> (usize, Image) {
-        let times = self.culled.draw(scene, view, &[Layer::plain(ids)]).expect("a drawn frame");
+        let times = self.culled.draw(scene, view, &[Layer::plain(&set(ids))]).expect("a drawn frame");
         let counts = times.occlusion.expect("counts");
         assert_eq!(counts.in_view, ids.len() as u64);
         assert!(counts.second_pass <= counts.in_view && counts.first_pass <= counts.in_view, "{counts:?}");
@@ -67,7 +68,7 @@ impl Pair {
         self.counts.groups_tested += counts.groups_tested;
         self.counts.first_pass += counts.first_pass;
         self.counts.second_pass += counts.second_pass;
-        self.whole.draw(scene, view, &[Layer::plain(ids)]).expect("a drawn frame");
+        self.whole.draw(scene, view, &[Layer::plain(&set(ids))]).expect("a drawn frame");
         let whole = self.whole.image().expect("a picture");
         (self.culled.image().expect("a picture").differing_pixels(&whole), whole)
     }
@@ -315,7 +316,7 @@ fn several_views_of_one_renderer_do_not_disturb_each_other() {
                 // Two eyes beside each other.
                 let mut view = view.with_aspect(target.aspect());
                 view.eye_in_world.x += 0.3 * (number % 2) as f32;
-                renderer.prepare(slot, &scene, &view, &[Layer::plain(&ids)]);
+                renderer.prepare(slot, &scene, &view, &[Layer::plain(&set(&ids))]);
                 renderer.encode(&mut encoder, target, slot, timer, |_| {});
             }
             gpu.queue().submit([encoder.finish()]);
@@ -344,13 +345,14 @@ fn with_more_than_one_layer_it_is_drawn_as_ever() {
     let ids = all_ids(&scene);
     let (some, others) = ids.split_at(ids.len() / 2);
     let tint = Style { tint: [1.0, 0.0, 0.0], amount: 0.5, opacity: 0.6, glow: 0.0 };
+    let (some, others, none) = (set(some), set(others), set(&[]));
     for layers in [
-        &[Layer::plain(some), Layer { ids: others, style: tint }][..],
-        &[Layer::plain(some), Layer::plain(&[])],
+        &[Layer::plain(&some), Layer { polygons: &others, style: tint }][..],
+        &[Layer::plain(&some), Layer::plain(&none)],
     ] {
         for view in eyes() {
             let times = pair.culled.draw(&scene, &view, layers).expect("a frame");
-            assert_eq!(times.occlusion.is_some(), layers[1].ids.is_empty());
+            assert_eq!(times.occlusion.is_some(), layers[1].polygons.is_empty());
             pair.whole.draw(&scene, &view, layers).expect("a frame");
             let whole = pair.whole.image().expect("a picture");
             assert_eq!(pair.culled.image().expect("a picture").differing_pixels(&whole), 0);
@@ -392,7 +394,7 @@ fn compare_session(
         if is_looked_at(moment.frame) || is_looked_at(moment.frame + 1) || moment.frame + 1 == total {
             pipeline.frame(&scene, &changes, &view);
             for time in 0..1 + u64::from(is_looked_at(moment.frame)) {
-                let (differing, whole) = pair.compare(&scene, &view, pipeline.draw_list().ids());
+                let (differing, whole) = pair.compare(&scene, &view, &pipeline.draw_list().to_vec());
                 shown += whole.drawn_pixels();
                 let at = moment.frame;
                 assert_eq!(
@@ -479,7 +481,7 @@ fn auto_changes_no_pixel_when_it_tries_the_other_way() {
     for frame in 0..32 {
         let eye = Vec3::new(0.02 * frame as f32, 0.7, 2.5);
         let view = view_from(eye, Vec3::new(0.0, 0.6, 0.0));
-        let times = auto.draw(&scene, &view, &[Layer::plain(&ids)]).expect("a drawn frame");
+        let times = auto.draw(&scene, &view, &[Layer::plain(&set(&ids))]).expect("a drawn frame");
         match times.occlusion {
             Some(counts) => {
                 culled += 1;
@@ -487,7 +489,7 @@ fn auto_changes_no_pixel_when_it_tries_the_other_way() {
             }
             None => plain += 1,
         }
-        whole.draw(&scene, &view, &[Layer::plain(&ids)]).expect("a drawn frame");
+        whole.draw(&scene, &view, &[Layer::plain(&set(&ids))]).expect("a drawn frame");
         let picture = auto.image().expect("a picture");
         assert_eq!(picture.differing_pixels(&whole.image().expect("a picture")), 0, "frame {frame}");
     }

@@ -1,6 +1,7 @@
 //! Guarantee "nothing visible is ever culled", on every shipped session, as pixels: the picture of what is left is the
 //! picture of everything.
 
+use crate::scenes::set;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -54,7 +55,7 @@ impl Eyes {
 }
 
 fn picture(drawer: &mut Offscreen, scene: &Scene, view: &View, ids: &[PolygonId]) -> Image {
-    drawer.draw(scene, view, &[Layer::plain(ids)]).expect("a drawn frame");
+    drawer.draw(scene, view, &[Layer::plain(&set(ids))]).expect("a drawn frame");
     drawer.image().expect("a picture")
 }
 
@@ -117,14 +118,14 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
         };
         for pipeline in &mut by_view {
             pipeline.frame(&scene, &changes, &view);
-            let ids = pipeline.draw_list().ids();
+            let ids = pipeline.draw_list().to_vec();
             left_out.out_of_view += (all.len() - ids.len()) as u64;
-            check(pipeline.index().name(), ids);
+            check(pipeline.index().name(), &ids);
         }
         for (name, pipeline) in &by_occlusion {
-            let ids = pipeline.draw_list().ids();
+            let ids = pipeline.draw_list().to_vec();
             left_out.hidden += (pipeline.in_view().len() - ids.len()) as u64;
-            check(name, ids);
+            check(name, &ids);
         }
     }
     assert!(shown > 1000, "{}: {shown} pixels drawn", path.display());

@@ -1,3 +1,4 @@
+use crate::scenes::set;
 use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, sketch, square, view_from, winding_stroke};
@@ -18,7 +19,7 @@ fn drawer(gpu: &Arc<Gpu>) -> Offscreen {
 }
 
 fn picture(drawer: &mut Offscreen, scene: &Scene, view: &View, ids: &[PolygonId]) -> Image {
-    drawer.draw(scene, view, &[Layer::plain(ids)]).expect("a drawn frame");
+    drawer.draw(scene, view, &[Layer::plain(&set(ids))]).expect("a drawn frame");
     drawer.image().expect("a picture")
 }
 
@@ -108,7 +109,7 @@ fn a_polygon_is_sent_once_and_again_only_when_it_moves() {
     let mut drawer = drawer(&gpu);
     let mut draw = |scene: &Scene, changes: &[osp::polygon::Change]| {
         drawer.follow(changes);
-        drawer.draw(scene, &view, &[Layer::plain(&all_ids(scene))]).expect("a frame").polygon_bytes
+        drawer.draw(scene, &view, &[Layer::plain(&set(&all_ids(scene)))]).expect("a frame").polygon_bytes
     };
     let changes = apply(&mut scene, &sketch());
     assert_eq!(draw(&scene, &changes), scene.polygon_count() as u64 * 64, "all of them once");
@@ -145,7 +146,7 @@ fn small_chunks_and_many_pages_give_the_same_picture() {
         let one = picture(&mut paged, &scene, &view, &ids);
         assert_eq!(one.differing_pixels(&picture(&mut whole, &scene, &view, &ids)), 0);
     }
-    let times = paged.draw(&scene, &eyes()[0], &[Layer::plain(&all_ids(&scene))]).expect("a frame");
+    let times = paged.draw(&scene, &eyes()[0], &[Layer::plain(&set(&all_ids(&scene)))]).expect("a frame");
     assert!(times.draw_calls > 4, "several pages: {} draw calls", times.draw_calls);
 }
 
@@ -227,10 +228,10 @@ fn a_style_tints_and_a_faint_one_lets_through() {
         middle(&drawer.image().expect("a picture"))
     };
     let (near, far) = ([PolygonId(0)], [PolygonId(1)]);
-    let [r, g, b, _] = colour_of(&[Layer::plain(&far), Layer { ids: &near, style: blue }]);
+    let [r, g, b, _] = colour_of(&[Layer::plain(&set(&far)), Layer { polygons: &set(&near), style: blue }]);
     assert!(r < 10 && g < 10 && b > 150, "{r} {g} {b}");
     let faint = Style { opacity: 0.5, ..blue };
-    let [r, _, b, _] = colour_of(&[Layer::plain(&far), Layer { ids: &near, style: faint }]);
+    let [r, _, b, _] = colour_of(&[Layer::plain(&set(&far)), Layer { polygons: &set(&near), style: faint }]);
     assert!(r > 60 && b > r, "{r} {b}");
 }
 
@@ -262,7 +263,7 @@ fn a_picture_is_written_and_times_are_taken() {
     let mut scene = Scene::new();
     apply(&mut scene, &sketch());
     let mut drawer = drawer(&gpu);
-    let times = drawer.draw(&scene, &eyes()[0], &[Layer::plain(&all_ids(&scene))]).expect("a frame");
+    let times = drawer.draw(&scene, &eyes()[0], &[Layer::plain(&set(&all_ids(&scene)))]).expect("a frame");
     assert!(times.draw.ns > 0 && times.prepare.ns > 0);
     eprintln!("{}: {times:?}", gpu.name());
     let image = drawer.image().expect("a picture");

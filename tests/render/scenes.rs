@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use osp::{
-    polygon::{Change, PolygonId},
+    polygon::{Change, PolygonId, VisibleBlocks},
     recording::{Event, NormalRule, StrokeId, Tool},
     render::Gpu,
     scene::Scene,
@@ -75,4 +75,9 @@ pub(crate) fn view_from(eye: Vec3, target: Vec3) -> View {
 
 pub(crate) fn all_ids(scene: &Scene) -> Vec<PolygonId> {
     scene.visible_ids().collect()
+}
+
+/// The set of these polygons.
+pub(crate) fn set(ids: &[PolygonId]) -> VisibleBlocks {
+    ids.iter().copied().collect()
 }

@@ -1,5 +1,6 @@
 //! What was right for an earlier frame must not be taken for this one: another picture, other polygons of the same numbers.
 
+use crate::scenes::set;
 use std::sync::Arc;
 
 use super::{
@@ -27,7 +28,7 @@ fn draw(renderer: &mut Renderer, slot: &mut ViewSlot, target: &Target, scene: &S
     let mut timer = GpuTimer::new(&gpu);
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
     renderer.send(scene);
-    renderer.prepare(slot, scene, &view.with_aspect(target.aspect()), &[Layer::plain(&all_ids(scene))]);
+    renderer.prepare(slot, scene, &view.with_aspect(target.aspect()), &[Layer::plain(&set(&all_ids(scene)))]);
     renderer.encode(&mut encoder, target, slot, &mut timer, |_| {});
     gpu.queue().submit([encoder.finish()]);
     slot.submitted();

@@ -1,6 +1,7 @@
 //! What was moved while it could not be seen is drawn where it is: a drawer that follows a session, frame by frame and
 //! through jumps, against one that meets the model for the first time.
 
+use crate::scenes::set;
 use std::sync::Arc;
 
 use super::{
@@ -28,7 +29,7 @@ fn ahead() -> View {
 }
 
 fn picture(drawer: &mut Offscreen, scene: &Scene) -> Image {
-    drawer.draw(scene, &ahead(), &[Layer::plain(&all_ids(scene))]).expect("a drawn frame");
+    drawer.draw(scene, &ahead(), &[Layer::plain(&set(&all_ids(scene)))]).expect("a drawn frame");
     drawer.image().expect("a picture")
 }
 

@@ -1,4 +1,6 @@
-//! Where the answer of a query goes: ids, or pages and runs.
+//! Where the answer of a query goes: ids, blocks, or pages and runs.
+
+use std::ops::Range;
 
 use super::{ids::IdMap, index::Osp, layout::Page};
 use crate::{
@@ -6,11 +8,14 @@ use crate::{
         DrawList,
         simd::{IdWriter, Kernel, PageRuns, WithKernel},
     },
-    polygon::PolygonId,
+    polygon::{BLOCK, PolygonId},
 };
 
 /// Where the answer goes.
 pub(super) trait Answer {
+    /// What is known when it is complete.
+    type Done;
+
     /// Whether pages are read at all.
     const READS_PAGES: bool;
 
@@ -33,7 +38,7 @@ pub(super) trait Answer {
     fn count(&self) -> usize;
 
     /// The answer is complete.
-    fn finish(self);
+    fn finish(self) -> Self::Done;
 }
 
 /// The answer as ids.
@@ -46,6 +51,8 @@ impl<'a> Ids<'a> {
 }
 
 impl Answer for Ids<'_> {
+    type Done = ();
+
     const READS_PAGES: bool = true;
 
     #[inline(always)]
@@ -99,6 +106,89 @@ impl Answer for Ids<'_> {
     #[inline(always)]
     fn finish(self) {
         self.0.finish();
+    }
+}
+
+/// The answer as blocks: a run's polygons are all of one block.
+pub(super) struct Blocks<'a> {
+    masks: &'a mut [u16],
+    begin: usize,
+    end: usize,
+    found: usize,
+}
+
+impl<'a> Blocks<'a> {
+    /// `masks` reaches to the highest number of the index.
+    pub(super) fn new(masks: &'a mut [u16]) -> Self {
+        Self { masks, begin: usize::MAX, end: 0, found: 0 }
+    }
+
+    #[inline(always)]
+    fn or(&mut self, first: u32, mask: u32) {
+        let (block, bit) = (first as usize / BLOCK, first % BLOCK as u32);
+        debug_assert!(mask << bit <= 0xFFFF, "a run within its block");
+        self.masks[block] |= (mask << bit) as u16;
+        self.begin = self.begin.min(block);
+        self.end = self.end.max(block + 1);
+        self.found += mask.count_ones() as usize;
+    }
+}
+
+impl Answer for Blocks<'_> {
+    type Done = (Range<usize>, usize);
+
+    const READS_PAGES: bool = true;
+
+    #[inline(always)]
+    fn run<K: Kernel>(&mut self, _kernel: K, first: u32, mask: u32) {
+        if mask != 0 {
+            self.or(first, mask);
+        }
+    }
+
+    #[inline(always)]
+    fn page<K: Kernel>(&mut self, _kernel: K, _number: u32, page: &Page, runs: u32) {
+        for (&first, &mask) in page.first.iter().zip(&page.masks).take(runs as usize) {
+            self.or(first, u32::from(mask));
+        }
+    }
+
+    #[inline(always)]
+    fn single<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, count: u32) {
+        self.page(kernel, number, page, count);
+    }
+
+    #[inline(always)]
+    fn lanes<K: Kernel>(&mut self, _kernel: K, _number: u32, page: &Page, lanes: u32) {
+        let mut left = lanes & 0xFFFF;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 15;
+            left &= left - 1;
+            self.or(page.first[lane], u32::from(page.masks[lane]));
+        }
+    }
+
+    #[inline(always)]
+    fn all<K: Kernel>(&mut self, _kernel: K, ids: &IdMap) {
+        for (first, filed) in ids.shelves() {
+            let block = first as usize / BLOCK;
+            // Polygons of the open block may be there already.
+            for (there, &mask) in self.masks[block..block + filed.len()].iter_mut().zip(filed) {
+                *there |= mask;
+            }
+            (self.begin, self.end) = (self.begin.min(block), self.end.max(block + filed.len()));
+            self.found += filed.iter().map(|mask| mask.count_ones() as usize).sum::<usize>();
+        }
+    }
+
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.found
+    }
+
+    #[inline(always)]
+    fn finish(self) -> Self::Done {
+        (self.begin..self.end, self.found)
     }
 }
 
@@ -162,6 +252,8 @@ impl FoundPages {
 pub(super) struct Handles<'a>(pub(super) &'a mut FoundPages);
 
 impl Answer for Handles<'_> {
+    type Done = ();
+
     const READS_PAGES: bool = false;
 
     #[inline(always)]

@@ -293,6 +293,11 @@ impl IdMap {
         })
     }
 
+    /// The numbers of all polygons lie below.
+    pub(super) fn ids_end(&self) -> usize {
+        self.directory.len() * IDS_A_SHELF
+    }
+
     /// The number of a block's exact boxes, [`NONE`] if it has none.
     pub(super) fn store(&self, block: u32) -> u32 {
         self.shelf(block).map_or(NONE, |(shelf, at)| shelf.store[at])

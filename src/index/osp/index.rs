@@ -15,7 +15,7 @@ use crate::{
         simd::{Backend, Wide},
     },
     math::{Aabb, Frustum, Ray},
-    polygon::PolygonId,
+    polygon::{PolygonId, VisibleBlocks},
 };
 
 /// The fast form of the OSP tree; see [`crate::index::osp`].
@@ -216,6 +216,10 @@ impl SpatialIndex for Osp {
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
         self.cull(frustum, draw_list)
+    }
+
+    fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
+        self.cull_blocks(frustum, visible)
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {

@@ -12,7 +12,7 @@
 use std::mem::MaybeUninit;
 
 use super::{
-    answer::{Answer, FoundPages, Handles, Ids},
+    answer::{Answer, Blocks, FoundPages, Handles, Ids},
     index::Osp,
     layout::{Bucket, Node, Page, PageBoxes, Target},
     pool::NONE,
@@ -23,18 +23,33 @@ use crate::{
         simd::{Boxes, Kernel, PlaneSet, WithKernel, prefetch_lines},
     },
     math::Frustum,
+    polygon::{BLOCK, VisibleBlocks},
 };
 
 impl Osp {
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
         let answer = Ids::new(draw_list);
-        self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer })
+        self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer }).0
+    }
+
+    /// The numbers of all polygons lie below, those of the open block, too.
+    fn ids_end(&self) -> usize {
+        let open = if self.open.lanes() == 0 { 0 } else { (self.open.block() as usize + 1) * BLOCK };
+        self.ids.ids_end().max(open)
+    }
+
+    pub(super) fn cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
+        let answer = Blocks::new(visible.masks_for(self.ids_end()));
+        let (work, (blocks, found)) =
+            self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer });
+        visible.note_filled(blocks, found);
+        work
     }
 
     /// The query of [`crate::index::SpatialIndex::frustum_cull`] with its answer as handles, appended to `found`. Of
     /// the work, `reported` and `taken_whole` count handles, not polygons.
     pub fn find_pages(&self, frustum: &Frustum, found: &mut FoundPages) -> WorkCounts {
-        self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer: Handles(found) })
+        self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer: Handles(found) }).0
     }
 }
 
@@ -45,10 +60,10 @@ struct Cull<'a, A> {
 }
 
 impl<A: Answer> WithKernel for Cull<'_, A> {
-    type Output = WorkCounts;
+    type Output = (WorkCounts, A::Done);
 
     #[inline(always)]
-    fn run<K: Kernel>(self, kernel: K) -> WorkCounts {
+    fn run<K: Kernel>(self, kernel: K) -> Self::Output {
         let mut walk = Walk {
             osp: self.osp,
             planes: self.planes,
@@ -67,8 +82,7 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
         let mut work = walk.work;
         work.reported = (walk.answer.count() - before) as u64;
         work.taken_whole = work.reported.saturating_sub(walk.tested);
-        walk.answer.finish();
-        work
+        (work, walk.answer.finish())
     }
 }
 

@@ -27,9 +27,8 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput},
-    index::DrawList,
     math::Aabb,
-    polygon::{Change, ConvexPolygon, Geometry, PolygonId},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     scene::Scene,
 };
 
@@ -206,19 +205,22 @@ impl Pvs {
 
     /// Appends those of the polygons that may be seen from a point; all of them from outside of the cells. Whether
     /// there is a set for the point.
-    pub fn cull(&self, eye_in_world: Vec3, in_view: &[PolygonId], drawn: &mut DrawList) -> bool {
+    pub fn cull(
+        &self,
+        eye_in_world: Vec3,
+        in_view: impl Iterator<Item = PolygonId>,
+        drawn: &mut impl Extend<PolygonId>,
+    ) -> bool {
         let Some(cell) = self.cells.around(eye_in_world) else {
-            drawn.extend_from_slice(in_view);
+            drawn.extend(in_view);
             return false;
         };
         let words = words_of(self.polygons);
         let set = &self.sets[cell * words..(cell + 1) * words];
-        for &id in in_view {
+        drawn.extend(in_view.filter(|id| {
             let group = id.index() / GROUP;
-            if set.get(group / 64).is_none_or(|word| word >> (group % 64) & 1 == 1) {
-                drawn.push(id);
-            }
-        }
+            set.get(group / 64).is_none_or(|word| word >> (group % 64) & 1 == 1)
+        }));
         true
     }
 }
@@ -234,7 +236,7 @@ pub struct PvsPass {
     pvs: Arc<Pvs>,
     /// Whether the model at hand is the one, once that has been looked at.
     fits: Option<bool>,
-    drawn: Vec<DrawList>,
+    drawn: Vec<VisibleBlocks>,
 }
 
 impl PvsPass {
@@ -267,7 +269,7 @@ impl Pass for PvsPass {
         let start = clock.start();
         let pvs = &self.pvs;
         if *self.fits.get_or_insert_with(|| pvs.is_of(geometry)) {
-            self.drawn.resize_with(views.len(), DrawList::new);
+            self.drawn.resize_with(views.len(), VisibleBlocks::new);
             for ((view, seen), drawn) in views.iter().zip(in_view).zip(&mut self.drawn) {
                 drawn.clear();
                 record.used |= self.pvs.cull(view.eye_in_world, seen.ids(), drawn);
@@ -278,7 +280,7 @@ impl Pass for PvsPass {
         record
     }
 
-    fn drawn(&self) -> &[DrawList] {
+    fn drawn(&self) -> &[VisibleBlocks] {
         &self.drawn
     }
 }

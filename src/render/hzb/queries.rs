@@ -18,10 +18,10 @@ use super::{
 };
 use crate::{
     math::Aabb,
-    polygon::PolygonId,
+    polygon::{BLOCK, PolygonId},
     render::{
         DrawOrder, Gpu,
-        order::{BLOCK, Handle},
+        order::Handle,
         read_ring::{ReadRing, SLOTS},
         shaders,
         target::{DEPTH_FORMAT, SAMPLES},

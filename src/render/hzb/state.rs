@@ -7,11 +7,8 @@ use super::{
     span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
 };
 use crate::{
-    render::{
-        DrawOrder, Gpu,
-        order::{BLOCK, Handle},
-        read_ring::ReadRing,
-    },
+    polygon::BLOCK,
+    render::{DrawOrder, Gpu, order::Handle, read_ring::ReadRing},
     scene::Scene,
     view::View,
 };

@@ -1,0 +1,227 @@
+use super::PolygonId;
+
+/// Polygons of a block: sixteen consecutive numbers, from a multiple of sixteen on.
+pub const BLOCK: usize = 16;
+
+/// Blocks are made room for in multiples of this many, as indexes do.
+const PAGE: usize = 256;
+
+/// Entries that an index may write behind a list.
+const BEHIND: usize = 512;
+
+/// A set of polygons as blocks of sixteen consecutive numbers, each with a mask: what a query finds, what occlusion
+/// culling leaves of it, and what a renderer orders and draws. Nothing on that way lists numbers.
+///
+/// A frame's set is cleared and filled again without allocation once it reaches to the highest number. Memory: a bit for
+/// each number up to the highest. Every walk over it, and clearing it, takes time by the span from the lowest to the highest
+/// block that was set.
+#[derive(Clone, Debug, Default)]
+pub struct VisibleBlocks {
+    masks: Vec<u16>,
+    /// No block below is set.
+    begin: usize,
+    /// Nor from here on.
+    end: usize,
+    len: usize,
+    /// For indexes that list numbers.
+    listed: Vec<PolygonId>,
+}
+
+impl VisibleBlocks {
+    /// An empty set.
+    pub const fn new() -> Self {
+        Self { masks: Vec::new(), begin: 0, end: 0, len: 0, listed: Vec::new() }
+    }
+
+    /// An empty set with room for numbers below `ids`.
+    pub fn with_capacity(ids: usize) -> Self {
+        let mut set = Self::new();
+        set.masks_for(ids);
+        set
+    }
+
+    /// Empties it; keeps the memory.
+    pub fn clear(&mut self) {
+        self.masks[self.begin..self.end].fill(0);
+        (self.begin, self.end, self.len) = (0, 0, 0);
+    }
+
+    /// Becomes a copy of another set; keeps the memory.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.clear();
+        if other.end > self.masks.len() {
+            self.masks.resize(other.masks.len(), 0);
+        }
+        let span = other.begin..other.end;
+        self.masks[span.clone()].copy_from_slice(&other.masks[span]);
+        (self.begin, self.end, self.len) = (other.begin, other.end, other.len);
+    }
+
+    /// Polygons of the set.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Whether a polygon is in the set.
+    pub fn contains(&self, id: PolygonId) -> bool {
+        self.mask(id.index() / BLOCK) >> (id.index() % BLOCK) & 1 == 1
+    }
+
+    /// The polygons of a block, bit 0 for number `block * 16`.
+    pub fn mask(&self, block: usize) -> u16 {
+        self.masks.get(block).copied().unwrap_or(0)
+    }
+
+    /// Adds a polygon. Whether it was not there before. Panics beyond [`PolygonId::LIMIT`].
+    pub fn insert(&mut self, id: PolygonId) -> bool {
+        let before = self.len;
+        self.insert_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
+        self.len > before
+    }
+
+    /// Adds polygons of a block. Panics beyond [`PolygonId::LIMIT`].
+    pub fn insert_block(&mut self, block: usize, mask: u16) {
+        if mask == 0 {
+            return;
+        }
+        if block >= self.masks.len() {
+            assert!(block < PolygonId::LIMIT as usize / BLOCK, "numbers are below PolygonId::LIMIT");
+            self.masks_for((block + 1) * BLOCK);
+        }
+        self.note_span(block, block + 1);
+        let there = &mut self.masks[block];
+        self.len += (mask & !*there).count_ones() as usize;
+        *there |= mask;
+    }
+
+    /// The blocks that are not empty, in order: number and mask.
+    pub fn blocks(&self) -> impl Iterator<Item = (usize, u16)> + Clone + '_ {
+        let masks = self.masks[self.begin..self.end].iter().enumerate();
+        masks.filter(|(_, mask)| **mask != 0).map(|(at, mask)| (self.begin + at, *mask))
+    }
+
+    /// The polygons, in order of their numbers.
+    pub fn ids(&self) -> impl Iterator<Item = PolygonId> + Clone + '_ {
+        self.blocks().flat_map(|(block, mask)| ids_of(block, mask))
+    }
+
+    /// The polygons as a list, in order of their numbers.
+    pub fn to_vec(&self) -> Vec<PolygonId> {
+        let mut ids = Vec::with_capacity(self.len);
+        ids.extend(self.ids());
+        ids
+    }
+
+    /// For an index: room for numbers below `ids`, and the masks of all blocks, to be filled by OR. Afterwards
+    /// [`VisibleBlocks::note_filled`] says what was set.
+    pub(crate) fn masks_for(&mut self, ids: usize) -> &mut [u16] {
+        let blocks = ids.div_ceil(BLOCK);
+        if blocks > self.masks.len() {
+            self.masks.resize(blocks.next_multiple_of(PAGE).max(self.masks.len() + self.masks.len() / 2), 0);
+        }
+        &mut self.masks
+    }
+
+    /// For an index: polygons that were not there before lie in these blocks now.
+    pub(crate) fn note_filled(&mut self, blocks: std::ops::Range<usize>, polygons: usize) {
+        if !blocks.is_empty() {
+            self.note_span(blocks.start, blocks.end);
+            self.len += polygons;
+        }
+    }
+
+    /// Lets an index that lists numbers fill the set: the list is kept from frame to frame.
+    pub(crate) fn fill_by_list<R>(&mut self, list: impl FnOnce(&mut Vec<PolygonId>) -> R) -> R {
+        let mut ids = std::mem::take(&mut self.listed);
+        ids.clear();
+        ids.reserve(self.masks.len() * BLOCK + BEHIND);
+        let result = list(&mut ids);
+        self.extend(ids.iter().copied());
+        self.listed = ids;
+        result
+    }
+
+    fn note_span(&mut self, begin: usize, end: usize) {
+        if self.end == 0 {
+            (self.begin, self.end) = (begin, end);
+        } else {
+            (self.begin, self.end) = (self.begin.min(begin), self.end.max(end));
+        }
+    }
+}
+
+/// The polygons of a block's mask, in order.
+pub fn ids_of(block: usize, mask: u16) -> impl Iterator<Item = PolygonId> + Clone {
+    let mut left = mask;
+    std::iter::from_fn(move || {
+        let bit = left.trailing_zeros();
+        left &= left.wrapping_sub(1);
+        (bit < BLOCK as u32).then_some(PolygonId((block * BLOCK) as u32 + bit))
+    })
+}
+
+impl Extend<PolygonId> for VisibleBlocks {
+    fn extend<I: IntoIterator<Item = PolygonId>>(&mut self, ids: I) {
+        for id in ids {
+            self.insert(id);
+        }
+    }
+}
+
+impl FromIterator<PolygonId> for VisibleBlocks {
+    fn from_iter<I: IntoIterator<Item = PolygonId>>(ids: I) -> Self {
+        let mut set = Self::new();
+        set.extend(ids);
+        set
+    }
+}
+
+/// Equal if they hold the same polygons.
+impl PartialEq for VisibleBlocks {
+    fn eq(&self, other: &Self) -> bool {
+        self.len == other.len && self.blocks().eq(other.blocks())
+    }
+}
+
+impl Eq for VisibleBlocks {}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn it_is_the_set_of_what_was_added(
+            frames in prop::collection::vec(prop::collection::vec(0u32..3000, 0..200), 1..5),
+        ) {
+            let mut set = VisibleBlocks::new();
+            for frame in frames {
+                set.clear();
+                prop_assert!(set.is_empty() && set.ids().next().is_none());
+                let mut plain = BTreeSet::new();
+                for id in frame {
+                    prop_assert_eq!(set.insert(PolygonId(id)), plain.insert(PolygonId(id)));
+                }
+                prop_assert_eq!(set.len(), plain.len());
+                prop_assert!(set.ids().eq(plain.iter().copied()));
+                let mut copy: VisibleBlocks = [PolygonId(70), PolygonId(2500)].into_iter().collect();
+                copy.copy_from(&set);
+                prop_assert_eq!(&copy, &set);
+                prop_assert!(copy.ids().eq(set.ids()));
+                prop_assert_eq!(set.to_vec().into_iter().collect::<VisibleBlocks>(), set.clone());
+                prop_assert!((0..3100).map(PolygonId).all(|id| set.contains(id) == plain.contains(&id)));
+                let bits: u32 = set.blocks().map(|(_, mask)| mask.count_ones()).sum();
+                prop_assert_eq!(bits as usize, set.len());
+            }
+        }
+    }
+}
