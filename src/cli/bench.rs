@@ -52,7 +52,8 @@ Parts of the report:
   growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
             frames that insert none
   flight    the finished sessions: frustum culling alone, and with occlusion culling
-The page (--html) has all parts with charts, and beside each what the paper found and what osp finds.
+The page (--html) has all parts with charts, and beside each what the paper found and what osp
+finds.
 `osp replay --help` describes the indexes.")]
 pub(super) struct BenchArgs {
     /// The sessions, of any format that replay reads.

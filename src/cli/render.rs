@@ -50,9 +50,9 @@ use crate::{
   osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
   osp render sketch.tilt sketch.png --occlusion hzb --check
 
-With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures are
-those of the second. --check compares both with the picture without culling: the first draws with what
-was visible in the picture before, which has another view and an earlier model.
+With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
+are those of the second. --check compares both with the picture without culling: the first draws
+with what was visible in the picture before, which has another view and an earlier model.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct RenderArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.

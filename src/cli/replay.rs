@@ -76,9 +76,11 @@ Indexes:
   osp-paper        the preallocated octree of the paper, figure by figure
   osp              our own form of it
   octree-rebuild   an adaptive octree, rebuilt in every frame that brings a polygon
-  bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh   bounding volume hierarchies, rebuilt
-  bvh-two-level, dynamic-bvh   bounding volume hierarchies that polygons are inserted into
-  loose-octree, kd-tree, quadtree
+  bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
+                   bounding volume hierarchies, rebuilt in every frame that brings a polygon
+  bvh-two-level, dynamic-bvh
+                   bounding volume hierarchies that polygons are inserted into
+  loose-octree, kd-tree, quadtree   that polygons are inserted into
   bsp              a binary space partition along the polygons' planes
 
 Methods of --occlusion:
@@ -91,7 +93,8 @@ Methods of --occlusion:
   auto             in each frame the cheapest of none, msvbsp, depth-last, and hzb with --draw
   hzb, queries     on the graphics adapter, while drawing: a hierarchical depth buffer, or hardware
                    occlusion queries
-  msvbsp-paper, msvbsp-paper-capless, depth-centers   not conservative: they can cull what is visible")]
+  msvbsp-paper, msvbsp-paper-capless, depth-centers
+                   not conservative: they can cull visible polygons")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
     #[arg(required = true)]

@@ -59,23 +59,25 @@ The table has a line for each method and number of occluders (times of this mach
   hidden   share of the really hidden polygons that were culled
   tests    boxes tested in a view
   planes   splitting planes of the tree, or tiles of the depth buffer that are covered
-  select, build, query   time to choose the occluders, to build the culler, and to traverse the index:
-           microseconds a view
+  select, build, query   time to choose the occluders, to build the culler, and to traverse the
+           index: microseconds a view
 
-The figures of all methods are of the same frames. At each view the camera rests for --settle frames,
-which do not count, and then for --frames frames, which do; the table gives means over these frames of
-all views. The methods that depend on the previous frames (depth-last, hzb, queries, auto) cull in all
-of these frames; the others do the same in each, so they cull once. Errors (a visible polygon that is
-culled, a pixel that differs) count in the --settle frames, too.
+The figures of all methods are of the same frames. At each view the camera rests for --settle
+frames, which do not count, and then for --frames frames, which do; the table gives means over
+these frames of all views. The methods that depend on the previous frames (depth-last, hzb,
+queries, auto) cull in all of these frames; the others do the same in each, so they cull once.
+Errors (a visible polygon that is culled, a pixel that differs) count in the --settle frames,
+too.
 
 depth-last takes the polygons that were visible in the previous frame as occluders; its column
 `occluders` counts outlines.
 
-For hzb, queries and auto (builds with the feature `render`) the command draws each of these frames with
-each method and without culling, in turns; a pixel that differs gives exit code 1. `auto` uses hzb where
-that is faster (give it --settle 24). hzb-16, hzb-4 and hzb-1 test groups of 16, 4 or 1 polygons by the
-screen rectangle around their corners, hzb-16-box and so on by the rectangle around their bounding box.
-hzb-16-fine and hzb-4-fine also test each polygon by its triangles. hzb is short for hzb-1-fine. Columns:
+For hzb, queries and auto (builds with the feature `render`) the command draws each of these
+frames with each method and without culling, in turns; a pixel that differs gives exit code 1.
+`auto` uses hzb where that is faster (give it --settle 24). hzb-16, hzb-4 and hzb-1 test groups
+of 16, 4 or 1 polygons by the screen rectangle around their corners, hzb-16-box and so on by the
+rectangle around their bounding box. hzb-16-fine and hzb-4-fine also test each polygon by its
+triangles. hzb is short for hzb-1-fine. Columns:
   pixels that differ   from the picture without culling, sum over all frames
   hidden               share of the really hidden polygons that were not drawn
   below a sample       visible polygons that were not drawn because no sample of a pixel shows them
