@@ -80,8 +80,9 @@ Indexes:
                    bounding volume hierarchies, rebuilt in every frame that brings a polygon
   bvh-two-level, dynamic-bvh
                    bounding volume hierarchies that polygons are inserted into
-  loose-octree, kd-tree, quadtree   that polygons are inserted into
-  bsp              a binary space partition along the polygons' planes
+  loose-octree, kd-tree, quadtree
+                   trees that polygons are inserted into
+  bsp              a binary space partition along the polygons' planes, rebuilt like the hierarchies
 
 Methods of --occlusion:
   none             frustum culling alone

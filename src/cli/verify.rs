@@ -70,7 +70,7 @@ Errors (a visible polygon that is culled, a pixel that differs) count in the --s
 too.
 
 depth-last takes the polygons that were visible in the previous frame as occluders; its column
-`occluders` counts outlines.
+`used` counts their outlines.
 
 For hzb, queries and auto (builds with the feature `render`) the command draws each of these
 frames with each method and without culling, in turns; a pixel that differs gives exit code 1.
