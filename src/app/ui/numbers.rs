@@ -134,7 +134,7 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("occluders", count(report.record.occlusion.occluders)),
             ("occlusion tree nodes", count(report.record.occlusion.nodes)),
             ("drawn", count(drawn)),
-            ("inserted, erased, moved", {
+            ("new, erased, moved", {
                 let record = report.record;
                 format!("{} {} {}", count(record.inserted), count(record.removed), count(record.updated))
             }),
