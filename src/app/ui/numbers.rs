@@ -108,7 +108,8 @@ fn times(ui: &mut Ui, history: &History) {
 }
 
 fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
-    Grid::new(id).num_columns(2).min_col_width(120.0).spacing([4.0, 1.0]).show(ui, |ui| {
+    // Two columns fit into the panel, also where a header indents them: a wider table would shift the whole panel.
+    Grid::new(id).num_columns(2).min_col_width(110.0).spacing([4.0, 1.0]).show(ui, |ui| {
         for (name, value) in rows {
             ui.label(*name);
             ui.label(value);
