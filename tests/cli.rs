@@ -408,7 +408,7 @@ fn picking_finds_the_same_polygon_in_every_index() {
     }
     assert!(hits > 0, "walls are all around");
     let words = stdout(&osp(&["pick", session, "--at", "0.5,0.5"]));
-    assert!(words.contains("polygon") && words.contains("asked"), "{words}");
+    assert!(words.contains("polygon") && words.contains("tested"), "{words}");
     let outside = osp(&["pick", session, "--at", "1.5,0"]);
     assert_eq!(outside.status.code(), Some(2));
     assert!(stderr(&outside).contains("from 0 to 1"), "{}", stderr(&outside));

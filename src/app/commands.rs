@@ -105,7 +105,7 @@ impl Studio {
     fn tell_of_reindexing(&mut self) {
         if let Some(done) = self.culling.reindexed() {
             self.say(format!(
-                "{}: {} polygons filed in {:.1} ms",
+                "{}: {} polygons inserted in {:.1} ms",
                 done.kind.name(),
                 done.polygons,
                 done.took.as_secs_f64() * 1.0e3

@@ -33,7 +33,7 @@ use crate::{
 };
 
 /// What a hand hears that draws where it may not.
-const LOOKED_AT: &str = "this session is only looked at: draw on a copy, or save it elsewhere first";
+const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
 
 /// What the pointer does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

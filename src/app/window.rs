@@ -49,11 +49,17 @@ pub struct WindowOptions {
     pub trace: Option<PathBuf>,
 }
 
+/// An error of the window system without the place in its source, which says nothing to a user.
+fn without_place(error: &str) -> &str {
+    let cause = error.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
+    cause.map_or(error, |(_, cause)| cause)
+}
+
 /// Why there is no window, or no more.
 #[derive(Debug, Error)]
 pub enum WindowError {
     /// The system has no display.
-    #[error("no window can be opened: {0}")]
+    #[error("no window can be opened: {}", without_place(.0))]
     NoDisplay(String),
     /// Nothing can be drawn.
     #[error(transparent)]

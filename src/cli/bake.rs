@@ -35,11 +35,12 @@ use crate::{
     scene::Scene,
 };
 
-/// Find out what can be seen from where in a finished model, for `osp verify --pvs` and `osp replay --pvs`.
+/// Compute potentially visible sets (PVS) of a finished model, for `osp replay --pvs` and `osp verify --pvs`.
 ///
-/// The space that the head went through, or, without a head path, the model and half as much around it, is divided into
-/// cubes. From some points of each, six pictures say which polygons can be seen. The sets are sampled, not exact: what can
-/// be seen only from between the points is missing (`osp verify FILE --whole --pvs OUT` says how much).
+/// The command divides space into cubic cells: the space that the head went through, or, without a head path, the model
+/// and half as much around it. From some points of each cell it draws six pictures, which say what polygons can be seen
+/// from there. The sets are sampled, not exact: they miss polygons that can be seen only from between the points
+/// (`osp verify FILE --whole --pvs OUT` says how many).
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp bake recordings/room.ron room.pvs
@@ -47,14 +48,14 @@ use crate::{
   osp verify recordings/room.ron --whole --pvs room.pvs
   osp replay recordings/room.ron --occlusion none --pvs room.pvs --verify-frames 10")]
 pub(super) struct BakeArgs {
-    /// The session.
+    /// The session, of any format that replay reads.
     file: PathBuf,
     /// File to write, `.pvs`.
     out: PathBuf,
     /// Cells along the longest side of the space.
     #[arg(long, default_value_t = 8, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
     cells: u32,
-    /// Points of each cell that are looked from; nine are its middle and its corners.
+    /// Sample points of each cell; nine are its middle and its corners.
     #[arg(long, default_value_t = BakeConfig::default().samples, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     samples: u32,
     /// Pixels of each picture, across and down.
@@ -94,7 +95,7 @@ pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
     output.check()?;
     pvs.write(output.path())?;
     say(&format!(
-        "{}: {} cells of {:.2} m, {} samples each, {} polygons; {:.1} % of the groups in a set, mean; {} in memory; {:.1} s",
+        "{}: {} cells of {:.2} m, {} samples each, {} polygons; a set holds {:.1} % of the groups on average; {} in memory; {:.1} s",
         one_line(&args.out.to_string_lossy()),
         thousands(cells.len() as u64),
         cells.side_m,

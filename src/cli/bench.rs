@@ -38,8 +38,8 @@ const FLIGHT_FRAMES: u64 = 360;
 
 /// Compare all structures, on sessions of yours and on a synthetic one that grows to millions of polygons.
 ///
-/// Everything is measured in turns in one process: a frame goes through every index before the next frame comes.
-/// Medians stand with the interval that holds the true one in 95 of 100 cases, times with counts of work.
+/// All indexes take turns in one process: each frame goes through every index before the next frame begins. The report
+/// gives each median with its 95 % confidence interval, and each time with counts of work.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp bench recordings/*.ron --quick
@@ -48,14 +48,17 @@ const FLIGHT_FRAMES: u64 = 360;
   osp bench recordings/room.ron --no-growth --json
 
 Parts of the report:
-  sessions  each file, one sample of the hand a frame, through every index
-  growth    a synthetic session at each of the sizes: frames that insert a few polygons, and frames that do not
-  flight    the finished sessions: culling by the frustum, and by the frustum and occlusion
-The page (--html) has all of it with charts, and beside each what the paper found and what is found here.")]
+  sessions  each file through every index, with one sample of the hand per frame
+  growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
+            frames that insert none
+  flight    the finished sessions: frustum culling alone, and with occlusion culling
+The page (--html) has all parts with charts, and beside each what the paper found and what osp
+finds.
+`osp replay --help` describes the indexes.")]
 pub(super) struct BenchArgs {
     /// The sessions, of any format that replay reads.
     files: Vec<PathBuf>,
-    /// Less of everything: done in under a minute for the shipped recordings.
+    /// Measure for a shorter time: under a minute for the shipped recordings.
     #[arg(long)]
     quick: bool,
     /// The indexes, separated by commas [default: all].
@@ -64,19 +67,21 @@ pub(super) struct BenchArgs {
     /// The index that the others are compared with.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     reference: IndexKind,
-    /// Numbers of polygons of the growing model [default: 1000,10000,100000,1000000, quick: up to 100000].
+    /// Numbers of polygons of the growing model [default: 1000,10000,100000,1000000; with --quick up to 100000].
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=50_000_000))]
     sizes: Vec<u32>,
     /// Leave out the growing model.
     #[arg(long, conflicts_with = "sizes")]
     no_growth: bool,
-    /// How much of a session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    /// How much of a session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
     #[arg(long, default_value = "samples:1")]
     pace: Pace,
-    /// Where the eye is in the sessions.
+    /// Where the eye is in the sessions: `auto` is the recorded head path, else the session's own camera, else `orbit`;
+    /// `orbit` circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
-    /// Write every figure, one a line.
+    /// Write every figure to a CSV file, one per line.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Print one JSON object instead of the tables.
@@ -85,7 +90,7 @@ pub(super) struct BenchArgs {
     /// Write one HTML page with tables and charts.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Let an output replace a file of another kind, a session too; never one that is read.
+    /// Let an output replace a file of another kind, even a session, but never a file that is read.
     #[arg(long)]
     force: bool,
     #[command(flatten)]

@@ -21,9 +21,9 @@ use crate::{
     rivals::IndexKind,
 };
 
-/// Draw the cells of an index over the polygons, or its tree, as it stands after a frame.
+/// Draw the cells of an index over the polygons, or its tree, as the index is after a frame.
 ///
-/// Large trees are collapsed: whole levels are left out from below, and the picture says so.
+/// Large trees are collapsed: the picture leaves out the deepest levels and says so.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp draw-index recordings/room.ron room.svg
@@ -36,33 +36,34 @@ pub(super) struct DrawIndexArgs {
     /// Where the picture goes: .svg or .png, or .dot for a tree.
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// The index.
+    /// The index (`osp replay --help` describes them).
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     index: IndexKind,
-    /// The frame after which it is drawn: its number from 0, or `last`.
+    /// The frame after which the index is drawn: its number from 0, or `last`.
     #[arg(long, default_value = "last")]
     frame: FrameChoice,
     /// What is drawn.
     #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
     shown: Shown,
-    /// From where the cells are seen.
+    /// The side from which the cells are seen.
     #[arg(long, value_enum, default_value_t = From::Front)]
     from: From,
-    /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
     #[command(flatten)]
     reading: ReadArgs,
-    /// Let the picture replace a file of another kind; never the session.
+    /// Let the picture replace a file of another kind, but never the session.
     #[arg(long)]
     force: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Shown {
-    /// The cells in projection, coloured by level, over the polygons.
+    /// The cells in parallel projection, coloured by level, over the polygons.
     Space,
-    /// The tree, coloured by level, the top above.
+    /// The tree, coloured by level, with the root at the top.
     Tree,
 }
 

@@ -23,15 +23,15 @@ use crate::{
 /// Events between two steps of the progress display.
 const EVENTS_PER_STEP: u64 = 4096;
 
-/// Convert a session to the project's own format: text, one event a line, or the same compressed.
+/// Convert a session to osp's own format: text with one event a line, plain or compressed.
 ///
-/// Lengths become metres and axes right-handed with y up; the order of the events stays that of the file. The output
-/// appears only once it is whole.
+/// The output is in metres, right-handed, with y up; the events keep the order of the input. The output file appears only
+/// when it is complete.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp import sketch.tilt sketch.ron.zst
   osp import painting.apa painting.ron
-  osp import sketch_history/chair.json chair.ron   (and raw_data/chair.json, if it is there)
+  osp import sketch_history/chair.json chair.ron   (reads raw_data/chair.json, too, if it exists)
   osp import cut-off.tilt rescued.ron --lenient")]
 pub(super) struct ImportArgs {
     /// The session: .tilt (file or folder), .apa, CASSIE .json, .poses, .obj, .obj.gz, .ron or .ron.zst.

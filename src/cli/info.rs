@@ -17,7 +17,7 @@ use crate::{
     replay::{Summary, summarize},
 };
 
-/// Say what a session holds: strokes, points, polygons, what was erased, how long it took, how large it is, and what
+/// Say what a session holds: strokes, points, polygons, what was erased, how long it took, the model's bounds, and what
 /// was dropped and why.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -168,8 +168,7 @@ fn text(args: &InfoArgs, session: &OpenSession, s: &Summary) -> String {
     line(
         "dropped",
         format!(
-            "{} segments of length zero, {} polygons without area, {} beyond all range, {} corners too many; {} events \
-             made no sense",
+            "{} segments of length zero, {} polygons without area, {} out of range, {} surplus corners; {} events ignored",
             thousands(drops.zero_length),
             thousands(drops.degenerate),
             thousands(drops.out_of_range),

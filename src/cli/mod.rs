@@ -44,8 +44,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, error::ErrorKind};
 
-/// Keep a growing, hand-made 3D model drawable in real time: replay recorded sketching sessions through the OSP tree
-/// and its rivals, and see what each frame costs.
+/// Keep a 3D model drawable in real time while somebody draws it: replay recorded sketching sessions through the OSP
+/// tree and rival structures, and see what each frame costs.
 #[derive(Parser, Debug)]
 #[command(name = "osp", version = version::VERSION.as_str(), arg_required_else_help = true, after_help = EXAMPLES)]
 struct Cli {
@@ -61,8 +61,10 @@ const EXAMPLES: &str = "Examples:
   osp bench recordings/*.ron --quick --html bench.html
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
+  osp render recordings/room.ron room.png
   osp bake recordings/room.ron room.pvs
-  osp replay --help
+  osp sketch house.ron
+  osp replay --help       describes the indexes and the methods of occlusion culling
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
 Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";

@@ -21,14 +21,15 @@ use crate::{
     rivals::IndexKind,
 };
 
-/// Find the polygon and stroke under a point of a frame's picture, by a ray through the index.
+/// Find the polygon and stroke under a point of a frame's picture, by casting a ray through the index.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp pick recordings/room.ron
   osp pick sketch.tilt --at 0.25,0.5 --frame 120 --camera orbit
   osp pick sketch.tilt --index bvh-sah --json
 
-Prints the polygon, its stroke, the point in world space, its distance along the view, and how many polygons were asked.")]
+Prints the polygon, its stroke, the hit point in world space, its depth (distance along the view
+direction), and how many polygons the ray was tested against.")]
 pub(super) struct PickArgs {
     /// The session, of any format that replay reads.
     file: PathBuf,
@@ -38,13 +39,15 @@ pub(super) struct PickArgs {
     /// The frame: its number from 0, or `last`.
     #[arg(long, default_value = "last")]
     frame: FrameChoice,
-    /// The index that is asked.
+    /// The index that answers (`osp replay --help` describes them).
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     index: IndexKind,
-    /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`.
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
     /// Print one JSON object.
@@ -121,13 +124,14 @@ pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
         say(&serde_json::to_string(&report)?)?;
         return Ok(Outcome::Done);
     }
-    let work = format!("{} asked {asked} polygons in {us:.1} µs", report.index);
+    let work = format!("{} tested {asked} polygons in {us:.1} µs", report.index);
     match &report.picked {
-        None => say(&format!("nothing is there; {work}"))?,
+        None => say(&format!("the ray hits nothing; {work}"))?,
         Some(Picked { polygon, stroke, point_m: [x, y, z], distance_m }) => {
-            let stroke = stroke.map_or("no stroke".to_owned(), |stroke| format!("stroke {stroke}"));
+            let stroke =
+                stroke.map_or("(part of no stroke)".to_owned(), |stroke| format!("of stroke {stroke}"));
             say(&format!(
-                "polygon {polygon} of {stroke} at ({x:.3}, {y:.3}, {z:.3}) m, {distance_m:.3} m along the view; {work}"
+                "polygon {polygon} {stroke} at ({x:.3}, {y:.3}, {z:.3}) m, {distance_m:.3} m deep; {work}"
             ))?;
         }
     }

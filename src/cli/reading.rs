@@ -13,7 +13,8 @@ use crate::{
 /// What is done about damage, and how large a session may be.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct ReadArgs {
-    /// Skip damaged pieces and count them, instead of stopping at the first; end where a limit is reached.
+    /// Skip damaged pieces and count them, instead of stopping at the first; stop reading at a limit instead of refusing
+    /// the session.
     #[arg(long)]
     pub(super) lenient: bool,
     #[command(flatten)]
@@ -23,8 +24,8 @@ pub(super) struct ReadArgs {
 /// How large a session may be.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct LimitArgs {
-    /// Most polygons that a session may become: a sample of a ribbon counts as one, of a tube as eight, a face as its
-    /// corners less two. With it go the limits of strokes (a quarter of it) and of events (four times it).
+    /// Largest number of polygons of a session: a sample of a ribbon counts as one, a sample of a tube as eight, a face as
+    /// its corners minus two. The session may also have at most N/4 strokes and 4N events.
     #[arg(
         long,
         value_name = "N",
@@ -33,7 +34,7 @@ pub(super) struct LimitArgs {
         hide_short_help = true
     )]
     max_polygons: u64,
-    /// Most bytes that each byte of a packed session (.ron.zst, .tilt, .gz) may become, beyond 1 MiB.
+    /// Largest number of bytes that each byte of a compressed session (.ron.zst, .tilt, .gz) may unpack to, beyond 1 MiB.
     #[arg(
         long,
         value_name = "N",

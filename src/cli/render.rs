@@ -41,8 +41,8 @@ use crate::{
 
 /// Draw frames of a session to PNG files, without a window.
 ///
-/// The session is played to the frame as `osp replay` plays it, the index finds what the camera may see, and that is
-/// drawn on the graphics adapter (a software one will do).
+/// The command plays the session up to the frame as `osp replay` does, culls by the index, and draws what is left on the
+/// graphics adapter (one in software will do).
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp render recordings/portrait.ron portrait.png
@@ -51,21 +51,23 @@ use crate::{
   osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
   osp render sketch.tilt sketch.png --occlusion hzb --check
 
-With --occlusion hzb each picture is drawn twice: the second frame of a camera at rest is what the figures are of. --check
-compares both: the first goes by what the picture before showed, from another place and of an earlier model.")]
+With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
+are those of the second. --check compares both with the picture without culling: the first draws
+with what was visible in the picture before, which has another view and an earlier model.
+`osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct RenderArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
     file: PathBuf,
-    /// Where the picture goes.
-    #[arg(value_name = "OUT.png", required_unless_present = "to")]
+    /// The picture to write.
+    #[arg(value_name = "OUT.png", required_unless_present_any = ["to", "every"])]
     out: Option<PathBuf>,
     /// The frame to draw: its number from 0, or `last`.
     #[arg(long, default_value = "last", conflicts_with = "every")]
     frame: FrameChoice,
-    /// Draw every Nth frame and the last one.
+    /// Draw every Nth frame and the last one, into the folder --to.
     #[arg(long, value_name = "N", requires = "to", conflicts_with = "out", value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
-    /// The folder for the pictures of --every; made if it is not there.
+    /// The folder for the pictures of --every; osp makes it if it does not exist.
     #[arg(long, value_name = "DIR", requires = "every")]
     to: Option<PathBuf>,
     /// Width and height in pixels.
@@ -74,25 +76,27 @@ pub(super) struct RenderArgs {
     /// The index that finds what is in view.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     index: IndexKind,
-    /// Leave out what others hide, too, by this method.
+    /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     occlusion: OcclusionChoice,
-    /// Draw every polygon of the model, in view or not.
+    /// Draw every polygon of the model, without culling.
     #[arg(long, conflicts_with = "check")]
     no_cull: bool,
     /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
     #[arg(long)]
     check: bool,
-    /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Where the eye is: `whole` shows all of the model, from the side that the session's own camera or the head is on;
-    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`.
+    /// Where the eye is: `whole` shows the whole model, from the side of the session's own camera or of the head;
+    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles around the
+    /// model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
     #[command(flatten)]
     reading: ReadArgs,
-    /// Let a picture replace a file of another kind; never the session.
+    /// Let a picture replace a file of another kind, but never the session.
     #[arg(long)]
     force: bool,
 }
@@ -253,6 +257,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             pipeline.skip(&scene, &changes);
         }
         moment.frame += 1;
+    }
+    if args.check && outcome == Outcome::Done {
+        complain("culling changes no pixel");
     }
     Ok(outcome)
 }

@@ -42,9 +42,9 @@ use crate::{
 
 /// Play sessions through several indexes, frame by frame, and say what every frame cost.
 ///
-/// Each frame takes the next samples of the session, turns them into polygons, files these into each index, and asks
-/// it what the camera may see. The indexes run one after the other within each frame, on the same polygons and view.
-/// All must see the same set in every frame; if they do not, the exit code is 1.
+/// Each frame takes the next samples of the session and turns them into polygons. Each index then inserts these polygons
+/// and culls against the camera's frustum. Within a frame the indexes run one after the other, on the same polygons and
+/// view. If two indexes find different polygons in a frame, the exit code is 1.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp replay recordings/portrait.ron
@@ -53,20 +53,51 @@ use crate::{
   osp replay recordings/*.ron --check recordings/fingerprints.pins
   osp replay recordings/room.ron --occlusion none,msvbsp,auto --verify-frames 8
 
-The table, a line for each index (times of this machine, one thread):
-  insert   filing the frame's polygons, a rebuild included, nanoseconds a polygon, median
-  cull     one frustum query, median
-  frame    both together: median, 95 and 99 per cent, slowest
-  visible  polygons the view may see, mean of the frames; culled: the others
-With --occlusion a line for each index and method, and more columns:
-  occluded   polygons in the frustum that are hidden behind others, and culled; mean of the frames
-  occlusion  choosing occluders, building the culler, testing; median of the frames that it was used in
-  used       share of the frames that it was used in
-  with drawing  the frame and the drawing of what is left, at --polygon-ns for each polygon, median
-With --draw, from submission to completion on the graphics adapter: draw, median and 99 per cent.
-With --draw and --occlusion hzb: groups of polygons tested, polygons drawn for their depth alone and with their
-colours (means), and what the adapter says that depth, test and colours took (medians).
-A slow index is measured on evenly spaced stretches of a long session (--budget); `frames measured` says how many.")]
+The table has a line for each index (times of this machine, one thread):
+  insert   time to insert the frame's polygons, including a rebuild: nanoseconds per polygon, median
+  cull     time of one frustum query, median
+  frame    insert and cull together: median, 95th and 99th percentile, slowest frame
+  visible  polygons in the frustum, mean over the frames
+  culled   the other polygons, mean over the frames
+  frames measured   a slow index is measured on evenly spaced stretches of the session (--budget)
+With --occlusion it has a line for each index and method, and more columns:
+  occluded   polygons in the frustum that the method culled because others hide them, mean
+  occlusion  time to choose occluders, build the culler and test: median of the frames that used it
+  used       share of the frames that used the method
+  with drawing   time of the frame plus --polygon-ns for each polygon that is drawn, median
+With --draw:
+  draw     time from submission to completion on the graphics adapter: median and 99th percentile
+With --draw and --occlusion hzb: the groups of polygons tested, the polygons drawn in the depth pass
+and in the colour pass (means), and the times of the depth pass, the test and the colour pass as the
+adapter reports them (medians).
+
+Indexes:
+  brute-force      tests every polygon: the reference
+  brute-simd       one pass over all boxes with SIMD
+  time-order       a hierarchy of boxes over the order of arrival
+  osp-paper        the preallocated octree of the paper, figure by figure
+  osp              our own form of it
+  octree-rebuild   an adaptive octree, rebuilt in every frame that brings a polygon
+  bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
+                   bounding volume hierarchies, rebuilt in every frame that brings a polygon
+  bvh-two-level, dynamic-bvh
+                   bounding volume hierarchies that polygons are inserted into
+  loose-octree, kd-tree, quadtree
+                   trees that polygons are inserted into
+  bsp              a binary space partition along the polygons' planes, rebuilt like the hierarchies
+
+Methods of --occlusion:
+  none             frustum culling alone
+  frusta           one shadow volume for each occluder
+  svbsp            the shadow-volume BSP tree of Chin and Feiner
+  msvbsp           the paper's modified tree, made conservative
+  depth            a masked depth buffer in software, of pixels that are covered wholly
+  depth-last       the same buffer, filled with the polygons that were visible in the last frame
+  auto             in each frame the cheapest of none, msvbsp, depth-last, and hzb with --draw
+  hzb, queries     on the graphics adapter, while drawing: a hierarchical depth buffer, or hardware
+                   occlusion queries
+  msvbsp-paper, msvbsp-paper-capless, depth-centers
+                   not conservative: they can cull visible polygons")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
     #[arg(required = true)]
@@ -74,56 +105,57 @@ pub(super) struct ReplayArgs {
     /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
     #[arg(long, value_delimiter = ',', value_parser = index_parser())]
     index: Vec<IndexKind>,
-    /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`.
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
-    /// Seconds to spend on each index.
+    /// Most seconds to spend on each index.
     #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
     budget: f64,
-    /// Write one line for each index and frame.
+    /// Write a CSV file with one line for each index and frame.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw the frame times over the session, as .png or .svg (several sessions: the name gets a number).
+    /// Draw a chart of the frame times over the session, .png or .svg (with several sessions each name gets a number).
     #[arg(long, value_name = "FILE")]
     chart: Option<PathBuf>,
     /// Print one JSON object for each session instead of a table.
     #[arg(long)]
     json: bool,
-    /// Compare the fingerprints with those pinned in this file; a difference gives exit code 1.
+    /// Compare the fingerprints of the visible polygons with those in this file; a difference gives exit code 1.
     #[arg(long, value_name = "FILE")]
     check: Option<PathBuf>,
-    /// Pin the fingerprints of this run in a file for --check.
+    /// Write the fingerprints of this run to a file for --check.
     #[arg(long, value_name = "FILE")]
     pin: Option<PathBuf>,
-    /// Cull by occlusion after the frustum, by each of these methods; the indexes are then `osp` alone, unless --index
-    /// names others. `auto` is in each frame msvbsp, depth-last or none, by what they were measured to take (with --check and
-    /// --pin by work counts instead, the same on every machine), and, with --draw, hzb in those in which that pays; `hzb`
-    /// and `queries` find what is hidden while drawing (--draw).
+    /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index
+    /// is then `osp`. `auto` chooses by measured times; with --check or --pin it chooses by counts of work, which are the
+    /// same on every machine. `hzb` and `queries` need --draw.
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
     occlusion: Vec<OcclusionChoice>,
-    /// Walk through the finished model, and leave out what cannot be seen from where the eye is, by the sets that `osp
-    /// bake` has made of it: one more run, `pvs`. The sets are sampled, not exact. In a window they are used once the
-    /// replay is at its end.
+    /// Walk through the finished model and add a run, `pvs`, that culls by the sets that `osp bake` has written for it. The
+    /// sets are sampled, not exact. A window uses them from the end of the replay on.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
     pvs: Option<PathBuf>,
-    /// Most occluders of a frame [default: 64; 16 for `auto`].
+    /// Largest number of occluders in a frame [default: 64; 16 for `auto`].
     #[arg(long, value_name = "N", value_parser = numbers::occluders)]
     occluders: Option<usize>,
-    /// What drawing one polygon costs, nanoseconds: by it, occlusion tests what is worth a test, and `auto` decides.
+    /// Assumed time to draw one polygon, nanoseconds: occlusion culling tests only what costs more to draw than to test,
+    /// and `auto` decides by it.
     #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
     polygon_ns: f64,
-    /// Compare what occlusion leaves out with what really cannot be seen, in this many frames.
+    /// Compare in this many frames what occlusion culling leaves out with what really cannot be seen.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     verify_frames: u64,
-    /// Let an output replace a file of another kind, a session too; never one that is read.
+    /// Let an output replace a file of another kind, even a session, but never a file that is read.
     #[arg(long)]
     force: bool,
     #[command(flatten)]
     reading: ReadArgs,
-    /// Draw what is left of each frame, too, on the graphics adapter, and take its time [default size: 1280x720].
+    /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].
     #[cfg(feature = "render")]
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
     draw: Option<super::render::Size>,
@@ -232,7 +264,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     let draws = false;
     if let Some(choice) = args.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
         bail!(
-            "--occlusion {} finds what is hidden while drawing: it needs {}",
+            "--occlusion {} culls while drawing: it needs {}",
             choice.name(),
             if cfg!(feature = "render") { "--draw" } else { "a build with the feature `render`, and --draw" }
         );
@@ -384,7 +416,7 @@ fn replay_file(
     args.reading.check_frames(file, &summary, args.pace)?;
     if summary.frames <= 1 && summary.counts.points > 1 && args.pace == Pace::Recorded {
         complain(&format!(
-            "warning: {}: its time stamps do not pace it, all is in one frame; try --pace samples:16",
+            "warning: {}: its time stamps put everything into one frame; try --pace samples:16",
             file.display()
         ));
     }
@@ -570,7 +602,7 @@ fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
     }
     for run in report.runs.iter().filter(|run| run.refused > 0) {
         lines.push(format!(
-            "{} refused {} changes: polygons moved beyond all range, which cannot be drawn.",
+            "{} refused {} changes: they moved polygons out of range, where nothing can be drawn.",
             run.index, run.refused
         ));
     }

@@ -1,4 +1,4 @@
-//! `osp send`: a session told to a window as a tracker would.
+//! `osp send`: a session sent to a window as a tracker would send it.
 
 use std::{
     net::{ToSocketAddrs, UdpSocket},
@@ -25,7 +25,7 @@ use crate::{
 /// Bytes of a datagram that pass every network in one piece, with a key before them.
 const PACKET_BYTES: usize = 1200;
 
-/// Play a session as a tracker: its samples go to a window that listens (`osp sketch --tracker udp://…`).
+/// Play a session as a tracker: send its samples to a window that listens (`osp sketch --tracker udp://…`).
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp send recordings/portrait.ron --to 127.0.0.1:9327
@@ -35,16 +35,17 @@ const PACKET_BYTES: usize = 1200;
 pub(super) struct SendArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
     file: PathBuf,
-    /// Who listens.
+    /// Address and port of the window that listens.
     #[arg(long, value_name = "ADDRESS:PORT")]
     to: String,
-    /// How much of the session is sent 90 times a second: `recorded` (by time stamps) or `samples:N`.
+    /// How much of the session each packet time (90 a second) sends: `recorded` (by its time stamps) or `samples:N` (N
+    /// samples of the hand).
     #[arg(long, default_value = "recorded")]
     pace: Pace,
-    /// Times as fast.
+    /// How many times as fast as recorded.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     speed: f64,
-    /// The key that the window asks for (`osp sketch --tracker-key`).
+    /// The key that the window requires (`osp sketch --tracker-key`).
     #[arg(long)]
     key: Option<TrackerKey>,
     /// Send OSC messages instead of lines.
@@ -55,8 +56,8 @@ pub(super) struct SendArgs {
 }
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
-    let to = args.to.to_socket_addrs().with_context(|| args.to.clone())?.next();
-    let to = to.with_context(|| format!("{}: no such address", args.to))?;
+    let no_address = || format!("--to {}: expected ADDRESS:PORT, such as 127.0.0.1:9327", args.to);
+    let to = args.to.to_socket_addrs().with_context(no_address)?.next().with_context(no_address)?;
     let from = if to.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
     let socket = UdpSocket::bind(from).context("a socket")?;
     socket.connect(to).with_context(|| args.to.clone())?;
@@ -89,12 +90,12 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
         start.elapsed().as_secs_f64()
     ))?;
     if teller.left_out() > 0 {
-        let what = "events have no words in a tracker's language (moved strokes, groups, finished polygons)";
+        let what = "events were not sent, because a tracker cannot send them (moved strokes, groups, finished polygons)";
         complain(&format!("warning: {} {what}", thousands(teller.left_out())));
     }
     if sender.refused > 0 {
         complain(&format!(
-            "warning: {} packets were refused: is somebody listening?",
+            "warning: {} packets were refused: does a window listen there (osp sketch --tracker udp://)?",
             thousands(sender.refused)
         ));
     }

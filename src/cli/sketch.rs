@@ -27,13 +27,14 @@ use crate::{
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
 ///
-/// Every sample is in the session's file before the next one comes, and on the disk at the next pause. Without a file
-/// the session gets one among the autosaves; after a crash the next `osp sketch` brings it back. Nothing is written
-/// before something is drawn, and files are only replaced when you say so.
+/// The window writes every sample to the session's file before it takes the next one, and flushes the file to the disk at
+/// the next pause. If you name no file, the session is written to an autosave file; after a crash the next `osp sketch`
+/// restores it. Nothing is written before something is drawn, and no file is replaced unless you say so.
 ///
-/// One window at a time draws on a session. A second one says who has it, and asks whether you want to look at it or to
-/// draw on a copy (--read-only and --copy answer beforehand). A file that is removed, replaced, changed by another
-/// program, or on a full disk, is left alone: the window says so and goes on among the autosaves.
+/// Only one window at a time draws on a session. A second window says who has the session open, and asks whether you want
+/// to look at it or to draw on a copy (--read-only and --copy answer beforehand). If somebody removes or replaces the file,
+/// another program changes it, or the disk is full, the window leaves the file alone, says so, and goes on in an autosave
+/// file.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp sketch
@@ -49,13 +50,14 @@ A tracker sends lines of text (or the same as OSC), metres and unit quaternions,
   hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]     draws while the pressure is above 0
   brush TOOL WIDTH  R G B A  [HAND] [NORMAL]     ribbon, wall or tube
   erase X Y Z | undo | redo
-  key WORD                                       first in each packet, where --tracker-key asks for it
-The first sender on a socket is listened to until it is silent for 5 s; others are counted and not read.
+  key WORD                                       first in each packet, if --tracker-key is given
+The window listens to the first sender until it has been silent for 5 s; it counts the packets of
+others and does not read them.
 As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
 `osp send SESSION --to 127.0.0.1:9327` plays a session as such a tracker.")]
 pub(super) struct SketchArgs {
-    /// The session to go on with, or to make (.ron). Of one that was not drawn here (imported, shipped, of another
-    /// format, not to be written to) a copy is drawn on.
+    /// The session to continue, or a new one (.ron). A session that `osp sketch` did not draw (imported, shipped, of
+    /// another format, write-protected) is opened as a copy.
     file: Option<PathBuf>,
     #[command(flatten)]
     window: WindowArgs,
@@ -63,24 +65,24 @@ pub(super) struct SketchArgs {
     /// input.
     #[arg(long, value_name = "FROM")]
     tracker: Option<TrackerAddress>,
-    /// Take the messages of every sender, not only of the first.
+    /// Accept the messages of every sender, not only of the first.
     #[arg(long, requires = "tracker")]
     tracker_any: bool,
-    /// Take only packets that begin with this key; it is sent as it is, so it keeps out only who cannot listen.
+    /// Accept only packets that begin with this key. The key is sent unencrypted: whoever can read the packets knows it.
     #[arg(long, value_name = "KEY", requires = "tracker")]
     tracker_key: Option<TrackerKey>,
     /// Only look at the session.
     #[arg(long, requires = "file", conflicts_with = "copy")]
     read_only: bool,
-    /// Draw on a copy, among the autosaves.
+    /// Draw on a copy of the session, in an autosave file.
     #[arg(long, requires = "file")]
     copy: bool,
-    /// Skip damaged pieces and count them, instead of refusing the session; a copy is drawn on.
+    /// Skip damaged pieces and count them, instead of refusing the session, and draw on a copy.
     #[arg(long, requires = "file")]
     lenient: bool,
     #[command(flatten)]
     limits: LimitArgs,
-    /// The folder for sessions without a name [default: the user's own data folder].
+    /// The folder for autosave files [default: the user's own data folder].
     #[arg(long, value_name = "DIR")]
     autosave: Option<PathBuf>,
 }
@@ -88,25 +90,25 @@ pub(super) struct SketchArgs {
 /// What every window takes.
 #[derive(Args, Debug)]
 pub(super) struct WindowArgs {
-    /// The index that finds what is in view; it can be changed in the window.
+    /// The index that culls by the frustum (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) index: IndexKind,
-    /// How polygons are found that others hide; it can be changed in the window.
+    /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
     pub(super) occlusion: OcclusionChoice,
-    /// Show the model on a rig's screens: desktop, dual-wall, cave4, or a file.
+    /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes one.
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
-    /// How two eyes' pictures reach the eyes: mono, side-by-side, anaglyph, or windows (one for each screen and eye).
+    /// How the pictures for the two eyes are shown: mono, side-by-side, anaglyph, or windows (one for each screen and eye).
     #[arg(long, value_name = "HOW", value_parser = ["mono", "side-by-side", "anaglyph", "windows"])]
     stereo: Option<String>,
     /// Width and height of the window, in points.
     #[arg(long, value_name = "WxH", value_parser = size)]
     window: Option<(u32, u32)>,
-    /// Write one line of JSON for each frame to a file.
+    /// Write one line of JSON for each frame to this file.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Let --trace replace a file of another kind; never the session.
+    /// Let --trace replace a file of another kind, but never the session.
     #[arg(long)]
     force: bool,
 }

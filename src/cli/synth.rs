@@ -20,7 +20,7 @@ use crate::{
     recording::{Event, SynthKind, synthesize},
 };
 
-/// Write a synthetic session: a person who draws, made up from a seed.
+/// Write a synthetic session: an invented person draws, as a seed decides.
 ///
 /// The same kind, number of polygons and seed give the same file, byte for byte, on every machine.
 #[derive(Args, Debug)]
@@ -40,10 +40,10 @@ pub(super) struct SynthArgs {
     kind: SynthKind,
     /// File to write, `.ron` or `.ron.zst`.
     out: PathBuf,
-    /// Polygons to draw: the session ends with the first stroke that reaches the number.
+    /// Number of polygons to draw: the session ends after the stroke that reaches it.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     polygons: u32,
-    /// Another seed draws another session of the same kind.
+    /// Seed of the random numbers; another seed gives another session of the same kind.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
     /// Replace the file if it exists.

@@ -45,9 +45,9 @@ use crate::{
 
 /// Compare what occlusion culling leaves out with what really cannot be seen.
 ///
-/// At evenly spaced frames of each session, every polygon in view is looked for in a picture of high resolution, and
-/// those without a pixel are asked by rays. Then each method culls the same view. A visible polygon that was culled by
-/// a method that promises not to gives exit code 1.
+/// At evenly spaced frames of each session, the command draws a picture of polygon numbers at high resolution. A polygon
+/// is visible if it owns a pixel of it, or if a ray from the eye reaches it. Then each method culls the same view. If a
+/// conservative method, which promises never to do so, culls a visible polygon, the exit code is 1.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp verify recordings/room.ron
@@ -57,86 +57,105 @@ use crate::{
   osp verify room.ron --whole --pvs room.pvs
   osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
 
-The table, a line for each method and number of occluders (times of this machine, one thread):
-  wrong    visible polygons that were culled, all frames together
-  hidden   share of the really hidden polygons that was culled
-  tests    boxes tested in a view; planes: splitting planes of the tree, or tiles covered
-  select, build, query: choosing the occluders, building the culler, walking the index; microseconds a view
-All figures of all methods are of the same frames. The camera rests at each view for --settle frames, whose figures do not
-count, and --frames frames, whose figures do: means of these frames of all views. Methods that go by the last frames (depth-last,
-hzb, queries, auto) go through all of them; the others do the same in each, and are asked once. What must not happen
-(a visible polygon culled, a pixel that differs) counts in the frames before, too.
-depth-last hides by what was visible in the last frame. Its occluders are outlines.
-With hzb (a build with the feature `render`), each of these frames is drawn with each method and without, in turns; a
-pixel that differs gives exit code 1. `auto` takes hzb where that is faster (--settle 24). hzb-16,
-hzb-4 and hzb-1 test groups of so many polygons by the rectangle around their corners, with -box by that around their box, with -fine and then each polygon by its triangles; hzb is hzb-1-fine.
-  pixels   that differ from the picture without culling, all frames together
-  hidden   share of the really hidden polygons that was left out
-  below a sample  visible polygons that were left out because no sample of a pixel shows them
-  depth pass, colour pass: polygons drawn; draw, GPU: milliseconds a frame, medians; mean of draw
-Instead of a file, `scene:NAME` takes a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.")]
+The table has a line for each method and number of occluders (times of this machine, one thread):
+  used     occluders used in a view
+  wrong    visible polygons that were culled, sum over all frames
+  hidden   share of the really hidden polygons that were culled
+  tests    boxes tested in a view
+  planes   splitting planes of the tree, or tiles of the depth buffer that are covered
+  select, build, query   time to choose the occluders, to build the culler, and to traverse the
+           index: microseconds a view
+
+The figures of all methods are of the same frames. At each view the camera rests for --settle
+frames, which do not count, and then for --frames frames, which do; the table gives means over
+these frames of all views. The methods that depend on the previous frames (depth-last, hzb,
+queries, auto) cull in all of these frames; the others do the same in each, so they cull once.
+Errors (a visible polygon that is culled, a pixel that differs) count in the --settle frames,
+too.
+
+depth-last takes the polygons that were visible in the previous frame as occluders; its column
+`used` counts their outlines.
+
+For hzb, queries and auto (builds with the feature `render`) the command draws each of these
+frames with each method and without culling, in turns; a pixel that differs gives exit code 1.
+`auto` uses hzb where that is faster (give it --settle 24). hzb-16, hzb-4 and hzb-1 test groups
+of 16, 4 or 1 polygons by the screen rectangle around their corners, hzb-16-box and so on by the
+rectangle around their bounding box. hzb-16-fine and hzb-4-fine also test each polygon by its
+triangles. hzb is short for hzb-1-fine. Columns:
+  pixels that differ   from the picture without culling, sum over all frames
+  hidden               share of the really hidden polygons that were not drawn
+  below a sample       visible polygons that were not drawn because no sample of a pixel shows them
+  depth pass, colour pass   polygons drawn
+  draw, GPU            milliseconds a frame, medians; mean: the mean of draw
+
+Instead of a file, `scene:NAME` names a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.
+`osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct VerifyArgs {
-    /// The sessions, or `scene:NAME`.
+    /// The sessions, of any format that replay reads, or `scene:NAME` for a built-in scene.
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Views for each session.
+    /// Number of views of each session.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     views: u64,
-    /// The methods, separated by commas [default: all that are sound].
+    /// The methods, separated by commas [default: those that are conservative and run on the processor].
     #[arg(long, value_delimiter = ',', value_parser = method_parser())]
     occlusion: Vec<Method>,
-    /// Width and height of what is drawn for hzb, pixels.
+    /// Width and height of the pictures drawn for hzb, queries and auto, pixels.
     #[cfg(feature = "render")]
     #[arg(long, default_value = "1920x1080")]
     size: Size,
-    /// Frames of each view whose figures count.
+    /// Number of frames of each view that are measured.
     #[arg(long, default_value_t = AtRest::default().frames, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     frames: u32,
-    /// Frames of each view before; the first has nothing to go by, and `auto` tries the other way after 16.
+    /// Number of frames of each view before those that are measured. In the first of them the methods that depend on the
+    /// previous frame know only the view before; `auto` first tries another method after 16 frames.
     #[arg(long, default_value_t = AtRest::default().settle, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     settle: u32,
-    /// Most occluders of a view; several numbers, separated by commas, are tried one after the other.
+    /// Largest number of occluders in a view; several numbers, separated by commas, are tried one after the other.
     #[arg(long, value_delimiter = ',', default_value = "64", value_parser = numbers::occluders)]
     occluders: Vec<usize>,
-    /// The index that is culled.
+    /// The index whose nodes are tested.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     index: IndexKind,
-    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`.
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
-    /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Look at the finished model from every view, not at what was there at the time.
+    /// Look from every view at the finished model, not at the model of that moment.
     #[arg(long)]
     whole: bool,
     /// What an occluder is: a `patch` of neighbouring polygons, or a `single` polygon.
     #[arg(long, default_value = "patch", value_parser = ["patch", "single"])]
     grouping: String,
-    /// What of a node is tested: its `box`, the `sphere` around it (the paper), or the box's `outline`.
+    /// How a node is tested: by its `box`, by the `sphere` around it (as in the paper), or by the `outline` of the box.
     #[arg(long, default_value = "box", value_parser = ["box", "sphere", "outline"])]
     test: String,
-    /// Leave out occluders that fill less than this part of the window.
+    /// Use no occluders that fill less than this share of the picture.
     #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE", value_parser = numbers::share)]
     least_share: f64,
-    /// Draw nodes with fewer polygons without a test.
+    /// Do not test nodes with fewer polygons, but draw them.
     #[arg(long, default_value_t = CullConfig::default().least_polygons, value_name = "N")]
     least_polygons: usize,
-    /// Compare the sets that `osp bake` has made of the finished model, too (with --whole).
+    /// Also compare the sets that `osp bake` has written for the finished model (with --whole).
     #[arg(long, value_name = "FILE", requires = "whole")]
     pvs: Option<PathBuf>,
     /// Test nodes only, not the polygons in them.
     #[arg(long)]
     nodes_only: bool,
-    /// Time each stage this many times, and take the fastest.
+    /// Measure each stage this many times and report the fastest.
     #[arg(long, default_value_t = 9, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,
-    /// Pixels of the picture that says what is visible.
+    /// Size of the picture that says what is visible, pixels.
     #[arg(long, default_value = "2560x1440", value_name = "WxH")]
     pixels: Pixels,
-    /// Do not find out what can be seen, which takes minutes in a model of a million polygons: times, counts and pixels only.
+    /// Do not find out what can be seen (which takes minutes in a model of a million polygons); report only times, counts and
+    /// pixels that differ.
     #[arg(long)]
     no_truth: bool,
     /// Print one JSON object for each session instead of a table.
@@ -227,7 +246,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
         })?;
         if let Some((view, id)) = verifier.views().first_lost {
             complain(&format!(
-                "{name}: the frustum culled {} polygons that reach into the view; the first is polygon {} in view {view}",
+                "{name}: frustum culling left out {} polygons that reach into the view; the first is polygon {} in view {view}",
                 verifier.views().lost,
                 id.0,
             ));
@@ -387,7 +406,7 @@ fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTria
     let mean = |sum: u64| thousands((sum as f64 / views.views.max(1) as f64).round() as u64);
     let truth = match verifier.has_truth() {
         true => format!("visible {}, hidden {}", mean(views.visible), mean(views.hidden)),
-        false => "what can be seen was not found out".to_owned(),
+        false => "visible polygons not determined".to_owned(),
     };
     let mut lines = vec![format!(
         "{}: {} polygons, {} views; in view {} ({truth}), frustum {} µs",
@@ -417,7 +436,7 @@ fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTria
         table.add_row([
             match trial.soundness() {
                 Soundness::Conservative => trial.name().to_owned(),
-                Soundness::Unsound(_) => format!("{} (unsound)", trial.name()),
+                Soundness::Unsound(_) => format!("{} (not conservative)", trial.name()),
             },
             trial.occluders().to_string(),
             format!("{:.0}", totals.mean(u64::from(totals.select.chosen))),

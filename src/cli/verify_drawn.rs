@@ -186,7 +186,7 @@ impl DrawnTrials {
         let mut table = Table::new();
         table.load_preset(presets::ASCII_MARKDOWN);
         table.set_header([
-            "while drawing",
+            "method (GPU)",
             "pixels that differ",
             "hidden %",
             "below a sample",

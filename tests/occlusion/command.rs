@@ -105,7 +105,7 @@ fn verify_prints_a_line_for_each_method_and_number_of_occluders() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let table = text(&output.stdout);
     let count = |start: &str| table.lines().filter(|line| line.starts_with(start)).count();
-    assert_eq!((count("| msvbsp "), count("| msvbsp-paper (unsound) ")), (2, 2), "{table}");
+    assert_eq!((count("| msvbsp "), count("| msvbsp-paper (not conservative) ")), (2, 2), "{table}");
 }
 
 /// What promises nothing may cull what is visible, and is shown to; that is no failed check.

@@ -92,7 +92,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     draw(&mut second, 0.3);
     second.command(Command::Undo);
     assert_eq!(second.scene().counts().visible, polygons, "nothing is drawn");
-    assert!(said(&second).contains("only looked at"), "and that is said: {}", said(&second));
+    assert!(said(&second).contains("read-only"), "and that is said: {}", said(&second));
 
     second.command(Command::OpenAs(path.clone(), Opening::default()));
     second.command(Command::Answer(Answer::Copy));

@@ -204,7 +204,7 @@ fn the_culling_camera_is_frozen_by_its_box() {
     harness.key_press(Key::C);
     harness.run_steps(2);
     assert!(!harness.state().studio.is_frozen());
-    harness.get_by_label("cull by the view").click();
+    harness.get_by_label("frustum culling").click();
     harness.run_steps(2);
     assert!(!harness.state().studio.culling().stages().frustum);
 }
@@ -299,10 +299,10 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     let record = harness.state().report.record;
     assert_eq!(record.drawn(), harness.state().report.drawn);
     assert!(record.occlusion.occluders >= 4 && record.occlusion.nodes >= 12, "{record:?}");
-    harness.get_by_label("nodes of their trees");
+    harness.get_by_label("occlusion tree nodes");
 
     let faces = harness.state().studio.lines().triangle_count();
-    harness.get_by_label("occluders and their shadows").click();
+    harness.get_by_label("occluders and shadow volumes").click();
     harness.run_steps(2);
     // A wall's shadow has four sides.
     assert!(harness.state().studio.lines().triangle_count() >= faces + 8);
@@ -311,7 +311,7 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     harness.state_mut().studio.command(Command::Occluders(Some(1)));
     harness.run_steps(2);
     assert_eq!(harness.state().report.record.occlusion.occluders, 4);
-    assert!(harness.query_all_by_label("most occluders").next().is_some());
+    assert!(harness.query_all_by_label("max. occluders").next().is_some());
     harness.state_mut().studio.command(Command::Index(IndexKind::OctreeRebuild));
     harness.run_steps(2);
     assert_eq!(harness.state().report.record.occlusion.occluders, 4, "another index keeps the limit");

@@ -176,4 +176,5 @@ fn without_a_display_there_is_one_clear_line() {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.starts_with("error: no window can be opened") && said.lines().count() == 1, "{said}");
+    assert!(!said.contains("os error at"), "a place in the window system's source: {said}");
 }

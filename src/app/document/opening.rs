@@ -181,7 +181,7 @@ impl Document {
         let session = recording::open(path, &how.options())?;
         let journal = Journal::of_reader(path, session.header.clone(), autosaves)?;
         let mut opened = Opened::default();
-        opened.remarks.push(format!("{}: is only looked at", path.display()));
+        opened.remarks.push(format!("{}: opened read-only", path.display()));
         let document = Self::of_session(session, journal, &mut opened).map_err(|(error, _)| error)?;
         Ok((document, opened))
     }

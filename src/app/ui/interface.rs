@@ -177,7 +177,7 @@ impl Interface {
         let painter = ui.painter_at(area);
         let font = egui::FontId::proportional(22.0);
         painter.text(at, Align2::CENTER_CENTER, "Drag to draw", font, Color32::from_white_alpha(170));
-        let rest = "right button: turn    wheel: nearer, farther    F1: all keys";
+        let rest = "right button: orbit    wheel: nearer, farther    F1: all keys";
         let font = egui::FontId::proportional(14.0);
         let below = at + egui::vec2(0.0, 26.0);
         painter.text(below, Align2::CENTER_CENTER, rest, font, Color32::from_white_alpha(120));
@@ -213,10 +213,10 @@ fn status(ui: &mut Ui, studio: &Studio) {
         None => {
             let hint = match studio.subject() {
                 Subject::Sketch(_) => {
-                    "left: draw    right: turn    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys"
+                    "left button: draw    right button: orbit    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys"
                 }
                 Subject::Replay(_) => {
-                    "Space: play    right: turn    wheel: nearer    W A S D Q E: fly    C: freeze culling    F1: all keys"
+                    "Space: play    right button: orbit    wheel: nearer    W A S D Q E: fly    C: freeze culling    F1: all keys"
                 }
             };
             ui.label(RichText::new(hint).weak());

@@ -10,9 +10,9 @@ pub enum Action {
     Do(fn() -> Command),
     /// Freeze the culling camera, or let it go.
     ToggleFreeze,
-    /// File the model into the next index of the list.
+    /// Build the next index of the list from the model.
     NextIndex,
-    /// Look for what is hidden in the next way of the list.
+    /// Cull by the next occlusion method of the list.
     NextOcclusion,
     /// Open the dialog for a session to open.
     AskOpen,
@@ -20,7 +20,7 @@ pub enum Action {
     AskSaveAs,
     /// Open the dialog for a model to export.
     AskExport,
-    /// Replay: run or stand.
+    /// Replay: play or pause.
     TogglePlay,
     /// Show or hide the panel with times and counts.
     TogglePanel,
@@ -28,12 +28,12 @@ pub enum Action {
     ToggleHelp,
 }
 
-/// A key and what it does. This table is what the window shows and what it obeys.
+/// A key and what it does. The window shows this table and acts by it.
 #[derive(Clone, Copy, Debug)]
 pub struct Shortcut {
     /// The key, with those held.
     pub keys: KeyboardShortcut,
-    /// What it does, for people.
+    /// What it does, in words.
     pub what: &'static str,
     /// What it does.
     pub action: Action,
@@ -47,7 +47,7 @@ const fn command_key(key: Key, what: &'static str, action: Action) -> Shortcut {
     Shortcut { keys: KeyboardShortcut::new(Modifiers::COMMAND, key), what, action }
 }
 
-/// All shortcuts. Those with more keys held come first, so that they are not taken for their simpler kin.
+/// All shortcuts. Those with more keys held come first, so that the same key without them does not match first.
 pub const SHORTCUTS: &[Shortcut] = &[
     Shortcut {
         keys: KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z),
@@ -68,26 +68,26 @@ pub const SHORTCUTS: &[Shortcut] = &[
     key(Key::V, "select and move", Action::Do(|| Command::Tool(ToolChoice::Select))),
     key(Key::OpenBracket, "narrower brush", Action::Do(|| Command::Widen(-1.0))),
     key(Key::CloseBracket, "wider brush", Action::Do(|| Command::Widen(1.0))),
-    key(Key::Delete, "erase what is selected", Action::Do(|| Command::EraseSelected)),
+    key(Key::Delete, "erase the selection", Action::Do(|| Command::EraseSelected)),
     key(Key::Escape, "select nothing", Action::Do(|| Command::SelectNone)),
-    key(Key::H, "show everything", Action::Do(|| Command::ShowAll)),
-    key(Key::F, "look at what is under the pointer", Action::Do(|| Command::LookAtPointer)),
+    key(Key::H, "show the whole model", Action::Do(|| Command::ShowAll)),
+    key(Key::F, "look at the point under the pointer", Action::Do(|| Command::LookAtPointer)),
     key(Key::C, "freeze the culling camera", Action::ToggleFreeze),
     key(Key::I, "next index", Action::NextIndex),
-    key(Key::O, "next way to find what is hidden", Action::NextOcclusion),
-    key(Key::Space, "replay: run or stand", Action::TogglePlay),
-    key(Key::Period, "replay: one frame on", Action::Do(|| Command::Step(1))),
-    key(Key::Comma, "replay: one frame back", Action::Do(|| Command::Step(-1))),
+    key(Key::O, "next occlusion method", Action::NextOcclusion),
+    key(Key::Space, "replay: play or pause", Action::TogglePlay),
+    key(Key::Period, "replay: next frame", Action::Do(|| Command::Step(1))),
+    key(Key::Comma, "replay: previous frame", Action::Do(|| Command::Step(-1))),
     key(Key::F1, "this list", Action::ToggleHelp),
-    key(Key::F2, "times and counts", Action::TogglePanel),
+    key(Key::F2, "show or hide times and counts", Action::TogglePanel),
 ];
 
 /// What is done by holding keys or with the pointer, for the list in the window.
 pub const HINTS: &[(&str, &str)] = &[
-    ("left button", "the tool: draw, erase, select"),
-    ("right button", "turn about what is looked at"),
-    ("wheel button, Shift + right", "move along the window"),
-    ("Alt + left", "turn, for pens without buttons"),
+    ("left button", "use the tool: draw, erase, select"),
+    ("right button", "orbit around the point in the middle"),
+    ("wheel button, Shift + right", "move sideways, up and down"),
+    ("Alt + left", "orbit, for pens without buttons"),
     ("Alt + right", "look around"),
     ("wheel", "nearer, farther"),
     ("Shift + wheel", "wider or narrower brush"),

@@ -58,7 +58,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, history: &History, adapter: &st
                 ],
             );
             if counts.has_given_up {
-                ui.label("a megabyte without a line end: not read any further");
+                ui.label("one megabyte without a line end: reading has stopped");
             }
             if let Some(address) = tracker.local_address() {
                 ui.label(RichText::new(format!("udp://{address}")).weak());
@@ -108,7 +108,8 @@ fn times(ui: &mut Ui, history: &History) {
 }
 
 fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
-    Grid::new(id).num_columns(2).min_col_width(120.0).spacing([4.0, 1.0]).show(ui, |ui| {
+    // Two columns fit into the panel, also where a header indents them: a wider table would shift the whole panel.
+    Grid::new(id).num_columns(2).min_col_width(110.0).spacing([4.0, 1.0]).show(ui, |ui| {
         for (name, value) in rows {
             ui.label(*name);
             ui.label(value);
@@ -130,11 +131,11 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("strokes", count(scene.strokes)),
             ("polygons", count(report.record.polygons)),
             ("in view", count(report.record.visible)),
-            ("hidden by others", count(hidden)),
+            ("occluded", count(hidden)),
             ("occluders", count(report.record.occlusion.occluders)),
-            ("nodes of their trees", count(report.record.occlusion.nodes)),
+            ("occlusion tree nodes", count(report.record.occlusion.nodes)),
             ("drawn", count(drawn)),
-            ("came, went, moved", {
+            ("new, erased, moved", {
                 let record = report.record;
                 format!("{} {} {}", count(record.inserted), count(record.removed), count(record.updated))
             }),
@@ -145,7 +146,7 @@ fn counts(ui: &mut Ui, studio: &Studio) {
     );
     let is_auto = studio.culling().occlusion() == OcclusionChoice::Auto;
     if let Some(ns) = studio.culling().polygon_ns().filter(|_| is_auto) {
-        table(ui, "what auto goes by", &[("a polygon costs", format!("{ns:.0} ns"))]);
+        table(ui, "what auto goes by", &[("cost of a polygon", format!("{ns:.0} ns"))]);
     }
     if let Some((counts, times)) = while_drawing {
         culling_while_drawing(ui, &counts, times);
@@ -155,13 +156,13 @@ fn counts(ui: &mut Ui, studio: &Studio) {
 /// What culling while drawing did, in rows that are there only while it is at work.
 fn culling_while_drawing(ui: &mut Ui, counts: &DrawnCounts, times: Option<PassTimes>) {
     let rows =
-        [("groups tested", count(counts.groups_tested)), ("drawn for depth", count(counts.first_pass))];
+        [("groups tested", count(counts.groups_tested)), ("drawn in depth pass", count(counts.first_pass))];
     table(ui, "while drawing", &rows);
     if let Some(times) = times {
         let rows = [
-            ("GPU: depth", ms(times.depth_ns)),
-            ("GPU: test", ms(times.test_ns)),
-            ("GPU: colours", ms(times.color_ns)),
+            ("GPU: depth pass", ms(times.depth_ns)),
+            ("GPU: Hi-Z test", ms(times.test_ns)),
+            ("GPU: colour pass", ms(times.color_ns)),
         ];
         table(ui, "GPU passes", &rows);
     }
@@ -177,8 +178,11 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         }
     });
     if let Some(done) = culling.reindexed() {
-        let line =
-            format!("{} polygons filed in {:.2} ms", count(done.polygons), done.took.as_secs_f64() * 1.0e3);
+        let line = format!(
+            "{} polygons inserted in {:.2} ms",
+            count(done.polygons),
+            done.took.as_secs_f64() * 1.0e3
+        );
         ui.label(RichText::new(line).weak().small());
     }
     let now = culling.occlusion();
@@ -192,19 +196,19 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     });
     if let Some(most) = culling.most_occluders() {
         let mut wanted = most;
-        ui.add(Slider::new(&mut wanted, 1..=256).logarithmic(true).text("most occluders"));
+        ui.add(Slider::new(&mut wanted, 1..=256).logarithmic(true).text("max. occluders"));
         if wanted != most {
             wishes.commands.push(Command::Occluders(Some(wanted)));
         }
     }
     let mut stages = culling.stages();
-    ui.checkbox(&mut stages.frustum, "cull by the view");
+    ui.checkbox(&mut stages.frustum, "frustum culling");
     if stages != culling.stages() {
         wishes.commands.push(Command::Stages(stages));
     }
     let mut is_frozen = studio.is_frozen();
     let freeze = ui.checkbox(&mut is_frozen, "freeze the culling camera (C)");
-    freeze.on_hover_text("then move away and see what is left out");
+    freeze.on_hover_text("then move the camera away to see what is culled");
     if is_frozen != studio.is_frozen() {
         wishes.commands.push(Command::Freeze(is_frozen));
     }
@@ -219,13 +223,13 @@ pub(super) fn sound_occlusion() -> Vec<OcclusionChoice> {
 fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let mut layers = studio.layers();
     ui.checkbox(&mut layers.grid, "floor");
-    ui.checkbox(&mut layers.culled, "show what is left out (frozen)");
-    ui.checkbox(&mut layers.nodes, "boxes of the index");
+    ui.checkbox(&mut layers.culled, "show culled polygons (while frozen)");
+    ui.checkbox(&mut layers.nodes, "bounding boxes of the index");
     if layers.nodes {
-        ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest"));
+        ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest level"));
     }
-    ui.checkbox(&mut layers.shadows, "occluders and their shadows");
-    ui.checkbox(&mut layers.straddlers, "polygons across the root's middle");
+    ui.checkbox(&mut layers.shadows, "occluders and shadow volumes");
+    ui.checkbox(&mut layers.straddlers, "polygons on the root's split planes");
     if layers != studio.layers() {
         wishes.commands.push(Command::Layers(layers));
     }
@@ -238,11 +242,11 @@ fn picking(ui: &mut Ui, studio: &Studio) {
         ui,
         "picks",
         &[
-            ("last", last),
-            ("took", format!("{:.1} µs", picks.last_ns as f64 * 1.0e-3)),
+            ("last pick", last),
+            ("its time", format!("{:.1} µs", picks.last_ns as f64 * 1.0e-3)),
             ("rays", count(picks.rays)),
-            ("exact tests", count(picks.tests)),
-            ("all", ms(picks.total_ns)),
+            ("polygons tested", count(picks.tests)),
+            ("time of all picks", ms(picks.total_ns)),
         ],
     );
 }

@@ -69,9 +69,9 @@ pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
             ui.label(RichText::new(format!("{name} is not saved: {trouble}")).color(ALARM).strong());
             match (journal.shelter(), journal.missing()) {
                 (Some(shelter), _) => ui.label(format!("The whole session is in {}.", shelter.display())),
-                (None, missing) => {
-                    ui.label(format!("{missing} events are in memory only, as long as this window is open."))
-                }
+                (None, missing) => ui.label(format!(
+                    "{missing} events are only in memory; they are lost when this window closes."
+                )),
             };
             ui.horizontal_wrapped(|ui| {
                 if ui.button("Save elsewhere…").clicked() {

@@ -3,23 +3,23 @@ use egui::{RichText, Slider, Ui};
 use super::interface::Wishes;
 use crate::app::{command::Command, player::Player};
 
-/// Run, stand, step, and the place in the session.
+/// Play, pause, step, and the position in the session.
 pub(super) fn show(ui: &mut Ui, player: &Player, follows_camera: bool, wishes: &mut Wishes) {
     ui.horizontal(|ui| {
         let is_playing = player.is_playing();
         if ui.button(if is_playing { "Pause" } else { "Play" }).on_hover_text("Space").clicked() {
             wishes.commands.push(Command::Play(!is_playing));
         }
-        if ui.button("<").on_hover_text("one frame back (,)").clicked() {
+        if ui.button("<").on_hover_text("previous frame (,)").clicked() {
             wishes.commands.push(Command::Step(-1));
         }
-        if ui.button(">").on_hover_text("one frame on (.)").clicked() {
+        if ui.button(">").on_hover_text("next frame (.)").clicked() {
             wishes.commands.push(Command::Step(1));
         }
         let mut speed = player.speed();
         let slider = Slider::new(&mut speed, 0.1..=50.0).logarithmic(true).suffix(" x").max_decimals(1);
         ui.spacing_mut().slider_width = 70.0;
-        if ui.add(slider).on_hover_text("recorded frames for each one shown").changed() {
+        if ui.add(slider).on_hover_text("number of recorded frames for each frame shown").changed() {
             wishes.commands.push(Command::Speed(speed));
         }
         let mut follows = follows_camera;

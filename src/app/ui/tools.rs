@@ -27,7 +27,7 @@ const SWATCHES: [[u8; 3]; 12] = [
     [44, 44, 50],
 ];
 
-/// Tools, brush, and what is done with the session.
+/// Tools, brush, and the buttons for the session's file.
 pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let is_replay = matches!(studio.subject(), Subject::Replay(_));
     ui.add_space(4.0);
@@ -49,7 +49,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     ui.separator();
     file_buttons(ui, studio, is_replay, wishes);
     ui.separator();
-    if ui.button("Show everything (H)").clicked() {
+    if ui.button("Show whole model (H)").clicked() {
         wishes.commands.push(Command::ShowAll);
     }
     ui.horizontal(|ui| {
@@ -62,7 +62,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
 fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let tools = [
         (ToolChoice::Draw(Tool::Ribbon), "Ribbon (1)", "drag to draw a band"),
-        (ToolChoice::Draw(Tool::Wall), "Wall (2)", "drag around the outline of a flat surface"),
+        (ToolChoice::Draw(Tool::Wall), "Wall (2)", "drag along the outline of a flat surface"),
         (ToolChoice::Draw(Tool::Tube), "Tube (3)", "drag to draw a round tube"),
         (ToolChoice::Erase, "Erase (X)", "touch a stroke to erase it"),
         (ToolChoice::Select, "Select (V)", "click strokes, then drag them; Delete erases them"),
@@ -115,7 +115,7 @@ fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         Snap::Surface => "follow surfaces",
         Snap::Off => "free",
     };
-    let label = ui.label("depth of a stroke");
+    let label = ui.label("depth of strokes");
     let choice = ComboBox::from_id_salt("snap").selected_text(snap_name(studio.snap())).width(140.0);
     let shown = choice.show_ui(ui, |ui| {
         for snap in [Snap::Start, Snap::Surface, Snap::Off] {
@@ -149,7 +149,7 @@ fn file_buttons(ui: &mut Ui, studio: &Studio, is_replay: bool, wishes: &mut Wish
         Subject::Replay(_) => false,
     };
     let discard = ui.add_enabled(is_changed, Button::new("Discard…"));
-    let hint = "throw away what was drawn since the session was opened, or saved under a name";
+    let hint = "throw away everything drawn since the session was opened or saved under a name";
     if discard.on_hover_text(hint).clicked() {
         wishes.commands.push(Command::Discard);
     }
@@ -166,14 +166,14 @@ fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         ui.label(RichText::new(text).weak()).on_hover_text(&whole);
     };
     if journal.is_read_only() {
-        line(ui, format!("only looked at: {name}"));
+        line(ui, format!("read-only: {name}"));
         if ui.button("Draw on a copy").clicked() {
             let copy = Opening::with(Access::Copy);
             wishes.commands.push(Command::OpenAs(journal.path().to_owned(), copy));
         }
     } else if journal.trouble().is_some() {
         let text = match (journal.shelter(), journal.missing()) {
-            (Some(_), _) => format!("not saved in {name}, but in a file of its own"),
+            (Some(_), _) => format!("not saved in {name}, but in another file"),
             (None, missing) => format!("{missing} events are NOT saved"),
         };
         ui.label(RichText::new(text).color(ALARM).small());

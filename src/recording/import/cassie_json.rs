@@ -150,7 +150,7 @@ pub(super) fn read(
         line: error.line() as u64,
         expected: "a CASSIE sketch: a list of strokes, or an object with systemStates and allSketchedStrokes"
             .to_owned(),
-        found: error.to_string(),
+        found: format!("text that does not fit ({error})"),
     };
     if !options.lenient {
         return Err(error);
