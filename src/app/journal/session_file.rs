@@ -17,7 +17,7 @@ use super::{
     lock::{Identity, NotTaken, OpenElsewhere, SessionLock, true_path},
 };
 use crate::{
-    atomic_file::write_atomically,
+    atomic_file::{Destination, write_atomically},
     recording::{LastLine, RecordingError},
 };
 
@@ -306,7 +306,12 @@ impl SessionFile {
         if self.lock.is_none() {
             self.lock = Some(SessionLock::take(&self.path)?);
         }
-        let made = File::options().read(true).write(true).create_new(true).open(&self.path);
+        // A link to a file that is not there yet is not a file that is.
+        let place = match Destination::of(&self.path) {
+            Ok(Destination::File(place)) => place,
+            _ => self.path.clone(),
+        };
+        let made = File::options().read(true).write(true).create_new(true).open(place);
         let file = made.map_err(|error| match error.kind() {
             ErrorKind::AlreadyExists => Trouble::Appeared,
             _ => Trouble::io(&error),

@@ -34,3 +34,21 @@ fn a_session_with_the_longest_name_has_a_shelter() {
     assert_eq!(events_in(&shelter), 2);
     assert_eq!(document.close().expect_err("not at its place").kept_in, Some(shelter));
 }
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_a_session_that_is_not_there_yet_makes_it() {
+    let desk = Desk::new();
+    fs::create_dir(desk.path("work")).expect("a folder");
+    std::os::unix::fs::symlink("work/a.ron", desk.path("link.ron")).expect("a link");
+    let mut document = desk.open("link.ron");
+    draw(&mut document, 2);
+    assert_eq!(document.journal().trouble(), None);
+    // From here on it is one session under two names.
+    let second = Document::open(&desk.path("work/a.ron"), &desk.autosaves());
+    assert!(matches!(second, Err(OpenError::Held(_))), "{second:?}");
+    document.close().expect("written");
+    assert_eq!(events_in(&desk.path("work/a.ron")), 2);
+    assert!(fs::symlink_metadata(desk.path("link.ron")).expect("the link").is_symlink());
+    desk.open("work/a.ron").close().expect("no lock is left");
+}
