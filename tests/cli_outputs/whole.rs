@@ -37,10 +37,10 @@ fn render_treats_damage_as_replay_does() {
     }
     let render = osp(folder.path(), ["render", "damaged.ron", "p.png", "--size", "32x32"]);
     assert_eq!(render.status.code(), Some(2));
-    assert_eq!(crate::stderr(&render), crate::stderr(&replay));
+    assert_eq!(stderr(&render), stderr(&replay));
     assert_eq!(names(folder.path()), ["damaged.ron"]);
     let lenient = osp(folder.path(), ["render", "damaged.ron", "p.png", "--size", "32x32", "--lenient"]);
-    assert!(lenient.status.success(), "{}", crate::stderr(&lenient));
+    assert!(lenient.status.success(), "{}", stderr(&lenient));
 }
 
 /// A signal while a file is being written: it ends the program as it always does, and nothing is left.
