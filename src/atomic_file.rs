@@ -51,8 +51,9 @@ impl Destination {
             Some("/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2") => return Ok(Self::StandardError),
             _ => {}
         }
-        // What these lead to is open already, and need not have a name.
-        if path.starts_with("/dev/fd") || path.starts_with("/proc/self/fd") {
+        // What these lead to is open already, and need not have a name. A file that has one is replaced under it: that
+        // somebody has opened it, perhaps only to read, does not make it ours to write into.
+        if (path.starts_with("/dev/fd") || path.starts_with("/proc/self/fd")) && !is_link_to_file(path) {
             return Ok(Self::Special(path.to_owned()));
         }
         // Without a name, or with one that only a folder can have, the end of the work would be an error.
@@ -72,6 +73,18 @@ impl Destination {
         }
         Err(io::Error::other("too many symbolic links, one after the other"))
     }
+}
+
+/// Whether a link names a file, and the file is where the name says.
+fn is_link_to_file(path: &Path) -> bool {
+    #[cfg(unix)]
+    if let (Ok(target), Ok(open)) = (fs::read_link(path), fs::metadata(path)) {
+        use std::os::unix::fs::MetadataExt;
+        let identity = |data: &Metadata| (data.dev(), data.ino());
+        return open.is_file() && fs::metadata(target).is_ok_and(|named| identity(&named) == identity(&open));
+    }
+    let _ = path;
+    false
 }
 
 /// The folder that a file lies in.
@@ -474,6 +487,18 @@ mod tests {
         assert_eq!(Destination::of(Path::new("-")).expect("known"), Destination::StandardOutput);
         for path in ["", "/", "..", "a.csv/"] {
             assert!(Destination::of(Path::new(path)).is_err(), "{path}");
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, gone) = (folder.path().join("a.txt"), folder.path().join("gone"));
+        fs::write(&path, "old").expect("written");
+        // Somebody reads it.
+        let (open, nameless) = (File::open(&path).expect("open"), File::create(&gone).expect("made"));
+        fs::remove_file(&gone).expect("removed");
+        let number = |file: &File| std::os::fd::AsRawFd::as_raw_fd(file);
+        for folder in ["/dev/fd", "/proc/self/fd"] {
+            let of = |file| Destination::of(&Path::new(folder).join(number(file).to_string()));
+            assert_eq!(of(&open).expect("known"), Destination::File(path.clone()));
+            assert!(matches!(of(&nameless).expect("known"), Destination::Special(_)));
         }
         let null = Destination::of(Path::new("/dev/null")).expect("known");
         assert_eq!(null, Destination::Special("/dev/null".into()));

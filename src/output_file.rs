@@ -190,7 +190,7 @@ pub(crate) fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result
         Destination::Special(special) => return check_special(&special, force).map_err(io),
         Destination::File(target) => target,
     };
-    let is_misnamed = !kind.fits_name(path);
+    let is_misnamed = !kind.fits_name(path) && !kind.fits_name(&target);
     // What is text may have any name that its owner insists on.
     if is_misnamed && (kind.needs_ending() || !force) {
         let expected = kind.endings().join(" or ");

@@ -7,6 +7,7 @@
 
 mod autosaves;
 mod calendar;
+mod contents;
 mod history;
 mod lock;
 mod session_file;
@@ -455,7 +456,8 @@ impl Journal {
         if self.history.events() > 0 || self.is_changed {
             self.catch_up(now);
             if self.trouble.is_none()
-                && let Some(Err(trouble)) = self.file.as_mut().map(SessionFile::sync)
+                && let Some(file) = &mut self.file
+                && let Err(trouble) = file.check_all().and_then(|()| file.sync())
             {
                 self.meet(trouble, now);
             }

@@ -1,5 +1,7 @@
 //! A recording that a command makes: it appears under its name only once it is whole.
 
+use std::io;
+
 use super::outputs::Output;
 use crate::{
     atomic_file::AtomicFile,
@@ -12,6 +14,8 @@ pub(super) struct NewRecording {
     writer: RonWriter<RecordingFile>,
     file: AtomicFile,
     output: Output,
+    /// Whoever reads the pipe that it goes to has seen enough; that is no error.
+    nobody_reads: bool,
 }
 
 impl NewRecording {
@@ -22,17 +26,31 @@ impl NewRecording {
         let under = file.handle().and_then(|handle| RecordingFile::over(handle, path));
         let under = under.map_err(|error| RecordingError::io(path, error))?;
         let writer = RonWriter::new(under, path, header, Flush::AtEnd)?;
-        Ok(Self { writer, file, output })
+        Ok(Self { writer, file, output, nobody_reads: false })
     }
 
     /// Appends an event.
     pub(super) fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
-        self.writer.write(event)
+        if !self.nobody_reads {
+            self.nobody_reads = !is_read(self.writer.write(event))?;
+        }
+        Ok(())
     }
 
     /// Gives the recording its name; its size in bytes, where it is a file.
     pub(super) fn finish(self) -> anyhow::Result<Option<u64>> {
-        self.writer.finish()?;
+        if !self.nobody_reads {
+            is_read(self.writer.finish())?;
+        }
         self.output.commit(self.file)
+    }
+}
+
+/// Whether somebody still reads what was written.
+fn is_read(written: Result<(), RecordingError>) -> Result<bool, RecordingError> {
+    match written {
+        Ok(()) => Ok(true),
+        Err(RecordingError::Io { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(error),
     }
 }

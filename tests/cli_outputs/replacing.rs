@@ -142,3 +142,32 @@ fn pins_of_other_recordings_stay_and_no_session_becomes_pins() {
     assert_refused(&osp(folder.path(), ["replay", "a.ron", "--pin", "all.pins"]), &["all.pins, line"]);
     assert_eq!(fs::read_to_string(folder.path().join("all.pins")).expect("pins"), damaged);
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_session_that_somebody_has_open_is_not_written_into() {
+    use std::{fs::File, process::Command};
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    let other = write_session(folder.path(), "b.ron");
+    for place in ["/dev/fd/0", "/proc/self/fd/0", "/dev/stdin"] {
+        for args in [
+            &["replay", "a.ron", "--csv", place][..],
+            &["replay", "a.ron", "--pin", place],
+            &["draw-index", "a.ron", place],
+            &["import", "a.ron", place],
+            &["synth", "grow", "--polygons", "10", place],
+        ] {
+            let mut osp = Command::new(env!("CARGO_BIN_EXE_osp"));
+            osp.current_dir(folder.path()).args(args).stdin(File::open(&other).expect("opened to be read"));
+            assert_refused(&osp.output().expect("osp"), &[]);
+            assert_eq!(fs::read_to_string(&other).expect("there"), session_text(5.0), "{args:?}");
+        }
+    }
+    // What was opened to be written is written.
+    let table = folder.path().join("t.csv");
+    let mut osp = Command::new(env!("CARGO_BIN_EXE_osp"));
+    osp.current_dir(folder.path()).args(["replay", "a.ron", "--csv", "/dev/fd/0"]);
+    assert!(osp.stdin(File::create(&table).expect("made")).status().expect("osp").success());
+    assert!(fs::read_to_string(&table).expect("there").starts_with("recording,index,"));
+}

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::{assert_refused, names, osp, session_text, temp, write_session};
+use crate::{assert_refused, names, osp, session_text, stderr, temp, write_session};
 
 #[test]
 fn a_table_appears_when_all_sessions_are_played_or_not_at_all() {
@@ -37,10 +37,10 @@ fn render_treats_damage_as_replay_does() {
     }
     let render = osp(folder.path(), ["render", "damaged.ron", "p.png", "--size", "32x32"]);
     assert_eq!(render.status.code(), Some(2));
-    assert_eq!(crate::stderr(&render), crate::stderr(&replay));
+    assert_eq!(stderr(&render), stderr(&replay));
     assert_eq!(names(folder.path()), ["damaged.ron"]);
     let lenient = osp(folder.path(), ["render", "damaged.ron", "p.png", "--size", "32x32", "--lenient"]);
-    assert!(lenient.status.success(), "{}", crate::stderr(&lenient));
+    assert!(lenient.status.success(), "{}", stderr(&lenient));
 }
 
 /// A signal while a file is being written: it ends the program as it always does, and nothing is left.
@@ -118,4 +118,23 @@ fn a_signal_that_is_ignored_stays_ignored() {
     }
     assert!(child.wait().expect("ours").success());
     assert_eq!(names(folder.path()), ["out.ron"]);
+}
+
+/// Whoever reads a pipe may have seen enough, of a session as of a table.
+#[cfg(unix)]
+#[test]
+fn a_pipe_that_nobody_reads_any_more_is_no_error() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    for args in [
+        &["import", "a.ron", "-"][..],
+        &["synth", "grow", "--polygons", "2000", "-"],
+        &["replay", "a.ron", "--csv", "-"],
+    ] {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let mut osp = std::process::Command::new(env!("CARGO_BIN_EXE_osp"));
+        let output = osp.current_dir(folder.path()).args(args).stdout(writer).output().expect("osp");
+        assert!(output.status.success(), "{args:?}: {}", stderr(&output));
+    }
 }

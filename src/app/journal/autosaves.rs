@@ -10,6 +10,9 @@ use super::{
     session_file::SessionFile,
 };
 
+/// Bytes of another session's name that the name of a copy begins with.
+const MOST_STEM_BYTES: usize = 100;
+
 /// Sessions that nobody has named yet, in a folder of their own.
 #[derive(Clone, Debug)]
 pub struct Autosaves {
@@ -32,6 +35,7 @@ impl Autosaves {
         // Without a folder the lock cannot be taken; the file says why when the first event comes.
         let _ = fs::create_dir_all(&self.folder);
         let stamp = Moment::now().for_file_name();
+        let stem = shortened(stem);
         for number in 1..1000 {
             let name = if number == 1 {
                 format!("{stem}-{stamp}.ron")
@@ -85,6 +89,11 @@ fn release_if_empty(lock: SessionLock, session: &Path) {
         Ok(data) if data.len() > 0 => lock.leave(),
         _ => lock.release(),
     }
+}
+
+/// The beginning of a name, so that with the time behind it and a mark's ending it is not too long for any disk.
+fn shortened(stem: &str) -> &str {
+    &stem[..stem.floor_char_boundary(MOST_STEM_BYTES)]
 }
 
 fn default_folder() -> PathBuf {

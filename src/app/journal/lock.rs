@@ -132,7 +132,9 @@ impl Content {
         }
         // After a power failure a file may be there without its contents: empty, or of zeros.
         let is_blank = bytes.iter().all(|&byte| byte == 0);
-        let is_ours = is_blank || (bytes.starts_with(WORD_START) && bytes.len() as u64 <= MOST_MARK_BYTES);
+        // A picture of a disk begins with zeros, too.
+        let is_short = bytes.len() as u64 <= MOST_MARK_BYTES;
+        let is_ours = is_short && (is_blank || bytes.starts_with(WORD_START));
         match is_ours {
             true => Self::Ours(str::from_utf8(&bytes).ok().and_then(Word::parse)),
             false => Self::Foreign,
@@ -379,6 +381,7 @@ mod tests {
             (b"\xff\xfe", false),
             (b"Opening hours", false),
             (&[b'x'; 100_000], false),
+            (&[0; 100_000], false),
         ] {
             fs::write(&mark, content).expect("a mark");
             let lock = SessionLock::take(&session).expect("free");

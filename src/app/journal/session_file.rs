@@ -12,16 +12,19 @@ use std::{
 use thiserror::Error;
 
 use super::{
+    contents::{Contents, Stamp},
     history::History,
     lock::{Identity, NotTaken, OpenElsewhere, SessionLock, true_path},
 };
 use crate::{
-    atomic_file::write_atomically,
+    atomic_file::{Destination, write_atomically},
     recording::{LastLine, RecordingError},
 };
 
 /// Nothing written for this long is a pause: the file is brought to the disk.
 const PAUSE: Duration = Duration::from_secs(1);
+/// A file that seems to have been touched is read again at most this often.
+const LOOK_AGAIN: Duration = Duration::from_secs(1);
 /// Somebody who draws without a pause has it brought there as often as this.
 const LONGEST_UNSYNCED: Duration = Duration::from_secs(10);
 
@@ -42,6 +45,9 @@ pub enum Trouble {
         /// Bytes that it has.
         found: u64,
     },
+    /// Another program has written over a part of it.
+    #[error("another program has written over a part of it")]
+    Overwritten,
     /// Another program has made it since the session was begun.
     #[error("another program has made a file of this name")]
     Appeared,
@@ -99,6 +105,13 @@ struct OpenFile {
     bytes: u64,
     /// Bytes of its whole lines: the next one is written there.
     whole_bytes: u64,
+    /// What its whole lines are.
+    contents: Contents,
+    /// When it was touched last, as far as we know.
+    touched: Stamp,
+    /// Somebody else has touched it, and it has not been compared with what we know since.
+    is_suspect: bool,
+    compared_at: Option<Instant>,
     /// Its last line wants its newline.
     lacks_newline: bool,
     /// A write has failed, and what it left could not be cut off.
@@ -163,6 +176,7 @@ impl SessionFile {
         file.seek(SeekFrom::Start(end.whole_bytes)).map_err(io)?;
         file.take(open.bytes.saturating_sub(end.whole_bytes)).read_to_end(&mut torn).map_err(io)?;
         (open.whole_bytes, open.lacks_newline) = (end.whole_bytes, end.lacks_newline);
+        open.learn_contents().map_err(io)?;
         self.before = Some(Before {
             held: self.held,
             lines: self.lines,
@@ -226,8 +240,8 @@ impl SessionFile {
     }
 
     /// Whether there is a file, and it is the one that we left.
-    pub(super) fn check(&self) -> Result<(), Trouble> {
-        let Some(open) = &self.open else { return Ok(()) };
+    pub(super) fn check(&mut self) -> Result<(), Trouble> {
+        let Some(open) = &mut self.open else { return Ok(()) };
         let found = match fs::metadata(&self.path) {
             Ok(found) => found,
             Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
@@ -241,7 +255,23 @@ impl SessionFile {
         if found.len() != open.bytes && !open.is_torn {
             return Err(Trouble::Changed { expected: open.bytes, found: found.len() });
         }
+        // As long as before is not the same as before. To read a file costs more than a look, so it is read when
+        // something about it (its permissions, too) has changed.
+        let now = Instant::now();
+        open.is_suspect |= Stamp::of(&found) != open.touched;
+        let was_just_compared =
+            open.compared_at.is_some_and(|at| now.saturating_duration_since(at) < LOOK_AGAIN);
+        if open.is_suspect && !was_just_compared {
+            open.compare(now)?;
+            open.touched = Stamp::of(&found);
+        }
         Ok(())
+    }
+
+    /// Whether the file is the one that we left, byte by byte.
+    pub(super) fn check_all(&mut self) -> Result<(), Trouble> {
+        self.check()?;
+        self.open.as_mut().map_or(Ok(()), |open| open.compare(Instant::now()))
     }
 
     /// Writes what the history has and the file has not.
@@ -276,7 +306,12 @@ impl SessionFile {
         if self.lock.is_none() {
             self.lock = Some(SessionLock::take(&self.path)?);
         }
-        let made = File::options().read(true).write(true).create_new(true).open(&self.path);
+        // A link to a file that is not there yet is not a file that is.
+        let place = match Destination::of(&self.path) {
+            Ok(Destination::File(place)) => place,
+            _ => self.path.clone(),
+        };
+        let made = File::options().read(true).write(true).create_new(true).open(place);
         let file = made.map_err(|error| match error.kind() {
             ErrorKind::AlreadyExists => Trouble::Appeared,
             _ => Trouble::io(&error),
@@ -293,6 +328,7 @@ impl SessionFile {
         let place = true_path(&self.path);
         write_atomically(&place, |out| history.write_to(out)).map_err(|error| Trouble::io(&error))?;
         let mut open = open_for_writing(&self.path)?;
+        open.learn_contents().map_err(|error| Trouble::io(&error))?;
         // Its name may not be on the disk yet.
         open.note_write(Instant::now());
         self.open = Some(open);
@@ -360,6 +396,7 @@ impl SessionFile {
             file.sync_data().map_err(io)?;
             (open.bytes, open.whole_bytes) = (bytes, before.whole_bytes);
             open.lacks_newline = before.lacks_newline;
+            open.learn_contents().map_err(io)?;
         }
         open.is_doubtful = false;
         Ok(())
@@ -392,7 +429,7 @@ impl SessionFile {
     }
 
     /// Removes it, if it is what we have written, and closes it.
-    pub(super) fn remove(self) {
+    pub(super) fn remove(mut self) {
         if self.open.is_some() && self.check().is_ok() {
             // A copy too many does no harm.
             let _ = fs::remove_file(&self.path);
@@ -409,11 +446,39 @@ impl OpenFile {
             identity: Identity::of(data),
             bytes: data.len(),
             whole_bytes: data.len(),
+            contents: Contents::default(),
+            touched: Stamp::of(data),
+            is_suspect: false,
+            compared_at: None,
             lacks_newline: false,
             is_torn: false,
             is_doubtful: false,
             unsynced: None,
             syncing: None,
+        }
+    }
+
+    /// Reads the whole lines, to know them again.
+    fn learn_contents(&mut self) -> io::Result<()> {
+        self.touched = Stamp::of(&self.file.metadata()?);
+        self.contents = Contents::read(&self.file, self.whole_bytes)?;
+        self.is_suspect = false;
+        Ok(())
+    }
+
+    /// Whether the whole lines are what we have read and written.
+    fn compare(&mut self, now: Instant) -> Result<(), Trouble> {
+        let found = Contents::read(&self.file, self.whole_bytes).map_err(|error| Trouble::io(&error))?;
+        self.is_suspect = found != self.contents;
+        // What differs is looked at each time: it may have been put right.
+        self.compared_at = (!self.is_suspect).then_some(now);
+        if self.is_suspect { Err(Trouble::Overwritten) } else { Ok(()) }
+    }
+
+    /// We have written to it.
+    fn note_touch(&mut self) {
+        if let Ok(data) = self.file.metadata() {
+            self.touched = Stamp::of(&data);
         }
     }
 
@@ -427,10 +492,12 @@ impl OpenFile {
         file.seek(SeekFrom::Start(self.whole_bytes))?;
         if self.lacks_newline {
             file.write_all(b"\n")?;
+            self.contents.push(b"\n");
             self.lacks_newline = false;
             self.whole_bytes += 1;
             self.bytes += 1;
         }
+        self.note_touch();
         Ok(())
     }
 
@@ -451,11 +518,13 @@ impl OpenFile {
             }
         };
         let whole = lines[..written].iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
+        self.contents.push(&lines[..whole]);
         self.whole_bytes += whole as u64;
         self.bytes = self.whole_bytes;
         if whole < written {
             self.is_torn = file.set_len(self.whole_bytes).is_err();
         }
+        self.note_touch();
         if whole > 0 {
             self.note_write(Instant::now());
         }

@@ -1,3 +1,5 @@
+mod touched;
+
 use std::{fs, path::PathBuf, process::Command};
 
 use glam::Vec3;
@@ -187,7 +189,7 @@ fn another_name_of_the_file_is_no_way_around() {
 /// What may happen to a file while it is open.
 type Accident = (&'static str, fn(&Path));
 
-fn accidents() -> [Accident; 5] {
+fn accidents() -> [Accident; 6] {
     [
         ("removed", |path| fs::remove_file(path).expect("removed")),
         ("replaced", |path| {
@@ -199,6 +201,16 @@ fn accidents() -> [Accident; 5] {
             use std::io::Write;
             let mut file = fs::File::options().append(true).open(path).expect("the file");
             file.write_all(b"// a remark\n").expect("written");
+        }),
+        ("written over in place", |path| {
+            use std::io::{Seek, SeekFrom, Write};
+            // The system's clock for files stands still for some milliseconds.
+            std::thread::sleep(Duration::from_millis(30));
+            let modified = fs::metadata(path).and_then(|data| data.modified()).expect("a time");
+            let mut file = fs::File::options().write(true).open(path).expect("the file");
+            file.seek(SeekFrom::Start(80)).expect("a place");
+            file.write_all(b"########").expect("written");
+            file.set_modified(modified).expect("set back");
         }),
         ("emptied", |path| drop(fs::File::create(path).expect("the file"))),
         ("its folder moved", |path| {
