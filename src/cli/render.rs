@@ -34,7 +34,8 @@ use crate::{
     report::thousands,
     scene::{PolygonId, Scene},
     visibility::{
-        AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, View, whole_view,
+        ArtistSide, AutoBasis, CameraChoice, CameraPath, Moment, OcclusionChoice, PassConfig, Pipeline, View,
+        whole_view,
     },
 };
 
@@ -85,8 +86,8 @@ pub(super) struct RenderArgs {
     /// How much of the session a frame takes: `recorded` (by time stamps) or `samples:N`.
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Where the eye is: `whole` shows all of the model, from the side that the session's own camera or the head is on;
-    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`.
+    /// Where the eye is: `whole` shows all of the model, from the side that the session's own camera is on, or that the
+    /// artist began it from; `recorded` is the recorded head path, else the session's own camera, else `orbit`.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
     #[command(flatten)]
@@ -145,8 +146,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
     let mut session = OpenSession::open(&args.file, &args.reading)?;
-    // Where the artist looked from last.
-    let mut artist = Moment::default();
+    let mut artist = ArtistSide::default();
     let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
     let (summary, model, read) = summarize(events, args.pace);
     for warning in &session.notes().warnings {
@@ -173,12 +173,8 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let session = OpenSession::open(&args.file, &args.reading)?;
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
         RenderCamera::Whole => {
-            let of_artist = artist.head.map(|(_, q)| {
-                let back = rotate(q, Vec3::Z);
-                // Level, and a little above, wherever the head was bent.
-                Vec3::new(back.x, 0.35 * back.with_y(0.0).length(), back.z)
-            });
-            let backwards = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z)).or(of_artist);
+            let of_camera = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
+            let backwards = of_camera.or_else(|| artist.backwards());
             let view = whole_view(&summary.bounds, backwards, drawer.aspect());
             Box::new(move |_| view)
         }

@@ -13,7 +13,7 @@ mod rig;
 pub mod verify;
 mod view;
 
-pub use camera::{CameraChoice, CameraPath, Moment, whole_view};
+pub use camera::{ArtistSide, CameraChoice, CameraPath, Moment, whole_view};
 pub use frame::Pipeline;
 pub use last_pass::LastPass;
 pub use occlusion_pass::{AutoBasis, OcclusionChoice, OcclusionPass, PassConfig};
