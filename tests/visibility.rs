@@ -1,5 +1,7 @@
 //! Views, frusta, cameras, pacing and fingerprints.
 
+#[path = "visibility/artist_side.rs"]
+mod artist_side;
 #[path = "visibility/everything_asked.rs"]
 mod everything_asked;
 #[path = "visibility/far_from_origin.rs"]

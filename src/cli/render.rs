@@ -33,7 +33,7 @@ use crate::{
     polygon::VisibleBlocks,
     recording::{Pace, Pacer},
     render::{DrawTimes, Gpu, GpuOcclusion, Image, Layer, Offscreen, RendererConfig, background_for},
-    replay::{CameraChoice, CameraPath, Moment, Summary, summarize, whole_view},
+    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Summary, summarize, whole_view},
     rivals::IndexKind,
     scene::Scene,
     view::View,
@@ -89,9 +89,9 @@ pub(super) struct RenderArgs {
     /// the hand).
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Where the eye is: `whole` shows the whole model, from the side of the session's own camera or of the head;
-    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles around the
-    /// model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    /// Where the eye is: `whole` shows the whole model, from the side of the session's own camera, or from which the
+    /// artist began it; `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit`
+    /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
     #[command(flatten)]
@@ -150,8 +150,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
     let mut session = OpenSession::open(&args.file, &args.reading)?;
-    // Where the artist looked from last.
-    let mut artist = Moment::default();
+    let mut artist = ArtistSide::default();
     let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
     let (summary, model, read) = summarize(events, args.pace);
     for warning in &session.notes().warnings {
@@ -178,12 +177,8 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let session = OpenSession::open(&args.file, &args.reading)?;
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
         RenderCamera::Whole => {
-            let of_artist = artist.head.map(|(_, q)| {
-                let back = rotate(q, Vec3::Z);
-                // Level, and a little above, wherever the head was bent.
-                Vec3::new(back.x, 0.35 * back.with_y(0.0).length(), back.z)
-            });
-            let backwards = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z)).or(of_artist);
+            let of_camera = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
+            let backwards = of_camera.or_else(|| artist.backwards());
             let view = whole_view(&summary.bounds, backwards, drawer.aspect());
             Box::new(move |_| view)
         }

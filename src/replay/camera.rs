@@ -13,7 +13,9 @@ const FOV_DEGREES: f32 = 60.0;
 /// Width by height of every replay camera.
 const ASPECT: f32 = 16.0 / 9.0;
 /// From where [`whole_view`] looks at a model, seen from its centre: in front, to the right and above.
-const WHOLE_FROM: Vec3 = Vec3::new(0.45, 0.35, 1.0);
+const WHOLE_FROM: Vec3 = Vec3::new(0.45, ABOVE, 1.0);
+/// How much higher than the model its eye is, in parts of the distance straight ahead.
+const ABOVE: f32 = 0.35;
 /// How much farther away than needed its eye is: a narrow margin around the model.
 const WHOLE_MARGIN: f32 = 1.04;
 /// Frames in which the orbiting cameras go round once.
@@ -67,6 +69,39 @@ impl Moment {
             Event::Polygon { vertices, .. } => self.hand = vertices.first().copied(),
             _ => {}
         }
+    }
+}
+
+/// From which side an artist begins a model: the front, of most models. Where most of it is drawn from says less, for who
+/// walks around a model makes much of its back, and who ends behind it has only been there last.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ArtistSide {
+    moment: Moment,
+    /// Directions from the model to the eye at the first samples, summed.
+    backwards: Vec3,
+    samples: u32,
+}
+
+impl ArtistSide {
+    /// How many samples of the hand are the beginning: a few strokes, half a minute of steady drawing.
+    const BEGINNING: u32 = 1_000;
+
+    /// Takes the next event of a session.
+    pub fn note(&mut self, event: &Event) {
+        self.moment.note(event);
+        let is_sample = matches!(event, Event::Point { .. } | Event::Polygon { .. });
+        if let Some((_, q)) = self.moment.head.filter(|_| is_sample && self.samples < Self::BEGINNING) {
+            self.backwards += rotate(q, Vec3::Z);
+            self.samples += 1;
+        }
+    }
+
+    /// The direction from the model to the artist, level and a little above, however the head was bent: the mean of the
+    /// first samples, or that of the latest head if nothing is drawn after one. None without a head.
+    pub fn backwards(&self) -> Option<Vec3> {
+        let (_, q) = self.moment.head?;
+        let back = if self.samples > 0 { self.backwards } else { rotate(q, Vec3::Z) };
+        Some(Vec3::new(back.x, ABOVE * back.with_y(0.0).length(), back.z))
     }
 }
 

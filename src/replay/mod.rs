@@ -8,7 +8,7 @@ mod fingerprint;
 mod lanes;
 mod summary;
 
-pub use camera::{CameraChoice, CameraPath, Moment, whole_view};
+pub use camera::{ArtistSide, CameraChoice, CameraPath, Moment, whole_view};
 pub use fingerprint::{SessionFingerprint, fingerprint_of_frame, fingerprint_of_views};
 pub use lanes::{Budget, Lane, LaneFrame, Replay, STRETCHES, stretch_of_frame};
 pub use summary::{Summary, summarize};

@@ -155,3 +155,21 @@ fn a_picture_shows_the_whole_model_unless_asked_otherwise() {
     let (seen, all) = drawn(&["--camera", "recorded"], "160x90");
     assert!(seen < all / 2, "the head stands in one of the rooms: {seen} of {all}");
 }
+
+#[test]
+fn the_portrait_shows_its_face() {
+    let Some(_) = gpu() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("portrait.png");
+    let output =
+        osp(&["render", "recordings/portrait.ron", out.to_str().expect("text"), "--size", "320x240"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let file = std::io::BufReader::new(std::fs::File::open(&out).expect("a picture"));
+    let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("small")];
+    let info = reader.next_frame(&mut bytes).expect("a PNG");
+    let pixels = bytes[..info.buffer_size()].chunks_exact(info.color_type.samples());
+    // Bright and reddish; the hair is dark, the clothes are blue, the background is grey. From behind: about 80.
+    let skin = pixels.filter(|pixel| pixel[0] > 150 && pixel[0] > pixel[2].saturating_add(30)).count();
+    assert!(skin > 220, "{skin} pixels of skin");
+}

@@ -445,8 +445,8 @@ impl Chart {
             .bold_line_style(RGBColor(222, 222, 222))
             .x_desc(self.x.name())
             .y_desc(self.y.name())
-            .x_label_formatter(&|v| tick(*v))
-            .y_label_formatter(&|v| tick(*v))
+            .x_label_formatter(&|v| self.x.label(*v))
+            .y_label_formatter(&|v| self.y.label(*v))
             .label_style(("sans-serif", 14))
             .axis_desc_style(("sans-serif", 16))
             .draw()?;
@@ -465,6 +465,16 @@ impl Axis {
     fn name(self) -> &'static str {
         match self {
             Self::Linear(name) | Self::Log(name) => name,
+        }
+    }
+
+    /// What stands beside a line of the mesh. Of the numbers of a decade 1, 2 and 5: nine do not fit on a short axis.
+    fn label(self, value: f64) -> String {
+        let decade = 10f64.powf(value.abs().log10().floor());
+        let digit = (value.abs() / decade).round() as u32;
+        match self {
+            Self::Log(_) if !matches!(digit, 1 | 2 | 5 | 10) => String::new(),
+            _ => tick(value),
         }
     }
 
@@ -511,6 +521,16 @@ fn tick(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_decade_has_three_labels() {
+        let labels =
+            |axis: Axis, scale: f64| (1..=10).map(|i| axis.label(f64::from(i) * scale)).collect::<Vec<_>>();
+        assert_eq!(labels(Axis::Log("µs"), 1.0e3), ["1 k", "2 k", "", "", "5 k", "", "", "", "", "10 k"]);
+        assert_eq!(labels(Axis::Log("µs"), 0.1), ["0.1", "0.2", "", "", "0.5", "", "", "", "", "1"]);
+        assert!(labels(Axis::Linear("frame"), 1.0e3).iter().all(|label| !label.is_empty()));
+        assert_eq!(Axis::Linear("frame").label(0.0), "0");
+    }
 
     #[test]
     fn an_axis_has_labels() {

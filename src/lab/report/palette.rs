@@ -197,8 +197,10 @@ impl LineStyle {
         let ends = [(0, 0), (SAMPLE_PIXELS, 0)];
         let line = DashedPathElement::new(ends, dash, gap, self.color.stroke_width(width));
         // The dots of a line without a mark are no part of its look.
-        let place = if self.mark == Mark::None { 0 } else { SAMPLE_PIXELS / 2 };
-        let (area, outline) = self.marker((place, 0));
+        let (area, outline) = match self.mark {
+            Mark::None => (Polygon::new([], self.color.filled()), PathElement::new([], self.color)),
+            _ => self.marker((SAMPLE_PIXELS / 2, 0)),
+        };
         EmptyElement::at(at) + line + area + outline
     }
 
