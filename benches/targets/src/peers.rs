@@ -1,11 +1,12 @@
-//! What is measured: our own structures, and the same job done by other crates ([`osp::index::PeerKind`]).
+//! What is measured: our own structures, and the same job done by other crates ([`osp::rivals::PeerKind`]).
 
 use std::cell::RefCell;
 
 use osp::{
-    index::{DrawList, FoundPages, IndexConfig, IndexKind, Osp, PeerKind, SpatialIndex},
+    index::{DrawList, FoundPages, IndexConfig, Osp, SpatialIndex},
     math::{Aabb, Frustum},
-    scene::PolygonId,
+    polygon::PolygonId,
+    rivals::{IndexKind, PeerKind},
 };
 
 /// Something that is filled and asked.

@@ -2,8 +2,9 @@ use std::path::{Path, PathBuf};
 
 use osp::{
     math::Aabb,
+    polygon::PolygonId,
     recording::{OpenOptions, Session, open},
-    scene::{PolygonId, Scene},
+    scene::Scene,
 };
 
 use crate::boxes::{drawn, shuffled};

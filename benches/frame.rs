@@ -1,0 +1,125 @@
+//! A frame from the changes to the bytes that a renderer sends, beside the bare query of the index.
+//!
+//! `cargo bench --bench frame --features render [-- --quick]`. The model stands; each frame sixteen polygons are removed and
+//! sixteen others that were removed before come back, so every stage has work. All variants take turns, frame by frame;
+//! figures are medians.
+
+use std::{hint::black_box, time::Instant};
+
+use osp::{
+    frame::{OcclusionChoice, PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
+    math::Aabb,
+    occlusion::CullerKind,
+    polygon::{Change, PolygonId, VisibleBlocks},
+    recording::{SynthKind, synthesize},
+    render::DrawOrder,
+    replay::{CameraChoice, CameraPath, Moment},
+    rivals::IndexKind,
+    scene::Scene,
+    view::View,
+};
+
+/// Polygons that a frame removes, and that it brings back.
+const CHANGED: usize = 16;
+/// Polygons of one buffer of the renderer.
+const PAGE: usize = 1 << 20;
+
+struct Variant {
+    name: &'static str,
+    pipeline: Pipeline,
+    order: DrawOrder,
+    /// Whether the bytes are made ready, too.
+    to_bytes: bool,
+    us: Vec<f64>,
+}
+
+impl Variant {
+    fn new(
+        name: &'static str,
+        scene: &Scene,
+        bounds: &Aabb,
+        choice: OcclusionChoice,
+        to_bytes: bool,
+    ) -> Self {
+        let capacity = scene.polygon_count();
+        let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
+        let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
+        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let mut pipeline = pipeline.with_choice(PassConfig::new(choice), capacity);
+        pipeline.load(scene);
+        Self { name, pipeline, order: DrawOrder::new(), to_bytes, us: Vec::new() }
+    }
+
+    fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) {
+        let start = Instant::now();
+        self.pipeline.frame(scene, changes, view);
+        if self.to_bytes {
+            self.order.clear();
+            self.order.add(scene, self.pipeline.draw_list(), 0, view.eye_in_world, PAGE, |_| 0);
+            self.order.finish(PAGE);
+            black_box(self.order.ids());
+        }
+        self.us.push(start.elapsed().as_secs_f64() * 1.0e6);
+    }
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn measure(polygons: u32, frames: usize) {
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    for event in synthesize(SynthKind::Scribble, polygons, 1) {
+        scene.apply(&event.expect("a synthetic session is whole"), &mut changes);
+    }
+    let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(scene.bounds(id)));
+    for camera in [CameraChoice::Inside, CameraChoice::Orbit] {
+        let view = CameraPath::new(camera, None, &bounds).view(&Moment::default());
+        let always = OcclusionChoice::Always;
+        let mut variants = [
+            Variant::new("frustum", &scene, &bounds, always(CullerKind::None), false),
+            Variant::new("to bytes", &scene, &bounds, always(CullerKind::None), true),
+            Variant::new("msvbsp", &scene, &bounds, always(CullerKind::Msvbsp), false),
+            Variant::new("auto", &scene, &bounds, OcclusionChoice::Auto, false),
+        ];
+        let (mut bare, mut visible) = (Vec::new(), VisibleBlocks::with_capacity(scene.polygon_count()));
+        let ids: Vec<PolygonId> = scene.visible_ids().collect();
+        for frame in 0..frames {
+            // Those that the frame before has removed come back.
+            let some = |frame: usize| (0..CHANGED).map(move |i| frame * 7919 + i * 104_729);
+            let removed = some(frame).map(|i| Change::Remove(ids[i % ids.len()]));
+            let back = frame.checked_sub(1).into_iter().flat_map(some);
+            let changes: Vec<Change> =
+                back.map(|i| Change::Insert(ids[i % ids.len()])).chain(removed).collect();
+            for turn in 0..variants.len() {
+                let at = (turn + frame) % variants.len();
+                variants[at].frame(&scene, &changes, &view);
+            }
+            let frustum = view.frustum();
+            let start = Instant::now();
+            visible.clear();
+            black_box(variants[0].pipeline.index().frustum_cull_blocks(&frustum, &mut visible));
+            bare.push(start.elapsed().as_secs_f64() * 1.0e6);
+        }
+        let bare = median(&mut bare);
+        println!(
+            "{} polygons, {}, {} in view: the bare query {bare:.1} us",
+            ids.len(),
+            camera.name(),
+            visible.len()
+        );
+        for variant in &mut variants {
+            let us = median(&mut variant.us);
+            println!("  {:10} {us:9.1} us, {:5.2} times the query", variant.name, us / bare);
+        }
+    }
+}
+
+fn main() {
+    let quick = std::env::args().any(|word| word == "--quick" || word == "--test");
+    for polygons in [100_000, 1_000_000] {
+        measure(polygons, if quick { 60 } else { 600 });
+    }
+}
