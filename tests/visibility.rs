@@ -8,6 +8,8 @@ mod far_from_origin;
 mod fingerprints;
 #[path = "visibility/margins.rs"]
 mod margins;
+#[path = "visibility/rays.rs"]
+mod rays;
 #[path = "visibility/volumes.rs"]
 mod volumes;
 
