@@ -41,6 +41,7 @@ mod pool;
 #[cfg(feature = "cli")]
 #[path = "occlusion/pvs.rs"]
 mod pvs;
+#[cfg(feature = "formats")]
 #[path = "occlusion/pvs_file.rs"]
 mod pvs_file;
 #[path = "occlusion/random.rs"]

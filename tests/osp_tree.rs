@@ -4,6 +4,8 @@
 
 #[path = "support/boxes.rs"]
 mod boxes;
+#[path = "osp_tree/chains.rs"]
+mod chains;
 #[path = "osp_tree/life.rs"]
 mod life;
 #[path = "osp_tree/whole.rs"]

@@ -12,6 +12,8 @@ mod fingerprints;
 mod from_matrix;
 #[path = "visibility/margins.rs"]
 mod margins;
+#[path = "visibility/rays.rs"]
+mod rays;
 #[path = "visibility/volumes.rs"]
 mod volumes;
 

@@ -96,6 +96,28 @@ fn the_depth_of_a_larger_picture_is_not_asked_for_a_smaller_one() {
     }
 }
 
+/// The depth of a finished picture is not kept, so what is bound for it hides nothing: in a picture of another size, the wall
+/// must hide again what it hid before.
+#[test]
+fn what_is_hidden_in_a_large_picture_is_hidden_in_a_smaller_one() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(&[plate(1, Vec3::new(0.0, 0.0, 1.0), 3.0, GREEN), plate(2, Vec3::ZERO, 0.5, RED)]);
+    let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
+    let mut slot = renderer.create_view_slot();
+    if let Err(error) = renderer.set_occlusion(&mut slot, HZB) {
+        assert!(!crate::required::nothing_may_be_skipped(), "{error}");
+        eprintln!("skipped: {error}");
+        return;
+    }
+    for size in [(200, 150), (100, 75), (100, 75), (64, 48)] {
+        let target = Target::new(&gpu, size.0, size.1).expect("a target");
+        for _ in 0..2 {
+            draw(&mut renderer, &mut slot, &target, &scene, &view());
+        }
+        assert_eq!(slot.take_counts().expect("counts").hidden(), 1, "{size:?}");
+    }
+}
+
 /// Numbers are given out again when a session is taken back: what could be seen through was another polygon.
 #[test]
 fn a_number_that_was_transparent_is_opaque_when_it_is_given_out_again() {
@@ -119,6 +141,25 @@ fn a_number_that_was_transparent_is_opaque_when_it_is_given_out_again() {
     let other = scene_of(&[square(Vec3::new(0.1, 0.1, 0.0), 0.4, RED)]);
     let drawn = draw(&mut renderer, &mut slot, &target, &other, &view());
     assert_eq!(drawn.differing_pixels(&fresh(&gpu, &target, &other, &view())), 0);
+}
+
+/// What could be seen through was drawn last, from back to front by its middle, and blended: an opaque polygon that takes its
+/// number must not be, or it covers glass before it whose middle is farther away.
+#[test]
+fn an_opaque_polygon_with_the_number_of_a_transparent_one_does_not_cover_glass() {
+    let Some(gpu) = gpu() else { return };
+    let target = Target::new(&gpu, 160, 120).expect("a target");
+    let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
+    let mut slot = renderer.create_view_slot();
+    let back = square(Vec3::new(0.0, 0.0, -0.5), 0.8, GREEN);
+    let glass = scene_of(&[back.clone(), square(Vec3::ZERO, 0.5, GLASS)]);
+    draw(&mut renderer, &mut slot, &target, &glass, &view());
+    renderer.forget_from(1);
+    // Before the opaque one in the picture's right half; its middle lies far to the side.
+    let wide = square(Vec3::new(2.5, 0.0, 0.3), 2.4, GLASS);
+    let solid = scene_of(&[back, square(Vec3::ZERO, 0.5, RED), wide]);
+    let drawn = draw(&mut renderer, &mut slot, &target, &solid, &view());
+    assert_eq!(drawn.differing_pixels(&fresh(&gpu, &target, &solid, &view())), 0);
 }
 
 /// A polygon that has moved and is taken back before it was sent again: there is none to send.
