@@ -5,7 +5,7 @@ use glam::Vec3;
 use osp::{
     index::{DrawList, IndexConfig, Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
-    scene::PolygonId,
+    polygon::PolygonId,
 };
 
 const COUNT: u32 = 20_000;

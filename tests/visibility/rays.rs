@@ -1,7 +1,7 @@
 //! Rays through a window and windows of another shape, against the matrix that drawing goes by.
 
 use glam::{Vec2, Vec3};
-use osp::visibility::{Projection, View};
+use osp::view::{Projection, View};
 
 /// Windows of which no border is the opposite of another.
 fn views() -> [View; 2] {
