@@ -4,6 +4,8 @@
 //! sixteen others that were removed before come back, so every stage has work. All variants take turns, frame by frame;
 //! figures are medians.
 
+#![expect(clippy::print_stdout, reason = "a bench prints its table")]
+
 use std::{hint::black_box, time::Instant};
 
 use osp::{

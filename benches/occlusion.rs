@@ -9,10 +9,7 @@ use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
     lab::scenes::TestScene,
     math::Aabb,
-    occlusion::{
-        CullConfig, CullerKind, OccluderPool, OcclusionVisitor, PoolConfig, ReuseTable, SelectConfig,
-        Selector,
-    },
+    occlusion::{CullConfig, CullerKind, OccluderPool, OcclusionVisitor, PoolConfig, SelectConfig, Selector},
     polygon::Change,
     replay::{CameraChoice, CameraPath, Moment},
     rivals::IndexKind,
@@ -83,17 +80,12 @@ fn occlusion(c: &mut Criterion) {
                 b.iter(|| culler.build(&looked.window, selector.chosen()));
             });
             culler.build(&looked.window, selector.chosen());
-            let (mut reuse, mut drawn) = (ReuseTable::new(), DrawList::new());
+            let mut drawn = DrawList::new();
             group.bench_function(format!("query/{}", kind.name()), |b| {
                 b.iter(|| {
                     drawn.clear();
-                    let mut visitor = OcclusionVisitor::new(
-                        &*culler,
-                        &looked.scene,
-                        CullConfig::default(),
-                        &mut reuse,
-                        &mut drawn,
-                    );
+                    let mut visitor =
+                        OcclusionVisitor::new(&*culler, &looked.scene, CullConfig::default(), &mut drawn);
                     black_box(looked.index.traverse(&looked.view.frustum(), &mut visitor));
                     black_box(visitor.counts())
                 });

@@ -299,7 +299,6 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
                 PolygonTest::InPartlyHiddenLeaves
             },
             least_polygons: args.least_polygons,
-            ..CullConfig::default()
         },
         oracle: OracleConfig { width: args.pixels.width, height: args.pixels.height },
         repeats: args.repeats,

@@ -11,7 +11,7 @@ use crate::{
     math::Frustum,
     occlusion::{
         BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
-        PoolConfig, PreviousFrameOccluders, ReuseTable, SelectConfig, SelectCounts, Selector, Soundness,
+        PoolConfig, PreviousFrameOccluders, SelectConfig, SelectCounts, Selector, Soundness,
     },
     polygon::{Change, PolygonId},
     scene::Scene,
@@ -189,7 +189,6 @@ pub struct Verifier {
     has_truth: bool,
     at_rest: AtRest,
     clock: StageClock,
-    reuse: ReuseTable,
     in_view: DrawList,
     drawn: DrawList,
     /// By polygon, for one view: what the truth says, and how often it was drawn.
@@ -215,7 +214,6 @@ impl Verifier {
             has_truth: true,
             at_rest: AtRest::default(),
             clock,
-            reuse: ReuseTable::new(),
             in_view: DrawList::new(),
             drawn: DrawList::new(),
             truth: Vec::new(),
@@ -341,9 +339,8 @@ impl Verifier {
                     let build = look.fastest(&mut totals.build_ns, build);
                     let cull = &mut || {
                         self.drawn.clear();
-                        let (reuse, drawn) = (&mut self.reuse, &mut self.drawn);
-                        let mut visitor =
-                            OcclusionVisitor::new(&**culler, scene, self.config.cull, reuse, drawn);
+                        let drawn = &mut self.drawn;
+                        let mut visitor = OcclusionVisitor::new(&**culler, scene, self.config.cull, drawn);
                         look.index.traverse(look.frustum, &mut visitor);
                         visitor.counts()
                     };
@@ -501,7 +498,6 @@ impl Totals {
         self.cull.node_tests += cull.node_tests;
         self.cull.hidden += cull.hidden;
         self.cull.unoccluded += cull.unoccluded;
-        self.cull.reused += cull.reused;
         self.cull.polygon_tests += cull.polygon_tests;
         self.cull.hidden_polygons += cull.hidden_polygons;
         self.cull.skipped += cull.skipped;

@@ -34,19 +34,12 @@ pub struct CullConfig {
     pub polygon_test: PolygonTest,
     /// A node with fewer polygons (itself and below) is drawn without a test: testing would cost more than drawing.
     pub least_polygons: usize,
-    /// Frames in which a node that was not hidden is not tested again. Hidden ones always are.
-    pub reuse_frames: u32,
 }
 
 impl Default for CullConfig {
-    /// Boxes, down to single polygons, no answer used twice.
+    /// Boxes, down to single polygons.
     fn default() -> Self {
-        Self {
-            node_test: NodeTest::Box,
-            polygon_test: PolygonTest::InPartlyHiddenLeaves,
-            least_polygons: 1,
-            reuse_frames: 0,
-        }
+        Self { node_test: NodeTest::Box, polygon_test: PolygonTest::InPartlyHiddenLeaves, least_polygons: 1 }
     }
 }
 
@@ -74,8 +67,6 @@ pub struct CullCounts {
     pub hidden: u64,
     /// Of these, unoccluded.
     pub unoccluded: u64,
-    /// Nodes that an earlier frame's answer was used for.
-    pub reused: u64,
     /// Polygons tested one by one.
     pub polygon_tests: u64,
     /// Of these, hidden.
@@ -86,64 +77,11 @@ pub struct CullCounts {
     pub steps: u64,
 }
 
-/// Answers of earlier frames for nodes that were not hidden, by place. A node is known by its box: two nodes that share
-/// an entry at worst are drawn untested for some frames.
-#[derive(Clone, Debug)]
-pub struct ReuseTable {
-    frame: u32,
-    entries: Vec<(u64, u32, Visit)>,
-}
-
-impl ReuseTable {
-    const ENTRIES: usize = 4096;
-
-    /// A table that knows nothing.
-    pub fn new() -> Self {
-        Self { frame: 0, entries: vec![(0, 0, Visit::Descend); Self::ENTRIES] }
-    }
-
-    /// Moves to the next frame.
-    pub fn next_frame(&mut self) {
-        self.frame = self.frame.wrapping_add(1);
-        if self.frame == 0 {
-            self.entries.fill((0, 0, Visit::Descend));
-        }
-    }
-
-    fn key(node: &Node<'_>) -> u64 {
-        let (min, max) = (node.bounds.min, node.bounds.max);
-        let mix = |key: u64, v: f32| {
-            (key ^ u64::from(v.to_bits())).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
-        };
-        let key = [min.x, min.y, min.z, max.x, max.y, max.z].into_iter().fold(u64::from(node.depth), mix);
-        key | 1
-    }
-
-    fn get(&self, key: u64) -> Option<Visit> {
-        let (known, until, visit) = self.entries[(key >> 40) as usize % Self::ENTRIES];
-        (known == key && self.frame < until).then_some(visit)
-    }
-
-    fn put(&mut self, key: u64, frames: u32, visit: Visit) {
-        // Not all in the same frame again.
-        let frames = 1 + (key >> 20) as u32 % frames;
-        self.entries[(key >> 40) as usize % Self::ENTRIES] =
-            (key, self.frame.saturating_add(1 + frames), visit);
-    }
-}
-
-impl Default for ReuseTable {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 /// Walks an index and leaves out what a culler hides.
 pub struct OcclusionVisitor<'a, L> {
     culler: &'a dyn OcclusionCuller,
     geometry: &'a dyn Geometry,
     config: CullConfig,
-    reuse: &'a mut ReuseTable,
     draw_list: &'a mut L,
     counts: CullCounts,
 }
@@ -164,10 +102,9 @@ impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
         culler: &'a dyn OcclusionCuller,
         geometry: &'a dyn Geometry,
         config: CullConfig,
-        reuse: &'a mut ReuseTable,
         draw_list: &'a mut L,
     ) -> Self {
-        Self { culler, geometry, config, reuse, draw_list, counts: CullCounts::default() }
+        Self { culler, geometry, config, draw_list, counts: CullCounts::default() }
     }
 
     /// What was done so far.
@@ -192,29 +129,18 @@ impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
         if node.polygons < self.config.least_polygons {
             return Visit::Take;
         }
-        let key = if self.config.reuse_frames > 0 { ReuseTable::key(node) } else { 0 };
-        if key != 0
-            && let Some(visit) = self.reuse.get(key)
-        {
-            self.counts.reused += 1;
-            return visit;
-        }
-        let visit = match self.test(node) {
+        match self.test(node) {
             Verdict::Hidden => {
                 self.counts.hidden += 1;
                 self.counts.skipped += node.polygons as u64;
-                return Visit::Skip;
+                Visit::Skip
             }
             Verdict::Unoccluded => {
                 self.counts.unoccluded += 1;
                 Visit::Take
             }
             Verdict::PartlyHidden => Visit::Descend,
-        };
-        if key != 0 {
-            self.reuse.put(key, self.config.reuse_frames, visit);
         }
-        visit
     }
 
     fn polygons(&mut self, ids: &[PolygonId], asked: Visit) {

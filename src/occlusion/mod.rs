@@ -36,7 +36,7 @@ mod tolerance;
 mod tree;
 
 pub use auto::{AutoConfig, AutoMethod, AutoSwitch, Outcome};
-pub use cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest, ReuseTable};
+pub use cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest};
 pub use culler::{BuildCounts, OcclusionCuller, Soundness, Tested, Verdict};
 pub use depth::{Coverage, DepthBuffer, DepthConfig};
 pub use frusta::ShadowFrusta;

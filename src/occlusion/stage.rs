@@ -1,6 +1,6 @@
 use super::{
     BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
-    PoolConfig, ReuseTable, SelectConfig, SelectCounts, Selector,
+    PoolConfig, SelectConfig, SelectCounts, Selector,
 };
 use crate::{
     index::{SpatialIndex, WorkCounts},
@@ -38,7 +38,6 @@ pub struct OcclusionStage {
     pool: OccluderPool,
     selector: Selector,
     culler: Box<dyn OcclusionCuller>,
-    reuse: ReuseTable,
 }
 
 impl std::fmt::Debug for OcclusionStage {
@@ -58,7 +57,7 @@ impl OcclusionStage {
         let mut selector = Selector::new(config.select);
         // The pool holds twice its capacity before it is trimmed, and may be one over.
         selector.reserve(2 * config.pool.capacity + 1);
-        Self { config, pool: OccluderPool::new(config.pool), selector, culler, reuse: ReuseTable::new() }
+        Self { config, pool: OccluderPool::new(config.pool), selector, culler }
     }
 
     /// Makes room for scenes of this many polygons.
@@ -117,9 +116,7 @@ impl OcclusionStage {
         frustum: &Frustum,
         draw_list: &mut impl Extend<PolygonId>,
     ) -> (CullCounts, WorkCounts) {
-        self.reuse.next_frame();
-        let mut visitor =
-            OcclusionVisitor::new(&*self.culler, geometry, self.config.cull, &mut self.reuse, draw_list);
+        let mut visitor = OcclusionVisitor::new(&*self.culler, geometry, self.config.cull, draw_list);
         let work = index.traverse(frustum, &mut visitor);
         (visitor.counts(), work)
     }

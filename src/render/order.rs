@@ -217,9 +217,16 @@ impl DrawOrder {
         }
         let first = self.ids.len() as u32;
         for &(block, mask) in &self.sorted {
+            let id = block * BLOCK as u32;
+            if mask == u16::MAX {
+                // Most blocks: sixteen numbers are written at once.
+                let all: [u32; BLOCK] = std::array::from_fn(|bit| id + bit as u32);
+                self.ids.extend_from_slice(&all);
+                continue;
+            }
             let mut bits = u32::from(mask);
             while bits != 0 {
-                self.ids.push(block * BLOCK as u32 + bits.trailing_zeros());
+                self.ids.push(id + bits.trailing_zeros());
                 bits &= bits - 1;
             }
         }

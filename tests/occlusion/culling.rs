@@ -152,41 +152,6 @@ fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
     assert!(drawn_by[1] < drawn_by[0], "{drawn_by:?}");
 }
 
-/// Answers that were not "hidden" may be used again; what was hidden is tested in every frame, so an eye that comes
-/// round the wall sees what is behind it at once.
-#[test]
-fn reused_answers_never_hide() {
-    let told = hall();
-    let index = filed(IndexKind::Osp, &told);
-    let cull = CullConfig { reuse_frames: 5, ..CullConfig::default() };
-    let mut stage =
-        OcclusionStage::new(CullerKind::Msvbsp, OcclusionConfig { cull, ..OcclusionConfig::default() });
-    stage.follow(&told.scene, &told.changes);
-    let (mut reused, mut hidden) = (0, 0);
-    for frame in 0..120 {
-        let angle = frame as f32 * 0.05;
-        let view = view(Vec3::new(angle.sin(), 0.1, angle.cos()) * 3.0, Vec3::ZERO);
-        let window = view.window().expect("a window");
-        stage.select(&told.scene, &window);
-        stage.build(&window);
-        let (mut drawn, mut all) = (DrawList::new(), DrawList::new());
-        let (counts, _) = stage.cull(&*index, &told.scene, &view.frustum(), &mut drawn);
-        reused += counts.reused;
-        hidden += counts.hidden;
-        if frame % 10 == 0 {
-            index.frustum_cull(&view.frustum(), &mut all);
-            let drawn = ids(&drawn);
-            for (id, sight) in truth(&told, &view, &all) {
-                assert!(
-                    sight != Sight::Visible || drawn.binary_search(&id.0).is_ok(),
-                    "frame {frame}: {id:?}"
-                );
-            }
-        }
-    }
-    assert!(reused > 0 && hidden > 0, "{reused} reused, {hidden} hidden");
-}
-
 #[test]
 fn steady_frames_allocate_nothing() {
     let told = hall();
