@@ -15,9 +15,9 @@ pub enum OcclusionChoice {
     Always(CullerKind),
     /// In each frame [`CullerKind::Msvbsp`], or what was visible in the last frame, or none: what takes least.
     Auto,
-    /// None before drawing; whoever draws finds while drawing what is hidden, by a hierarchical depth buffer.
+    /// Hi-Z culling on the GPU, by a depth pyramid; the CPU only culls by the frustum.
     Hzb,
-    /// The same by hardware occlusion queries.
+    /// Hardware occlusion queries on the GPU; the CPU only culls by the frustum.
     Queries,
     /// What was visible in the last frame, in a software depth buffer: [`crate::occlusion::PreviousFrameOccluders`].
     DepthLast,

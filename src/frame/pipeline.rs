@@ -136,7 +136,7 @@ impl Pipeline {
     }
 
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
-    /// filed once its box is finite again.
+    /// inserted once its box is finite again.
     fn file(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let wants_shapes = self.index.wants_shapes();
         for &change in changes {

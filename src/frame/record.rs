@@ -14,7 +14,7 @@ pub struct FrameRecord {
     pub updated: u64,
     /// Polygons in the index at the end of the frame.
     pub polygons: u64,
-    /// Filing the changes, including a rebuild if the index is one that rebuilds.
+    /// Applying the changes, including a rebuild if the index is one that rebuilds.
     pub insert: Stage,
     /// Culling by the frustum.
     pub cull: Stage,

@@ -1,7 +1,7 @@
 use super::IndexError;
 use crate::{math::Aabb, polygon::PolygonId};
 
-/// What every index checks before it files a polygon.
+/// What every index checks before it inserts a polygon.
 #[inline]
 pub(crate) fn admit(id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
     admit_id(id)?;

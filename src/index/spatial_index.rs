@@ -13,10 +13,10 @@ pub enum IndexError {
     /// The box is empty, infinite or not a number.
     #[error("polygon {}: expected a finite box with min <= max", .0.0)]
     InvalidBounds(PolygonId),
-    /// The id is already filed.
+    /// The id is already in the index.
     #[error("polygon {}: it is in the index already", .0.0)]
     Duplicate(PolygonId),
-    /// The id is not filed.
+    /// The id is not in the index.
     #[error("polygon {}: it is not in the index", .0.0)]
     Unknown(PolygonId),
     /// The id is not below [`PolygonId::LIMIT`].
@@ -24,25 +24,25 @@ pub enum IndexError {
     IdBeyondLimit(PolygonId),
 }
 
-/// A structure that files polygons by their boxes and answers visibility queries.
+/// A structure that holds polygons by their boxes and answers visibility queries.
 ///
 /// Contracts, tested for every implementation against [`super::BruteForce`]:
 /// * `frustum_cull` reports every polygon whose box [`Frustum::may_see`] accepts, each once, and no other.
-/// * Polygons outside the root cube, over-sized or coincident are filed like any other.
+/// * Polygons outside the root cube, over-sized or coincident are inserted like any other.
 /// * A refused change leaves the index as it was.
 pub trait SpatialIndex: Send + Sync {
     /// Its name on the command line and in tables.
     fn name(&self) -> &'static str;
 
-    /// Number of polygons filed.
+    /// Number of polygons in the index.
     fn len(&self) -> usize;
 
-    /// Whether no polygon is filed.
+    /// Whether the index is empty.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Files a polygon. Queries see it after the next [`SpatialIndex::commit`].
+    /// Inserts a polygon. Queries see it after the next [`SpatialIndex::commit`].
     ///
     /// # Errors
     /// [`IndexError::IdBeyondLimit`], [`IndexError::InvalidBounds`], [`IndexError::Duplicate`].
@@ -60,14 +60,14 @@ pub trait SpatialIndex: Send + Sync {
     /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
 
-    /// Whether it files more of a polygon than its box. Then [`SpatialIndex::shape`] is worth a call for every polygon
-    /// that came or moved; it is free not to ask a scene for them otherwise.
+    /// Whether the index needs the corners of a polygon, not only its box (only `Bsp` does). Then call
+    /// [`SpatialIndex::shape`] for every polygon that was inserted or updated.
     fn wants_shapes(&self) -> bool {
         false
     }
 
-    /// Tells the corners of a filed polygon, in world space, after `insert` or `update` (which forgets what was told
-    /// before). Changes no answer of a query. Of a polygon that is not filed or not finite, nothing is kept.
+    /// Tells the corners of a polygon in the index, world space, after `insert` or `update` (which forgets what was told
+    /// before). Changes no answer of a query. Of a polygon that is not in the index or not finite, nothing is kept.
     fn shape(&mut self, _id: PolygonId, _polygon: &ConvexPolygon) {}
 
     /// Ends a batch of changes: whatever the structure has to do before the next query (a rebuild, a bounded share of

@@ -162,7 +162,7 @@ impl Trial {
 pub struct ViewTotals {
     /// Views looked at.
     pub views: u64,
-    /// Views that are no pointed cone: not looked at.
+    /// Views with a degenerate projection: not looked at.
     pub unusable: u64,
     /// Polygons that the frustum may see.
     pub in_view: u64,

@@ -246,7 +246,7 @@ impl OccluderPool {
             return false;
         }
         let Some(polygon) = geometry.polygon(id) else { return false };
-        // Not even a patch full of its like would stay.
+        // Too small even at full patch size.
         if self.threshold_m2 > 0.0 {
             let enough_m2 = self.threshold_m2 / MAX_PATCH as f32;
             if polygon.area_vector().length_squared() < 4.0 * enough_m2 * enough_m2 {

@@ -151,7 +151,7 @@ impl Selector {
             let distance_squared = to.length_squared();
             let facing = sketch.area_vector.dot(to);
             let mut score = facing * facing / (distance_squared * distance_squared * distance_squared);
-            // From within its ball an occluder may fill any part of the window.
+            // If the eye is inside the bounding sphere, the occluder may fill any part of the window.
             if distance_squared <= sketch.radius_m * sketch.radius_m && sketch.area_vector != Vec3::ZERO {
                 score = f32::MAX;
             }

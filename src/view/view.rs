@@ -130,7 +130,7 @@ impl View {
         )
     }
 
-    /// The view as the window that occlusion is culled for; `None` if the projection is no pointed cone.
+    /// The view as the window that occlusion is culled for; `None` of a degenerate projection.
     ///
     /// Widened by [`WINDOW_MARGIN`], and its near plane moved away by it, so that no rounding on a renderer's side can
     /// show what lies outside of it, or cut off what hides something.

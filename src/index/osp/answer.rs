@@ -31,7 +31,7 @@ pub(super) trait Answer {
     /// Some runs of a page.
     fn lanes<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, lanes: u32);
 
-    /// All polygons that are filed. Only where pages are read.
+    /// All polygons that are in the index. Only where pages are read.
     fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
 
     /// Entries so far.

@@ -1,4 +1,4 @@
-//! Filing runs: placing, appending, widening the boxes above, splitting.
+//! Inserting runs: placing, appending, widening the boxes above, splitting.
 
 use super::{
     grid::{self, Grid, Key, TOP_SHIFT},
@@ -27,7 +27,7 @@ struct Way {
 }
 
 impl Osp {
-    /// Files runs by their boxes. Where many come at once, they go to many places: what they will touch is asked for
+    /// Inserts runs by their boxes. Where many come at once, they go to many places: what they will touch is asked for
     /// from memory first.
     pub(super) fn file_runs(&mut self, runs: &[(Run, Wide)]) {
         let shape = self.shape;
@@ -64,7 +64,7 @@ impl Osp {
         Way { key, level, node, bucket }
     }
 
-    /// Files a run at its place; returns that.
+    /// Inserts a run at its place; returns that.
     fn file(&mut self, run: Run, bounds: Wide, way: Way) -> u32 {
         let way = if !self.is_flat && self.grow_to(&way.key) { self.way(bounds) } else { way };
         let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
@@ -83,7 +83,7 @@ impl Osp {
         place
     }
 
-    /// Files all runs anew, now that they are too many to be kept at the top.
+    /// Inserts all runs anew, now that they are too many to be kept at the top.
     fn build_tree(&mut self) {
         self.is_flat = false;
         self.shape += 1;

@@ -19,7 +19,7 @@ pub(super) type Key = [u64; 3];
 /// Level of the root cube: it is `2^20` finest cells wide (4 µm for a cube of 4 m).
 pub(super) const ROOT_SHIFT: u32 = 20;
 
-/// Level of the widest cell there can be: `2^38` root cubes. What lies farther out is filed in its outermost cells.
+/// Level of the widest cell there can be: `2^38` root cubes. What lies farther out lies in its outermost cells.
 pub(super) const TOP_SHIFT: u32 = 58;
 
 /// The root cube's place, in root cubes, along each axis. Alternating bits: every second doubling adds room on the

@@ -31,7 +31,7 @@ pub(super) type Place = u32;
 
 #[derive(Clone, Copy, Debug)]
 struct Shelf {
-    /// Per block the ids that are filed.
+    /// Per block the ids that are in use.
     filed: [u16; BLOCKS],
     /// Per block its only run's place, or `DETAILED` and the number of its detail, or [`NONE`].
     place: [u32; BLOCKS],
@@ -126,13 +126,13 @@ impl IdMap {
         }
     }
 
-    /// The ids of a block that are filed, as a mask.
+    /// The ids of a block that are in the index, as a mask.
     #[inline]
     pub(super) fn filed(&self, block: u32) -> u16 {
         self.shelf(block).map_or(0, |(shelf, at)| shelf.filed[at])
     }
 
-    /// Notes that some ids of a block are not filed any more; `filed` are left.
+    /// Notes that some ids of a block are not in use any more; `filed` are left.
     pub(super) fn set_filed(&mut self, block: u32, filed: u16) {
         let (number, at) = Self::split(block);
         if self.directory.get(number).is_none_or(|&shelf| shelf == NONE) {
@@ -179,7 +179,7 @@ impl IdMap {
         }
     }
 
-    /// Where a filed polygon's run is.
+    /// Where a polygon in the tree's run is.
     #[inline]
     pub(super) fn place(&self, id: u32) -> Option<Place> {
         let (shelf, at) = self.shelf(id / 16)?;
@@ -237,7 +237,7 @@ impl IdMap {
         unsafe { &self.stores.known(store).boxes }
     }
 
-    /// Says which ids of a block are filed, at least one, and keeps the exact boxes of `shared` if there are any;
+    /// Says which ids of a block are in use, at least one, and keeps the exact boxes of `shared` if there are any;
     /// returns the boxes' number.
     pub(super) fn file_block(&mut self, open: &OpenBlock, shared: u16) -> u32 {
         let (number, at) = Self::split(open.block());
@@ -283,7 +283,7 @@ impl IdMap {
         self.directory.len() + self.shelves.live() as usize * BLOCKS
     }
 
-    /// The filed ids: the first id of a shelf, and of each of its blocks the ids as a mask; ascending.
+    /// The ids in use: the first id of a shelf, and of each of its blocks the ids as a mask; ascending.
     #[inline(always)]
     pub(super) fn shelves(&self) -> impl Iterator<Item = (u32, &[u16])> + '_ {
         let used = self.directory.iter().enumerate().filter(|&(_, &number)| number != NONE);

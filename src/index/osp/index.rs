@@ -93,7 +93,7 @@ impl Osp {
         self.set_top(top);
     }
 
-    /// The box of a filed polygon.
+    /// The box of a polygon in the tree.
     pub fn bounds(&self, id: PolygonId) -> Option<Aabb> {
         let (block, lane) = (id.0 / 16, id.index() % 16);
         if self.open.is(block) && self.open.lanes() >> lane & 1 == 1 {
@@ -107,7 +107,7 @@ impl Osp {
         Some(if run.is_exact() { bounds } else { self.ids.boxes(run.store).get(lane) })
     }
 
-    /// Whether the polygon is filed.
+    /// Whether the polygon is in the index.
     #[inline]
     fn holds(&self, id: PolygonId) -> bool {
         let (block, lane) = (id.0 / 16, id.0 % 16);
@@ -115,7 +115,7 @@ impl Osp {
         present >> lane & 1 == 1
     }
 
-    /// Files the open block's runs in the tree and opens another.
+    /// Inserts the open block's runs in the tree and opens another.
     #[inline(never)]
     fn open_block(&mut self, block: u32) {
         self.changes += 1;

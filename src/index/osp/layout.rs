@@ -91,7 +91,7 @@ impl Page {
 }
 
 /// Up to sixteen pages and their boxes. A leaf, or the list of a node's straddlers, is a chain of buckets; only the
-/// first of a chain is filled. What filing a run touches comes first, in two cache lines.
+/// first of a chain is filled. What inserting a run touches comes first, in two cache lines.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Bucket {

@@ -1,8 +1,8 @@
 //! The fast form of the octal space partition tree.
 //!
 //! Its origin is the OSP tree of the paper that [`crate::rivals::OspPaper`] follows to the letter: a cube divided ahead
-//! of time, into which polygons are filed one by one as they are drawn. What it keeps of it: the octal partition, its
-//! preallocated levels, and filing that never rebuilds.
+//! of time, into which polygons are inserted one by one as they are drawn. What it keeps of it: the octal partition, its
+//! preallocated levels, and insertion that never rebuilds.
 //!
 //! # Differences from the paper
 //!
@@ -11,14 +11,14 @@
 //!   a few per cent of all polygons would sit near the root and be tested in every frame.
 //! * Three binary levels (X, Y, Z) are one step of eight.
 //! * The unit in the tree is a *run*: polygons of one block of sixteen ids that lie side by side, as the pieces of a
-//!   stroke do, with a tight box around them. The block being drawn is kept apart and filed when the next begins.
-//! * Nodes exist only where there is something: a leaf is divided when it holds too many runs, and becomes a leaf again
-//!   when it holds few; as long as there are no more than a leaf's altogether, they are kept in one list at the top. Preallocated are the *links* of the upper levels, four bytes a cell, so a run finds its leaf
-//!   without walking down.
+//!   stroke do, with a tight box around them. The block being drawn is kept apart and inserted when the next begins.
+//! * Nodes exist only where there is something. A leaf splits above 256 runs; its node collapses below 96. Until 256 runs exist,
+//!   all stay in one root list. Only the *links* of the upper levels are preallocated, four bytes a cell, so a run finds its
+//!   leaf without a descent.
 //! * The root cube is no border: levels are added on top when something lies outside, and taken off again.
 //! * Boxes are tested eight or sixteen at a time (children of a node, pages of a leaf, runs of a page, polygons of a
 //!   run), each kind in rows that a wide register reads. Planes that a box has passed are not tested below it.
-//! * What is in view altogether is listed from the map of ids, without a look at the tree.
+//! * If everything is inside the frustum, the ids are copied from the id map, and the tree is not read.
 //! * Erasing is not in the paper. Here it clears a bit; boxes are made to fit again, and pages, leaves and nodes joined,
 //!   in the commits that follow, as much as was erased.
 //!

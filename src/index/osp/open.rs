@@ -4,7 +4,7 @@ use crate::{
     math::Aabb,
 };
 
-/// The block of sixteen ids that is being drawn now. Its polygons are kept here, and divided into runs and filed when
+/// The block of sixteen ids that is being drawn now. Its polygons are kept here, and divided into runs and inserted when
 /// the next block begins; until then queries test them one by one.
 #[derive(Clone, Debug)]
 pub(super) struct OpenBlock {
@@ -92,7 +92,7 @@ impl OpenBlock {
         &self.boxes
     }
 
-    /// Begins a block of which some polygons are filed.
+    /// Begins a block of which some polygons are in the tree.
     pub(super) fn begin(&mut self, block: u32, filed: u16) {
         (self.block, self.filed, self.lanes) = (block, filed, 0);
     }

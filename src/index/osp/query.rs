@@ -312,7 +312,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
     }
 
-    /// Whether all that is filed lies inside every plane; looks no further than to the first plane that says no.
+    /// Whether all that is in the tree lies inside every plane; looks no further than to the first plane that says no.
     #[inline(always)]
     fn holds_all(&mut self, top: &Node) -> bool {
         self.work.nodes += 1;

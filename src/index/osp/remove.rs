@@ -18,7 +18,7 @@ use crate::{
 };
 
 impl Osp {
-    /// Takes a filed polygon out of its run.
+    /// Takes a polygon in the tree out of its run.
     pub(super) fn unfile(&mut self, id: u32) {
         let Some(place) = self.ids.place(id) else { return };
         let (page_number, lane) = (place / 16, place as usize % 16);
