@@ -67,3 +67,35 @@ fn a_chain_stays_whole_whatever_goes_first() {
         check(&osp, &is_left, what);
     }
 }
+
+/// A leaf whose polygons are too large for its parts becomes a node that keeps them all, and smaller ones go below it.
+#[test]
+fn a_leaf_of_large_polygons_becomes_a_node_that_keeps_them() {
+    let mut random = Rng(3);
+    let mut near = |size_m: f32| {
+        let mut offset = || random.below(1000) as f32 * 1.0e-5;
+        Aabb::cube(Vec3::new(0.55 + offset(), 0.55 + offset(), 0.55 + offset()), size_m)
+    };
+    for large_m in [0.2, 0.35, 0.6] {
+        let mut osp = Osp::new(&IndexConfig { root: root(), capacity: COUNT as usize });
+        let mut is_left = vec![false; COUNT as usize];
+        for i in 0..COUNT {
+            // Large ones first, then small ones among them.
+            let size_m = if i < 14_000 || i % 3 == 0 { large_m } else { 0.004 };
+            osp.insert(PolygonId(i), &near(size_m)).expect("a new number");
+            is_left[i as usize] = true;
+            if i % 500 == 499 {
+                osp.commit();
+                check(&osp, &is_left, &format!("{large_m} m, {i} inserted"));
+            }
+        }
+        for (done, i) in (0..COUNT).step_by(3).chain((0..COUNT).filter(|i| i % 3 == 1)).enumerate() {
+            osp.remove(PolygonId(i)).expect("it is there");
+            is_left[i as usize] = false;
+            if done % 500 == 499 {
+                osp.commit();
+                check(&osp, &is_left, &format!("{large_m} m, {done} removed"));
+            }
+        }
+    }
+}
