@@ -109,17 +109,10 @@ fn ray_nearest(c: &mut Criterion) {
         for kind in [IndexKind::Osp, IndexKind::BvhSah, IndexKind::Lbvh, IndexKind::OctreeRebuild] {
             let index = filled(kind, &config, &boxes);
             let hit = |ray: &Ray, id: PolygonId| polygons[id.index()].meet(ray);
-            group.bench_function(BenchmarkId::new("in order", kind.name()), |b| {
+            group.bench_function(BenchmarkId::from_parameter(kind.name()), |b| {
                 b.iter(|| {
                     for ray in &rays {
                         black_box(index.ray_nearest(ray, f32::INFINITY, &mut |id| hit(ray, id)));
-                    }
-                });
-            });
-            group.bench_function(BenchmarkId::new("best first", kind.name()), |b| {
-                b.iter(|| {
-                    for ray in &rays {
-                        black_box(index.ray_nearest_best_first(ray, f32::INFINITY, &mut |id| hit(ray, id)));
                     }
                 });
             });

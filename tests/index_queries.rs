@@ -101,7 +101,7 @@ fn rays_find_the_nearest_polygon() {
         .collect();
     rays.push((Ray::new(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z), f32::INFINITY));
     rays.push((Ray::new(Vec3::splat(100.0), Vec3::X), f32::INFINITY));
-    let (mut hits, mut in_order, mut from_heap) = (0, 0, 0);
+    let mut hits = 0;
     for (ray, t_max) in &rays {
         let mut expected: Option<(PolygonId, f32)> = None;
         for (i, bounds) in boxes.iter().enumerate().filter(|&(i, _)| !is_erased(i)) {
@@ -114,20 +114,13 @@ fn rays_find_the_nearest_polygon() {
         }
         hits += usize::from(expected.is_some());
         for index in &indexes {
-            let (mut asked, mut asked_best_first) = (Vec::new(), Vec::new());
+            let mut asked = Vec::new();
             let mut hit = |id: PolygonId| {
                 asked.push(id);
                 plate(ray, &boxes[id.index()])
             };
             let found = index.ray_nearest(ray, *t_max, &mut hit);
             assert_eq!(found, expected, "{}: {ray:?}", index.name());
-            let best_first = index.ray_nearest_best_first(ray, *t_max, &mut |id| {
-                asked_best_first.push(id);
-                plate(ray, &boxes[id.index()])
-            });
-            assert_eq!(best_first, expected, "{}, best first: {ray:?}", index.name());
-            in_order += asked.len();
-            from_heap += asked_best_first.len();
             let mut yes = 0;
             let any = index.ray_any(ray, *t_max, &mut |id| {
                 let t = plate(ray, &boxes[id.index()]);
@@ -140,16 +133,13 @@ fn rays_find_the_nearest_polygon() {
                 assert_eq!(plate(ray, &boxes[id.index()]), Some(t), "{}", index.name());
                 assert!(!is_erased(id.index()), "{}", index.name());
             }
-            for mut asked in [asked, asked_best_first] {
-                let all = asked.len();
-                asked.sort_unstable();
-                asked.dedup();
-                assert_eq!(asked.len(), all, "{}: a polygon was asked twice", index.name());
-            }
+            let all = asked.len();
+            asked.sort_unstable();
+            asked.dedup();
+            assert_eq!(asked.len(), all, "{}: a polygon was asked twice", index.name());
         }
     }
     assert!(hits > 100, "only {hits} rays hit: the test tests nothing");
-    assert!(from_heap < in_order, "best first asks about fewer: {from_heap}, {in_order} in order");
 }
 
 /// The filed polygons with the distances of their boxes from a point, the nearest first.
@@ -244,11 +234,10 @@ fn indexes_with_nothing_in_them_can_be_asked() {
                 let mut hit = |_: PolygonId| Some(4.95);
                 let counts = [
                     found(index.ray_nearest(&ray, f32::MAX, &mut hit)),
-                    found(index.ray_nearest_best_first(&ray, f32::MAX, &mut hit)),
                     found(index.ray_any(&ray, f32::MAX, &mut hit)),
                 ];
                 if committed {
-                    assert_eq!(counts, [left as usize; 3], "{name}");
+                    assert_eq!(counts, [left as usize; 2], "{name}");
                 }
                 let (mut ids, mut near) = (Vec::new(), Vec::new());
                 index.box_query(&Aabb::cube(Vec3::ZERO, 2.0), &mut ids);

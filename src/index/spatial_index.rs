@@ -113,17 +113,6 @@ pub trait SpatialIndex: Send + Sync {
         probe::ray_nearest(self, ray, t_max, hit)
     }
 
-    /// [`SpatialIndex::ray_nearest`] with the nearest of all nodes that wait always looked at first, from a heap: the
-    /// fewest nodes, but each costs more. The same as `ray_nearest` where an index has no such walk.
-    fn ray_nearest_best_first(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
-    ) -> Option<(PolygonId, f32)> {
-        self.ray_nearest(ray, t_max, hit)
-    }
-
     /// A polygon that a ray meets at `t <= t_max`, and its `t`: any, the first that is found. For shadows and for "is
     /// anything there"; cheaper than [`SpatialIndex::ray_nearest`]. `hit` is asked as there, and not again after it
     /// has said yes.

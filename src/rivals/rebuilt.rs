@@ -179,17 +179,6 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
         nearest.found()
     }
 
-    fn ray_nearest_best_first(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
-    ) -> Option<(PolygonId, f32)> {
-        let mut nearest = Nearest::new(t_max, hit);
-        self.tree.ray_nearest_best_first(ray, &mut nearest);
-        nearest.found()
-    }
-
     fn nearest(
         &self,
         point: Vec3,

@@ -47,8 +47,6 @@ pub fn run(data: &[u8]) {
                 }
                 let place = format!("{}, {ray:?} up to {t_max}", kind.name());
                 assert_eq!(index.ray_nearest(ray, t_max, &mut |id| hit(id)), expected, "{place}");
-                let best_first = index.ray_nearest_best_first(ray, t_max, &mut |id| hit(id));
-                assert_eq!(best_first, expected, "{place}, best first");
                 let any = index.ray_any(ray, t_max, &mut |id| hit(id));
                 assert_eq!(any.is_some(), expected.is_some(), "{place}, any");
             }

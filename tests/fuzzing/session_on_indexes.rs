@@ -132,8 +132,6 @@ fn check_queries(lanes: &[Pipeline], scene: &Scene, u: &mut Input<'_>, frame: us
         index.sphere_query(&sphere, &mut |id| within(id), &mut found);
         assert_eq!(sorted(found), inside, "{place}: {sphere:?}");
         assert_eq!(index.ray_nearest(&ray, t_max, &mut |id| hit(id)), expected, "{place}: {ray:?}");
-        let from_heap = index.ray_nearest_best_first(&ray, t_max, &mut |id| hit(id));
-        assert_eq!(from_heap, expected, "{place}, best first: {ray:?}");
         let any = index.ray_any(&ray, t_max, &mut |id| hit(id));
         assert_eq!(any.is_some(), expected.is_some(), "{place}, any: {ray:?}");
         let mut found = Vec::new();

@@ -237,17 +237,6 @@ impl SpatialIndex for Osp {
         nearest.found()
     }
 
-    fn ray_nearest_best_first(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
-    ) -> Option<(PolygonId, f32)> {
-        let mut nearest = Nearest::new(t_max, hit);
-        self.ask_best_first(ray, &mut nearest);
-        nearest.found()
-    }
-
     fn validate(&self) -> Result<(), String> {
         self.check()
     }

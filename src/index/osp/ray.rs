@@ -1,7 +1,6 @@
-//! The nearest hit of a ray, in two orders: down into the nearest child first, or always on with the nearest of all that
-//! wait.
+//! The nearest hit of a ray: down into the nearest child first.
 
-use std::{cmp::Ordering, collections::BinaryHeap};
+use std::cmp::Ordering;
 
 use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
@@ -34,7 +33,7 @@ impl PartialOrd for Waiting {
 }
 
 impl Ord for Waiting {
-    /// The nearest is the greatest, so that a heap gives it first and a sorted stack has it on top.
+    /// The nearest is the greatest, so that a sorted stack has it on top.
     fn cmp(&self, other: &Self) -> Ordering {
         other.t.total_cmp(&self.t).then(other.place.cmp(&self.place))
     }
@@ -51,18 +50,6 @@ impl Osp {
                 self.look(place, ray, nearest, &mut |waiting| stack.push(waiting));
                 stack[before..].sort_unstable();
             }
-        }
-    }
-
-    /// The same, always the nearest place of all first: no order of places looks at fewer.
-    pub(super) fn ask_best_first(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
-        let mut heap = BinaryHeap::with_capacity(64);
-        self.start(ray, nearest, &mut |waiting| heap.push(waiting));
-        while let Some(Waiting { t, place }) = heap.pop() {
-            if !is_wanted(t, nearest.reach()) {
-                return; // So are all that wait.
-            }
-            self.look(place, ray, nearest, &mut |waiting| heap.push(waiting));
         }
     }
 

@@ -101,15 +101,6 @@ impl SpatialIndex for Bsp {
         self.0.ray_nearest(ray, t_max, hit)
     }
 
-    fn ray_nearest_best_first(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
-    ) -> Option<(PolygonId, f32)> {
-        self.0.ray_nearest_best_first(ray, t_max, hit)
-    }
-
     fn nearest(
         &self,
         point: Vec3,

@@ -6,7 +6,7 @@ use crate::{
     rivals::by_id::NO_POLYGON,
 };
 
-/// A node that waits, with its distance from the point (or along the ray) and the place of its first polygon.
+/// A node that waits, with its distance from the point and the place of its first polygon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Waiting {
     pub(super) distance_m: f32,

@@ -1,6 +1,4 @@
-use std::collections::BinaryHeap;
-
-use super::{FlatTree, near::Waiting};
+use super::FlatTree;
 use crate::{
     index::probe::{Nearest, is_wanted},
     math::Ray,
@@ -41,28 +39,6 @@ impl FlatTree {
             let ways = &mut ways[..count];
             ways.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
             ways.iter().for_each(|&way| stack.push(way));
-        }
-    }
-
-    /// The same, always the nearest node of all first (see [`FlatTree::ask_nearest`]).
-    pub(in crate::rivals) fn ray_nearest_best_first(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
-        let Some(top) = self.nodes.first() else { return };
-        let Some(t) = ray.enter_box(&top.bounds, nearest.reach()) else { return };
-        let mut heap = BinaryHeap::from([Waiting { distance_m: t, node: 0, first: 0 }]);
-        while let Some(Waiting { distance_m: t, node, mut first }) = heap.pop() {
-            if !is_wanted(t, nearest.reach()) {
-                return; // So are all that wait.
-            }
-            if self.is_leaf(node) {
-                self.ask_leaf(first..first + self.nodes[node].polygons as usize, ray, nearest);
-                continue;
-            }
-            for child in self.children(node) {
-                if let Some(t) = ray.enter_box(&self.nodes[child].bounds, nearest.reach()) {
-                    heap.push(Waiting { distance_m: t, node: child, first });
-                }
-                first += self.nodes[child].polygons as usize;
-            }
         }
     }
 
