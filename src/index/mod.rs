@@ -19,7 +19,7 @@ mod work;
 pub use brute_force::BruteForce;
 pub use config::IndexConfig;
 pub use draw_list::DrawList;
-pub use osp::{FoundPage, FoundPages, FoundRun, Osp};
+pub use osp::Osp;
 pub use simd::Backend;
 pub use spatial_index::{IndexError, Node, SpatialIndex, Visit, Visitor};
 pub use work::WorkCounts;

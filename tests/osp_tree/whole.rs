@@ -7,9 +7,9 @@ use crate::{
 };
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, DrawList, FoundPages, Osp, SpatialIndex},
+    index::{BruteForce, DrawList, Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
-    polygon::PolygonId,
+    polygon::{PolygonId, VisibleBlocks},
 };
 
 /// A frustum with much room around the origin.
@@ -55,11 +55,11 @@ fn a_tree_in_view_altogether_is_listed_by_id() {
             ids.sort_unstable();
             assert_eq!(ids, cull(&reference, &everything));
 
-            // The same as handles, which are of pages.
-            let (mut found, mut list) = (FoundPages::new(), DrawList::new());
-            osp.find_pages(&everything, &mut found);
-            osp.list_found(&found, &mut list);
-            assert_eq!(list.len(), ids.len());
+            // The same as blocks.
+            let mut found = VisibleBlocks::new();
+            osp.frustum_cull_blocks(&everything, &mut found);
+            assert_eq!(found.to_vec().len(), ids.len());
+            assert_eq!(found.len(), ids.len());
 
             // A polygon outside, and it is not all in view any more.
             let outside = PolygonId(first + 20_000);

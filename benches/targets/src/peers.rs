@@ -3,9 +3,9 @@
 use std::cell::RefCell;
 
 use osp::{
-    index::{DrawList, FoundPages, IndexConfig, Osp, SpatialIndex},
+    index::{DrawList, IndexConfig, Osp, SpatialIndex},
     math::{Aabb, Frustum},
-    polygon::PolygonId,
+    polygon::{PolygonId, VisibleBlocks},
     rivals::{IndexKind, PeerKind},
 };
 
@@ -30,7 +30,7 @@ pub struct Kind {
 
 pub const KINDS: &[Kind] = &[
     Kind { name: "osp", rebuilds: false, peer: false, make: |c| own(IndexKind::Osp, c) },
-    Kind { name: "osp, as pages", rebuilds: false, peer: false, make: |c| Box::new(Pages::new(c)) },
+    Kind { name: "osp, as blocks", rebuilds: false, peer: false, make: |c| Box::new(Blocks::new(c)) },
     Kind { name: "brute-simd", rebuilds: false, peer: false, make: |c| own(IndexKind::BruteSimd, c) },
     Kind { name: "time-order", rebuilds: false, peer: false, make: |c| own(IndexKind::TimeOrder, c) },
     Kind { name: "octree-rebuild", rebuilds: true, peer: false, make: |c| own(IndexKind::OctreeRebuild, c) },
@@ -71,19 +71,19 @@ impl Subject for Own {
     }
 }
 
-/// The fast tree answering with handles; they are turned into ids only where answers are compared.
-struct Pages {
+/// The fast tree answering with blocks; they are turned into ids only where answers are compared.
+struct Blocks {
     tree: Osp,
-    found: RefCell<FoundPages>,
+    found: RefCell<VisibleBlocks>,
 }
 
-impl Pages {
+impl Blocks {
     fn new(config: &IndexConfig) -> Self {
         Self { tree: Osp::new(config), found: RefCell::default() }
     }
 }
 
-impl Subject for Pages {
+impl Subject for Blocks {
     fn insert(&mut self, id: u32, bounds: &Aabb) {
         self.tree.insert(PolygonId(id), bounds).expect("finite boxes, each id once");
     }
@@ -95,11 +95,11 @@ impl Subject for Pages {
     fn cull(&self, frustum: &Frustum, _out: &mut DrawList) {
         let mut found = self.found.borrow_mut();
         found.clear();
-        self.tree.find_pages(frustum, &mut found);
+        self.tree.frustum_cull_blocks(frustum, &mut found);
     }
 
     fn list(&self, out: &mut DrawList) {
-        self.tree.list_found(&self.found.borrow(), out);
+        out.extend(self.found.borrow().ids());
     }
 
     fn bytes(&self) -> usize {

@@ -1,23 +1,20 @@
-//! Where the answer of a query goes: ids, blocks, or pages and runs.
+//! Where the answer of a query goes: ids or blocks.
 
 use std::ops::Range;
 
-use super::{ids::IdMap, index::Osp, layout::Page};
+use super::{ids::IdMap, layout::Page};
 use crate::{
     index::{
         DrawList,
-        simd::{IdWriter, Kernel, PageRuns, WithKernel},
+        simd::{IdWriter, Kernel, PageRuns},
     },
-    polygon::{BLOCK, PolygonId},
+    polygon::BLOCK,
 };
 
 /// Where the answer goes.
 pub(super) trait Answer {
     /// What is known when it is complete.
     type Done;
-
-    /// Whether pages are read at all.
-    const READS_PAGES: bool;
 
     /// Polygons `first + bit` of a mask.
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
@@ -31,7 +28,7 @@ pub(super) trait Answer {
     /// Some runs of a page.
     fn lanes<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, lanes: u32);
 
-    /// All polygons that are in the index. Only where pages are read.
+    /// All polygons that are in the index.
     fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
 
     /// Entries so far.
@@ -52,8 +49,6 @@ impl<'a> Ids<'a> {
 
 impl Answer for Ids<'_> {
     type Done = ();
-
-    const READS_PAGES: bool = true;
 
     #[inline(always)]
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
@@ -137,8 +132,6 @@ impl<'a> Blocks<'a> {
 impl Answer for Blocks<'_> {
     type Done = (Range<usize>, usize);
 
-    const READS_PAGES: bool = true;
-
     #[inline(always)]
     fn run<K: Kernel>(&mut self, _kernel: K, first: u32, mask: u32) {
         if mask != 0 {
@@ -196,129 +189,4 @@ impl Answer for Blocks<'_> {
 fn runs_of(page: &Page) -> PageRuns<'_> {
     let (gaps, single) = (u32::from(page.gaps), u32::from(page.exact));
     PageRuns { first: &page.first, masks: &page.masks, gaps, single }
-}
-
-/// The answer of a query as handles: pages of the tree of which some runs are seen as a whole, and runs of which some
-/// polygons are seen. Much shorter than a list of ids, for whoever keeps something by page, or wants to know how much
-/// is seen before anything is listed. It stands until the tree changes.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct FoundPages {
-    pages: Vec<FoundPage>,
-    runs: Vec<FoundRun>,
-}
-
-/// Runs of a page.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FoundPage {
-    /// The page's number.
-    pub page: u32,
-    /// A bit for each of its runs that is seen as a whole; the page has sixteen at most.
-    pub runs: u16,
-}
-
-/// Polygons of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FoundRun {
-    /// The id that bit 0 stands for.
-    pub first: PolygonId,
-    /// A bit for each polygon that is seen: `first + bit`.
-    pub polygons: u16,
-}
-
-impl FoundPages {
-    /// An empty answer.
-    pub const fn new() -> Self {
-        Self { pages: Vec::new(), runs: Vec::new() }
-    }
-
-    /// Empties it; keeps the memory.
-    pub fn clear(&mut self) {
-        self.pages.clear();
-        self.runs.clear();
-    }
-
-    /// The pages of which runs are seen as a whole.
-    pub fn pages(&self) -> &[FoundPage] {
-        &self.pages
-    }
-
-    /// The runs of which some polygons are seen.
-    pub fn runs(&self) -> &[FoundRun] {
-        &self.runs
-    }
-}
-
-/// The answer as handles.
-pub(super) struct Handles<'a>(pub(super) &'a mut FoundPages);
-
-impl Answer for Handles<'_> {
-    type Done = ();
-
-    const READS_PAGES: bool = false;
-
-    #[inline(always)]
-    fn run<K: Kernel>(&mut self, _kernel: K, first: u32, mask: u32) {
-        if mask != 0 {
-            self.0.runs.push(FoundRun { first: PolygonId(first), polygons: mask as u16 });
-        }
-    }
-
-    #[inline(always)]
-    fn page<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, runs: u32) {
-        self.lanes(kernel, number, page, (1 << (runs & 31)) - 1);
-    }
-
-    #[inline(always)]
-    fn single<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, count: u32) {
-        self.page(kernel, number, page, count);
-    }
-
-    #[inline(always)]
-    fn lanes<K: Kernel>(&mut self, _kernel: K, number: u32, _page: &Page, lanes: u32) {
-        if lanes != 0 {
-            self.0.pages.push(FoundPage { page: number, runs: lanes as u16 });
-        }
-    }
-
-    #[inline(always)]
-    fn all<K: Kernel>(&mut self, _kernel: K, _ids: &IdMap) {}
-
-    #[inline(always)]
-    fn count(&self) -> usize {
-        self.0.pages.len() + self.0.runs.len()
-    }
-
-    #[inline(always)]
-    fn finish(self) {}
-}
-
-/// Turns handles into ids.
-struct List<'a> {
-    osp: &'a Osp,
-    found: &'a FoundPages,
-    ids: Ids<'a>,
-}
-
-impl WithKernel for List<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<K: Kernel>(mut self, kernel: K) {
-        for &FoundPage { page: number, runs } in &self.found.pages {
-            let Some(page) = self.osp.pages.get(number) else { continue };
-            self.ids.lanes(kernel, number, page, u32::from(runs) & page.used());
-        }
-        for &FoundRun { first, polygons } in &self.found.runs {
-            self.ids.run(kernel, first.0, u32::from(polygons));
-        }
-        self.ids.finish();
-    }
-}
-
-impl Osp {
-    /// Appends the ids that an answer stands for. The tree must not have changed since the query; if it has, the ids
-    /// are those of whatever is in the pages now.
-    pub fn list_found(&self, found: &FoundPages, draw_list: &mut DrawList) {
-        self.backend.run(List { osp: self, found, ids: Ids::new(draw_list) });
-    }
 }

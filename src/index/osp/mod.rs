@@ -48,5 +48,4 @@ mod tuning;
 mod validate;
 mod visit;
 
-pub use answer::{FoundPage, FoundPages, FoundRun};
 pub use index::Osp;

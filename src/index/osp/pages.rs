@@ -97,12 +97,6 @@ impl Pages {
         &self.boxes[number].boxes
     }
 
-    /// A page by any number.
-    #[inline]
-    pub(super) fn get(&self, number: u32) -> Option<&Page> {
-        self.heads.get(number)
-    }
-
     /// A page by its number, without a check.
     ///
     /// # Safety

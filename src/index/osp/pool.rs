@@ -101,12 +101,6 @@ impl<T: Pooled> Pool<T> {
         self.live -= 1;
     }
 
-    /// The entry of any number, in use or not.
-    #[inline]
-    pub(super) fn get(&self, i: u32) -> Option<&T> {
-        self.chunks.get((i >> Self::SHIFT) as usize)?.get(i as usize & (Self::CHUNK - 1))
-    }
-
     /// The entry of a number, without a check.
     ///
     /// # Safety

@@ -12,7 +12,7 @@
 use std::mem::MaybeUninit;
 
 use super::{
-    answer::{Answer, Blocks, FoundPages, Handles, Ids},
+    answer::{Answer, Blocks, Ids},
     index::Osp,
     layout::{Bucket, Node, Page, PageBoxes, Target},
     pool::NONE,
@@ -44,12 +44,6 @@ impl Osp {
             self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer });
         visible.note_filled(blocks, found);
         work
-    }
-
-    /// The query of [`crate::index::SpatialIndex::frustum_cull`] with its answer as handles, appended to `found`. Of
-    /// the work, `reported` and `taken_whole` count handles, not polygons.
-    pub fn find_pages(&self, frustum: &Frustum, found: &mut FoundPages) -> WorkCounts {
-        self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer: Handles(found) }).0
     }
 }
 
@@ -248,7 +242,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let mut nodes = List::new();
         let top = Below { number: self.osp.top, planes: PlaneSet::ALL };
         let node = self.node_of(top.number);
-        if A::READS_PAGES && self.osp.ids.entries() <= self.osp.len && self.holds_all(node) {
+        if self.osp.ids.entries() <= self.osp.len && self.holds_all(node) {
             // The order of ids is the order of memory, and nothing of the tree has to be read.
             self.answer.all(self.kernel, &self.osp.ids);
         } else if !self.osp.is_flat {
@@ -379,11 +373,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             let i = seen.trailing_zeros() as usize & 15;
             seen &= seen - 1;
             let below = Below { number: bucket.pages[i], planes: sides.planes_at(planes, i) };
-            if below.planes == 0 && !A::READS_PAGES {
-                self.whole_page(bucket, i);
-            } else {
-                self.wait_for_page(below);
-            }
+            self.wait_for_page(below);
         }
     }
 
@@ -393,12 +383,6 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     fn whole_bucket(&mut self, bucket: &Bucket) {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         self.work.nodes += pages.len() as u64;
-        if !A::READS_PAGES {
-            for i in 0..pages.len() {
-                self.whole_page(bucket, i);
-            }
-            return;
-        }
         for (i, &number) in pages.iter().enumerate() {
             let single = bucket.single >> i & 1 == 1;
             let page: *const Page = self.page(number);
@@ -412,13 +396,6 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         while self.whole.len() > WHOLE_WAIT {
             self.next_whole();
         }
-    }
-
-    /// Hands a page of a bucket out unread.
-    #[inline(always)]
-    fn whole_page(&mut self, bucket: &Bucket, i: usize) {
-        let number = bucket.pages[i];
-        self.answer.page(self.kernel, number, self.page(number), u32::from(bucket.counts[i]));
     }
 
     #[inline(always)]
