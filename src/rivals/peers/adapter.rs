@@ -6,7 +6,7 @@ use crate::{
 };
 
 /// What another crate's tree has to do.
-pub(super) trait PeerTree: Default + Send {
+pub(super) trait PeerTree: Default + Send + Sync {
     fn insert(&mut self, id: u32, bounds: &Aabb);
 
     /// Takes out what is known to be there, with this box.

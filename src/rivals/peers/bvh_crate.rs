@@ -1,4 +1,4 @@
-use std::cell::RefCell;
+use std::sync::{Mutex, PoisonError};
 
 use ::bvh::{
     aabb::Bounded,
@@ -44,7 +44,7 @@ pub(super) struct BvhCrate {
     tree: Option<Bvh<f32, 3>>,
     /// Something was taken out since the last commit.
     is_stale: bool,
-    stack: RefCell<Vec<(usize, PlaneMask)>>,
+    stack: Mutex<Vec<(usize, PlaneMask)>>,
 }
 
 impl PeerTree for BvhCrate {
@@ -72,7 +72,7 @@ impl PeerTree for BvhCrate {
 
     fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
         let Some(tree) = &self.tree else { return };
-        let mut stack = self.stack.borrow_mut();
+        let mut stack = self.stack.lock().unwrap_or_else(PoisonError::into_inner);
         stack.push((0, PlaneMask::ALL));
         while let Some((at, mask)) = stack.pop() {
             match &tree.nodes[at] {

@@ -1,4 +1,4 @@
-use std::cell::RefCell;
+use std::sync::{Mutex, PoisonError};
 
 use obvhs::{
     bvh2::{Bvh2, node::Bvh2Node},
@@ -20,7 +20,7 @@ fn box_of(bounds: &Aabb) -> obvhs::aabb::Aabb {
 #[derive(Default)]
 pub(super) struct Growing {
     tree: Bvh2,
-    stack: RefCell<Vec<(u32, PlaneMask)>>,
+    stack: Mutex<Vec<(u32, PlaneMask)>>,
 }
 
 impl Growing {
@@ -28,7 +28,7 @@ impl Growing {
         if self.tree.nodes.is_empty() {
             return;
         }
-        let mut stack = self.stack.borrow_mut();
+        let mut stack = self.stack.lock().unwrap_or_else(PoisonError::into_inner);
         stack.push((0, PlaneMask::ALL));
         while let Some((at, mask)) = stack.pop() {
             let node = &self.tree.nodes[at as usize];
