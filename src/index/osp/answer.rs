@@ -147,8 +147,18 @@ impl Answer for Blocks<'_> {
     }
 
     #[inline(always)]
-    fn single<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, count: u32) {
-        self.page(kernel, number, page, count);
+    fn single<K: Kernel>(&mut self, _kernel: K, _number: u32, page: &Page, count: u32) {
+        let ids = &page.first[..(count as usize).min(BLOCK)];
+        let (mut low, mut high) = (u32::MAX, 0);
+        for &id in ids {
+            self.masks[id as usize / BLOCK] |= 1 << (id % BLOCK as u32);
+            (low, high) = (low.min(id), high.max(id));
+        }
+        if !ids.is_empty() {
+            self.begin = self.begin.min(low as usize / BLOCK);
+            self.end = self.end.max(high as usize / BLOCK + 1);
+            self.found += ids.len();
+        }
     }
 
     #[inline(always)]
