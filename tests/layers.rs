@@ -1,0 +1,113 @@
+//! The layers of the library: a module knows only what its layer may know.
+
+use std::{collections::BTreeSet, fs, path::Path};
+
+/// Each module and the modules that it may name, besides itself.
+const LAYERS: [(&str, &[&str]); 13] = [
+    ("math", &[]),
+    ("polygon", &["math"]),
+    ("index", &["math", "polygon"]),
+    ("view", &["math", "small_file"]),
+    ("occlusion", &["math", "polygon", "index", "view"]),
+    ("frame", &["math", "polygon", "index", "view", "occlusion"]),
+    ("recording", &["math", "atomic_file", "small_file"]),
+    ("stroke", &["math", "polygon", "recording"]),
+    ("scene", &["math", "polygon", "recording", "stroke"]),
+    ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
+    ("rivals", &["math", "polygon", "index"]),
+    ("render", &["math", "polygon", "view", "frame", "recording", "stroke", "scene", "atomic_file"]),
+    (
+        "lab",
+        &[
+            "math",
+            "polygon",
+            "index",
+            "view",
+            "occlusion",
+            "frame",
+            "recording",
+            "stroke",
+            "scene",
+            "replay",
+            "rivals",
+            "render",
+            "atomic_file",
+            "small_file",
+        ],
+    ),
+];
+
+/// The modules of the crate that some code names: `crate::name` and the first names in `crate::{...}`.
+fn named(code: &str) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    for (at, word) in code.match_indices("crate::") {
+        if code[..at].ends_with(|letter: char| letter.is_ascii_alphanumeric() || letter == '_') {
+            continue;
+        }
+        let part = &code[at + word.len()..];
+        let Some(list) = part.strip_prefix('{') else {
+            names.insert(first_word(part));
+            continue;
+        };
+        let (mut depth, mut is_start) = (0, true);
+        for (at, letter) in list.char_indices() {
+            match letter {
+                '{' => depth += 1,
+                '}' if depth == 0 => break,
+                '}' => depth -= 1,
+                ',' if depth == 0 => is_start = true,
+                _ if is_start && letter.is_ascii_lowercase() => {
+                    names.insert(first_word(&list[at..]));
+                    is_start = false;
+                }
+                _ => {}
+            }
+        }
+    }
+    names
+}
+
+fn first_word(text: &str) -> String {
+    text.chars().take_while(|letter| letter.is_ascii_alphanumeric() || *letter == '_').collect()
+}
+
+fn look(folder: &Path, module: &str, allowed: &[&str], upwards: &mut Vec<String>) -> usize {
+    let mut looked_at = 0;
+    for entry in fs::read_dir(folder).expect("a folder of sources") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            looked_at += look(&path, module, allowed, upwards);
+            continue;
+        }
+        if path.extension().is_none_or(|extension| extension != "rs") {
+            continue;
+        }
+        looked_at += 1;
+        let text = fs::read_to_string(&path).expect("a source");
+        // Tests may know everything; comments name nothing that is compiled.
+        let code = text.split("#[cfg(test)]\nmod").next().unwrap_or_default();
+        let code = code.split("#[cfg(all(test").next().unwrap_or_default();
+        let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let code: String = lines.flat_map(|line| [line, "\n"]).collect();
+        let is_upwards = |name: &String| *name != module && !allowed.contains(&name.as_str());
+        let found = named(&code).into_iter().filter(is_upwards);
+        upwards.extend(found.map(|name| format!("{} knows {name}", path.display())));
+    }
+    looked_at
+}
+
+#[test]
+fn no_module_knows_one_of_a_higher_layer() {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut upwards = Vec::new();
+    for (module, allowed) in LAYERS {
+        assert!(look(&sources.join(module), module, allowed, &mut upwards) > 1, "{module}");
+    }
+    assert!(upwards.is_empty(), "{upwards:#?}");
+}
+
+#[test]
+fn what_code_names_is_found() {
+    let code = "use crate::{math::{Aabb, Ray}, scene, polygon::Change};\nlet x = crate::lab::verify();";
+    assert!(named(code).iter().eq(["lab", "math", "polygon", "scene"]));
+}
