@@ -22,6 +22,8 @@ mod allocations;
 mod command;
 #[path = "occlusion/counterexamples.rs"]
 mod counterexamples;
+#[path = "support/counting.rs"]
+mod counting;
 #[path = "occlusion/culling.rs"]
 mod culling;
 #[path = "occlusion/edits.rs"]

@@ -237,11 +237,9 @@ impl Studio {
         }
     }
 
-    /// A model is replaced by a model, nothing else, and asked for.
+    /// A model is replaced by a model, and asked for; what is no model is refused by the export.
     pub(super) fn ask_to_export(&mut self, path: PathBuf) {
-        if let Err(error) = check_output(&path, OutputKind::Glb, false) {
-            self.say(error.to_string());
-        } else if path.is_file() {
+        if path.is_file() && check_output(&path, OutputKind::Glb, false).is_ok() {
             self.ask(Question::ExportOver(path));
         } else {
             self.export_gltf(&path);

@@ -6,8 +6,7 @@ use glam::Vec3;
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use crate::polygon::PolygonId;
-use crate::scene::Scene;
+use crate::{polygon::PolygonId, scene::Scene};
 
 /// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers.
 const VERTEX_BYTES: usize = 12 + 12 + 8;

@@ -1,13 +1,15 @@
 //! Box and ray queries that work on every index: the first as a frustum, the second as a walk.
 
+use std::collections::BinaryHeap;
+
+use glam::Vec3;
+
 use super::{Node, SpatialIndex, Visit, Visitor, WorkCounts};
 use crate::{
     index::DrawList,
     math::{Aabb, Frustum, Plane, Ray, Sphere, is_no_later},
     polygon::PolygonId,
 };
-use glam::Vec3;
-use std::collections::BinaryHeap;
 
 /// A ray goes on looking this much (relative) beyond the nearest hit so far, because a polygon test and a box test
 /// round differently. Larger: a few more polygons are asked.

@@ -15,6 +15,8 @@
 //! * [`Coverage::PixelCenters`] is the paper's: a polygon counts as covering a pixel whose centre it covers, so what
 //!   shows by less than half a pixel may be hidden.
 
+use glam::{DVec2, DVec3, Vec3};
+
 use super::{
     BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, cone,
     raster::Raster,
@@ -25,7 +27,6 @@ use crate::{
     polygon::ConvexPolygon,
     view::ViewWindow,
 };
-use glam::{DVec2, DVec3, Vec3};
 
 /// Pixels of a block: 8 wide, 4 high, one bit each.
 const BLOCK: [i32; 2] = [8, 4];

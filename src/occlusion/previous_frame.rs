@@ -10,12 +10,13 @@
 //! is culled. Edges between neighbours in a ribbon would stay open by it: each two neighbours that share an edge are
 //! filled in as one outline, too, where that is convex.
 
+use glam::Vec3;
+
 use super::{DepthBuffer, DepthConfig, OcclusionCuller, ShadowVolume, Soundness, Verdict, patch::Patch};
 use crate::{
     polygon::{Geometry, PolygonId, VisibleBlocks},
     view::ViewWindow,
 };
-use glam::Vec3;
 
 /// Polygons with neighbouring numbers that are tested as one first.
 const GROUP: usize = 4;

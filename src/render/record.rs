@@ -1,7 +1,6 @@
 use bytemuck::{Pod, Zeroable};
 
-use crate::polygon::PolygonId;
-use crate::scene::Scene;
+use crate::{polygon::PolygonId, scene::Scene};
 
 /// A polygon as the vertex shader reads it: four corners (a triangle repeats its last), the colour in the first spare
 /// word, as red, green, blue, opacity from the lowest byte.

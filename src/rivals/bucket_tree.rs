@@ -5,6 +5,8 @@ mod cull;
 mod edit;
 mod validate;
 
+use glam::Vec3;
+
 use super::{
     buckets::{Buckets, NOWHERE, Spot},
     by_id::{ById, FiledBoxes},
@@ -17,7 +19,6 @@ use crate::{
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
 };
-use glam::Vec3;
 
 /// Blocks of sixteen polygons of a bucket: a full leaf.
 const BLOCKS: usize = 4;

@@ -1,3 +1,5 @@
+use glam::Vec3;
+
 use super::{
     by_id::{ById, FiledBoxes},
     flat_tree::{FlatTree, Item, Tightness},
@@ -10,7 +12,6 @@ use crate::{
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
 };
-use glam::Vec3;
 
 /// A tree that is refitted may grow to this multiple of the relative surface it was built with; then it is rebuilt.
 /// Larger: cheaper commits, slower queries.

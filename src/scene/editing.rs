@@ -3,8 +3,10 @@
 use glam::Vec3;
 
 use super::{Scene, edit::Edit, group, model::Untold};
-use crate::polygon::Change;
-use crate::recording::{GroupId, StrokeId, Transform};
+use crate::{
+    polygon::Change,
+    recording::{GroupId, StrokeId, Transform},
+};
 
 impl Scene {
     pub(super) fn record(&mut self, edit: Edit) {

@@ -1,6 +1,7 @@
+use glam::Vec3;
+
 use super::{Drops, Sample, split_into_convex, triangulate::flatten};
 use crate::{polygon::ConvexPolygon, recording::Event};
-use glam::Vec3;
 
 /// Makes one planar polygon whose corners are the samples; it is there when the stroke ends.
 #[derive(Clone, Debug, Default)]

@@ -13,7 +13,7 @@ pub enum ClipDepth {
 
 /// A view from a matrix is wider than the matrix by this part of it, because its own numbers are `f32`, too.
 const WIDENING: f64 = 1.0e-6;
-/// Largest cosine between the screen's axes, and between them and the direction of view.
+/// Largest cosine between the screen's axes.
 const MOST_SHEAR: f64 = 1.0e-4;
 
 impl View {
@@ -68,7 +68,7 @@ impl View {
             return None;
         }
         // Whether y points up or down, the same is seen.
-        let up = right.cross(-forward) * -1.0;
+        let up = right.cross(forward);
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
             let corner = direction_from_clip * DVec3::new(x, y, 1.0);
             corner / corner.dot(forward)

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::{
-    allocations::allocations,
+    counting::allocations,
     random::Random,
     session::{Told, polygon, ribbon, view},
 };

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::{
-    allocations::allocations,
+    counting::allocations,
     judge::{is_blocked, points_of_box},
     random::{Polygon, Random, volume},
     session::{Told, polygon, polygon_of, ribbon, view},

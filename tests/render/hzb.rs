@@ -1,11 +1,10 @@
 //! Culling while drawing changes no pixel, whatever comes, goes and moves; and it does find something.
 
-use crate::scenes::set;
 use std::{path::Path, sync::Arc};
 
 use super::{
     identity::shipped,
-    scenes::{all_ids, apply, gpu, sketch, square, view_from, winding_stroke},
+    scenes::{all_ids, apply, gpu, set, sketch, square, view_from, winding_stroke},
 };
 use glam::Vec3;
 use osp::{

@@ -1,14 +1,13 @@
 //! Guarantee "nothing visible is ever culled", on every shipped session, as pixels: the picture of what is left is the
 //! picture of everything.
 
-use crate::scenes::set;
 use std::{
     fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
 
-use super::scenes::{all_ids, gpu};
+use super::scenes::{all_ids, gpu, set};
 use osp::{
     frame::{OcclusionChoice, OcclusionPass, PassConfig, Pipeline, StageClock},
     index::IndexConfig,

@@ -1,7 +1,6 @@
-use crate::scenes::set;
 use std::sync::Arc;
 
-use super::scenes::{all_ids, apply, gpu, sketch, square, view_from, winding_stroke};
+use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from, winding_stroke};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, DrawList, SpatialIndex},

@@ -1,11 +1,10 @@
 //! What was right for an earlier frame must not be taken for this one: another picture, other polygons of the same numbers.
 
-use crate::scenes::set;
 use std::sync::Arc;
 
 use super::{
     hzb::HZB,
-    scenes::{all_ids, apply, gpu, square, view_from},
+    scenes::{all_ids, apply, gpu, set, square, view_from},
 };
 use glam::Vec3;
 use osp::{
@@ -118,17 +117,23 @@ fn what_is_hidden_in_a_large_picture_is_hidden_in_a_smaller_one() {
     }
 }
 
-/// Numbers are given out again when a session is taken back: what could be seen through was another polygon.
-#[test]
-fn a_number_that_was_transparent_is_opaque_when_it_is_given_out_again() {
-    let Some(gpu) = gpu() else { return };
-    let target = Target::new(&gpu, 160, 120).expect("a target");
-    let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
+/// A green square and glass before it are drawn, and the glass is taken back: its number is free.
+fn glass_that_is_taken_back(gpu: &Arc<Gpu>) -> (Target, Renderer, ViewSlot, Event) {
+    let target = Target::new(gpu, 160, 120).expect("a target");
+    let mut renderer = Renderer::new(Arc::clone(gpu), &RendererConfig::default());
     let mut slot = renderer.create_view_slot();
     let back = square(Vec3::new(0.0, 0.0, -0.5), 0.8, GREEN);
     let glass = scene_of(&[back.clone(), square(Vec3::ZERO, 0.5, GLASS)]);
     draw(&mut renderer, &mut slot, &target, &glass, &view());
     renderer.forget_from(1);
+    (target, renderer, slot, back)
+}
+
+/// Numbers are given out again when a session is taken back: what could be seen through was another polygon.
+#[test]
+fn a_number_that_was_transparent_is_opaque_when_it_is_given_out_again() {
+    let Some(gpu) = gpu() else { return };
+    let (target, mut renderer, mut slot, back) = glass_that_is_taken_back(&gpu);
     // Drawn after, as what can be seen through is, it would hide what is before it.
     let front = square(Vec3::new(0.2, 0.0, 0.5), 0.3, GLASS);
     let solid = scene_of(&[back, square(Vec3::ZERO, 0.5, RED), front]);
@@ -148,13 +153,7 @@ fn a_number_that_was_transparent_is_opaque_when_it_is_given_out_again() {
 #[test]
 fn an_opaque_polygon_with_the_number_of_a_transparent_one_does_not_cover_glass() {
     let Some(gpu) = gpu() else { return };
-    let target = Target::new(&gpu, 160, 120).expect("a target");
-    let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
-    let mut slot = renderer.create_view_slot();
-    let back = square(Vec3::new(0.0, 0.0, -0.5), 0.8, GREEN);
-    let glass = scene_of(&[back.clone(), square(Vec3::ZERO, 0.5, GLASS)]);
-    draw(&mut renderer, &mut slot, &target, &glass, &view());
-    renderer.forget_from(1);
+    let (target, mut renderer, mut slot, back) = glass_that_is_taken_back(&gpu);
     // Before the opaque one in the picture's right half; its middle lies far to the side.
     let wide = square(Vec3::new(2.5, 0.0, 0.3), 2.4, GLASS);
     let solid = scene_of(&[back, square(Vec3::ZERO, 0.5, RED), wide]);

@@ -1,12 +1,11 @@
 //! What was moved while it could not be seen is drawn where it is: a drawer that follows a session, frame by frame and
 //! through jumps, against one that meets the model for the first time.
 
-use crate::scenes::set;
 use std::sync::Arc;
 
 use super::{
     editor::Editor,
-    scenes::{all_ids, apply, gpu, square},
+    scenes::{all_ids, apply, gpu, set, square},
 };
 use glam::Vec3;
 use osp::{

@@ -1,7 +1,9 @@
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-use crate::app::{command::Command, studio::ToolChoice};
-use crate::recording::Tool;
+use crate::{
+    app::{command::Command, studio::ToolChoice},
+    recording::Tool,
+};
 
 /// What a shortcut does.
 #[derive(Clone, Copy, Debug)]

@@ -20,13 +20,13 @@ pub(super) trait Answer {
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
 
     /// The first `runs` runs of a page.
-    fn page<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, runs: u32);
+    fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32);
 
     /// The first `count` runs of a page of single polygons.
-    fn single<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, count: u32);
+    fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32);
 
     /// Some runs of a page.
-    fn lanes<K: Kernel>(&mut self, kernel: K, number: u32, page: &Page, lanes: u32);
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32);
 
     /// All polygons that are in the index.
     fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
@@ -56,17 +56,17 @@ impl Answer for Ids<'_> {
     }
 
     #[inline(always)]
-    fn page<K: Kernel>(&mut self, kernel: K, _number: u32, page: &Page, runs: u32) {
+    fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
         self.0.push_page(kernel, runs_of(page), runs);
     }
 
     #[inline(always)]
-    fn single<K: Kernel>(&mut self, kernel: K, _number: u32, page: &Page, count: u32) {
+    fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32) {
         self.0.push_copy(kernel, &page.first, count);
     }
 
     #[inline(always)]
-    fn lanes<K: Kernel>(&mut self, kernel: K, _number: u32, page: &Page, lanes: u32) {
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
         self.0.push_lanes(kernel, runs_of(page), lanes);
     }
 
@@ -140,14 +140,14 @@ impl Answer for Blocks<'_> {
     }
 
     #[inline(always)]
-    fn page<K: Kernel>(&mut self, _kernel: K, _number: u32, page: &Page, runs: u32) {
+    fn page<K: Kernel>(&mut self, _kernel: K, page: &Page, runs: u32) {
         for (&first, &mask) in page.first.iter().zip(&page.masks).take(runs as usize) {
             self.or(first, u32::from(mask));
         }
     }
 
     #[inline(always)]
-    fn single<K: Kernel>(&mut self, _kernel: K, _number: u32, page: &Page, count: u32) {
+    fn single<K: Kernel>(&mut self, _kernel: K, page: &Page, count: u32) {
         let ids = &page.first[..(count as usize).min(BLOCK)];
         let (mut low, mut high) = (u32::MAX, 0);
         for &id in ids {
@@ -162,7 +162,7 @@ impl Answer for Blocks<'_> {
     }
 
     #[inline(always)]
-    fn lanes<K: Kernel>(&mut self, _kernel: K, _number: u32, page: &Page, lanes: u32) {
+    fn lanes<K: Kernel>(&mut self, _kernel: K, page: &Page, lanes: u32) {
         let mut left = lanes & 0xFFFF;
         while left != 0 {
             let lane = left.trailing_zeros() as usize & 15;

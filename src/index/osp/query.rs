@@ -403,9 +403,9 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let Whole { number, runs, single } = self.whole.pop();
         let page = self.page(number);
         if single {
-            self.answer.single(self.kernel, number, page, u32::from(runs));
+            self.answer.single(self.kernel, page, u32::from(runs));
         } else {
-            self.answer.page(self.kernel, number, page, u32::from(runs));
+            self.answer.page(self.kernel, page, u32::from(runs));
         }
     }
 
@@ -424,7 +424,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let page = self.page(number);
         self.work.nodes += 1;
         if planes == 0 {
-            self.answer.page(self.kernel, number, page, u32::from(page.runs));
+            self.answer.page(self.kernel, page, u32::from(page.runs));
             return;
         }
         let boxes = self.page_boxes(number);
@@ -434,7 +434,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         // A run of one has its polygon's own box: it has had its test.
         let exact = u32::from(page.exact);
         self.tested += u64::from((seen & exact).count_ones());
-        self.answer.lanes(self.kernel, number, page, seen & (exact | !sides.cut));
+        self.answer.lanes(self.kernel, page, seen & (exact | !sides.cut));
         let cut = seen & sides.cut & !exact;
         let once = sides.cut_once(planes);
         let mut left = planes;

@@ -1,5 +1,6 @@
-use crate::math::Aabb;
 use glam::{Vec3, Vec4, Vec4Swizzles};
+
+use crate::math::Aabb;
 
 /// `N` boxes, one array per number: `[min x, min y, min z, max x, max y, max z]`.
 #[derive(Clone, Copy, Debug)]

@@ -7,9 +7,10 @@ use glam::{Quat, Vec3};
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, de};
 
-use crate::math::COORDINATE_LIMIT_M;
-use crate::recording::limits::beyond;
-use crate::recording::{OpenOptions, Place, RecordingError};
+use crate::{
+    math::COORDINATE_LIMIT_M,
+    recording::{OpenOptions, Place, RecordingError, limits::beyond},
+};
 
 /// Greatest time that is read, seconds: 30,000 years.
 const GREATEST_TIME_SECS: f64 = 1e12;

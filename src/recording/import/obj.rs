@@ -9,11 +9,16 @@ use std::path::Path;
 use glam::Vec3;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::lines::{LineReader, shown};
-use super::session_name;
-use crate::math::COORDINATE_LIMIT_M;
-use crate::recording::limits::beyond;
-use crate::recording::{Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session};
+use super::{
+    lines::{LineReader, shown},
+    session_name,
+};
+use crate::{
+    math::COORDINATE_LIMIT_M,
+    recording::{
+        Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session, limits::beyond,
+    },
+};
 
 /// Colour of faces that no group or material names, sRGB.
 const PLAIN: [f32; 3] = [0.72, 0.72, 0.70];

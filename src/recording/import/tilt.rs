@@ -11,13 +11,18 @@ use std::path::{Path, PathBuf};
 use glam::{Quat, Vec3};
 use serde::Deserialize;
 
-use super::archive::Archive;
-use super::bytes::ByteReader;
-use super::strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream};
-use super::{axes, session_name};
-use crate::math::rotate;
-use crate::recording::{Camera, Event, Header, Limits, NormalRule, OpenOptions, RecordingError, Session};
-use crate::small_file::open_regular;
+use super::{
+    archive::Archive,
+    axes,
+    bytes::ByteReader,
+    session_name,
+    strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream},
+};
+use crate::{
+    math::rotate,
+    recording::{Camera, Event, Header, Limits, NormalRule, OpenOptions, RecordingError, Session},
+    small_file::open_regular,
+};
 
 /// The first bytes of a file.
 pub(super) const MAGIC: &[u8] = b"tilT";

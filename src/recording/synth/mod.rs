@@ -23,11 +23,11 @@ mod vector;
 use std::fmt;
 use std::str::FromStr;
 
+use artist::{Artist, Subject};
+use glam::Vec3;
 use thiserror::Error;
 
 use super::{Event, EventSource, Header, RecordingError, Root, Session};
-use artist::{Artist, Subject};
-use glam::Vec3;
 
 /// What a synthetic session shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,6 +15,8 @@ mod cell;
 mod query;
 mod validate;
 
+use cell::LooseGrid;
+
 use super::{
     buckets::{self, Buckets, NOWHERE, Spot},
     by_id::{ById, FiledBoxes},
@@ -25,7 +27,6 @@ use crate::{
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
-use cell::LooseGrid;
 
 /// Blocks of sixteen polygons of a bucket: about what a cell holds.
 const BLOCKS: usize = 2;

@@ -11,8 +11,9 @@ mod obvhs_crate;
 mod parry;
 mod rstar_crate;
 
-use crate::index::{IndexConfig, SpatialIndex};
 use adapter::Adapted;
+
+use crate::index::{IndexConfig, SpatialIndex};
 
 /// Another crate's tree, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
