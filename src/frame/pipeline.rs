@@ -157,6 +157,7 @@ impl Pipeline {
                     record.updated += 1;
                     self.follow(id, &geometry.bounds(id))
                 }
+                Change::Repaint(_) => continue,
             };
             if let (true, Ok(()), Change::Insert(id) | Change::Update(id)) = (wants_shapes, outcome, change)
                 && let Some(polygon) = geometry.polygon(id)

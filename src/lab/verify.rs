@@ -284,6 +284,7 @@ impl Verifier {
                 Change::Insert(id) => self.index.insert(id, scene.bounds(id)),
                 Change::Remove(id) => self.index.remove(id),
                 Change::Update(id) => self.index.update(id, scene.bounds(id)),
+                Change::Repaint(_) => Ok(()),
             };
         }
         self.pool.follow(scene, changes);

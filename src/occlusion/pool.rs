@@ -145,6 +145,7 @@ impl OccluderPool {
                     self.offer(geometry, id);
                 }
                 Change::Remove(id) => self.take_out(geometry, id),
+                Change::Repaint(_) => {}
                 Change::Update(id) => {
                     self.take_out(geometry, id);
                     self.offer(geometry, id);

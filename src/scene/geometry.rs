@@ -1,5 +1,6 @@
 use super::Scene;
 use crate::{
+    brush::Draw,
     math::Aabb,
     polygon::{ConvexPolygon, Geometry, PolygonId},
 };
@@ -18,11 +19,15 @@ impl Geometry for Scene {
     }
 
     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
-        Some(Self::polygon(self, id))
+        // What turns to the eye has no corners of its own.
+        (!self.surface(id).is_facing()).then(|| Self::polygon(self, id))
     }
 
     fn may_occlude(&self, id: PolygonId) -> bool {
-        let (.., opacity) = self.stroke_of(id).color();
-        opacity >= 1.0
+        let stroke = self.stroke_of(id);
+        match stroke.brush() {
+            Some(brush) => brush.draw == Draw::Opaque && !self.surface(id).is_facing(),
+            None => stroke.color().3 >= 1.0,
+        }
     }
 }

@@ -31,6 +31,7 @@ fn file(index: &mut dyn SpatialIndex, scene: &Scene, changes: &[Change]) {
         match *change {
             Change::Insert(id) => index.insert(id, scene.bounds(id)),
             Change::Remove(id) => index.remove(id),
+            Change::Repaint(_) => Ok(()),
             Change::Update(id) => index.update(id, scene.bounds(id)),
         }
         .expect("the index follows");
