@@ -9,6 +9,8 @@
 mod frame;
 mod pieces;
 mod polygon;
+#[cfg_attr(not(test), expect(dead_code, reason = "for the brushes"))]
+mod random;
 mod ribbon;
 mod triangulate;
 mod tube;
