@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::{output::complain, render::Size};
 use crate::{
-    frame::OcclusionChoice,
     lab::report::{DrawnWhileCulling, RunReport},
+    occlusion::Occlusion,
     recording::{Event, RecordingError},
     render::{DrawTimes, Gpu, GpuOcclusion, Layer, Offscreen, RendererConfig},
     replay::{LaneFrame, Replay},
@@ -25,7 +25,7 @@ impl Drawing {
     /// A drawing for lanes with these choices.
     pub(super) fn new(
         Size { width, height }: Size,
-        choices: impl IntoIterator<Item = Option<OcclusionChoice>>,
+        choices: impl IntoIterator<Item = Option<Occlusion>>,
     ) -> anyhow::Result<Self> {
         let gpu = Arc::new(Gpu::headless()?);
         complain(&format!("drawn by {}, {width} x {height} pixels", gpu.name()));

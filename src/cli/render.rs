@@ -25,10 +25,11 @@ use super::{
     session::OpenSession,
 };
 use crate::{
-    frame::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     lab::report::thousands,
     math::{rotate, unit},
+    occlusion::Occlusion,
     output_file::OutputKind,
     polygon::VisibleBlocks,
     recording::{Pace, Pacer},
@@ -78,7 +79,7 @@ pub(super) struct RenderArgs {
     index: IndexKind,
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
-    occlusion: OcclusionChoice,
+    occlusion: Occlusion,
     /// Draw every polygon of the model, without culling.
     #[arg(long, conflicts_with = "check")]
     no_cull: bool,
@@ -191,7 +192,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
-    let has_occlusion = args.occlusion.has_pass() || args.occlusion == OcclusionChoice::DepthLast;
+    let has_occlusion = args.occlusion.has_culler() || args.occlusion == Occlusion::DepthLast;
     // Pictures must not depend on the clock.
     let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
     let mut pipeline = pipeline.with_choice(pass, capacity);

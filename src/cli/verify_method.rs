@@ -4,15 +4,15 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 #[cfg(feature = "render")]
 use super::verify_drawn::drawn_methods;
+use crate::occlusion::Occlusion;
 #[cfg(feature = "render")]
 use crate::render::GpuOcclusion;
-use crate::{frame::OcclusionChoice, occlusion::CullerKind};
 
 /// A way to find what is hidden that can be compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Method {
     /// Before drawing, by the best of large occluders.
-    Culler(CullerKind),
+    Culler(Occlusion),
     /// Before drawing, by what was visible in the last frame.
     Last,
     /// While drawing.
@@ -23,7 +23,7 @@ pub(super) enum Method {
 impl Method {
     /// Those that cull before drawing and are sound.
     pub(super) fn sound() -> Vec<Self> {
-        CullerKind::sound().into_iter().map(Self::Culler).chain([Self::Last]).collect()
+        Occlusion::conservative_cullers().into_iter().map(Self::Culler).chain([Self::Last]).collect()
     }
 
     fn from_name(name: &str) -> Option<Self> {
@@ -31,15 +31,15 @@ impl Method {
         if let Some((name, occlusion)) = drawn_methods().find(|(other, _)| *other == name) {
             return Some(Self::Drawn(name, occlusion));
         }
-        if name == OcclusionChoice::DepthLast.name() {
+        if name == Occlusion::DepthLast.name() {
             return Some(Self::Last);
         }
-        CullerKind::from_name(name).map(Self::Culler)
+        Occlusion::from_name(name).filter(|method| Occlusion::CULLERS.contains(method)).map(Self::Culler)
     }
 }
 
 pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
-    let names = CullerKind::ALL.iter().map(|kind| kind.name()).chain([OcclusionChoice::DepthLast.name()]);
+    let names = Occlusion::CULLERS.iter().map(|kind| kind.name()).chain([Occlusion::DepthLast.name()]);
     #[cfg(feature = "render")]
     let names = names.chain(drawn_methods().map(|(name, _)| name));
     PossibleValuesParser::new(names)

@@ -1,6 +1,6 @@
 use std::ops::Add;
 
-use crate::frame::OcclusionChoice;
+use crate::occlusion::Occlusion;
 
 /// How polygons are found while drawing that others hide.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,11 +19,11 @@ pub enum GpuOcclusion {
 
 impl GpuOcclusion {
     /// What a choice asks of whoever draws.
-    pub fn of(choice: OcclusionChoice) -> Self {
+    pub fn of(choice: Occlusion) -> Self {
         match choice {
-            OcclusionChoice::Hzb => Self::Hzb(HzbConfig::default()),
-            OcclusionChoice::Queries => Self::Queries,
-            OcclusionChoice::Auto => Self::Auto,
+            Occlusion::Hzb => Self::Hzb(HzbConfig::default()),
+            Occlusion::Queries => Self::Queries,
+            Occlusion::Auto => Self::Auto,
             _ => Self::None,
         }
     }
