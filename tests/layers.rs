@@ -15,7 +15,10 @@ const LAYERS: [(&str, &[&str]); 13] = [
     ("scene", &["math", "polygon", "recording", "stroke"]),
     ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
     ("rivals", &["math", "polygon", "index"]),
-    ("render", &["math", "polygon", "view", "frame", "recording", "stroke", "scene", "atomic_file"]),
+    (
+        "render",
+        &["math", "polygon", "occlusion", "view", "frame", "recording", "stroke", "scene", "atomic_file"],
+    ),
     (
         "lab",
         &[

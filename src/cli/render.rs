@@ -33,7 +33,7 @@ use crate::{
     output_file::OutputKind,
     polygon::VisibleBlocks,
     recording::{Pace, Pacer},
-    render::{DrawTimes, Gpu, GpuOcclusion, Image, Layer, Offscreen, RendererConfig, background_for},
+    render::{DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig, background_for},
     replay::{ArtistSide, CameraChoice, CameraPath, Moment, Summary, summarize, whole_view},
     rivals::IndexKind,
     scene::Scene,
@@ -161,7 +161,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
     drop(model);
     let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &config)?;
-    drawer.set_occlusion(GpuOcclusion::of(args.occlusion))?;
+    drawer.set_occlusion(args.occlusion)?;
     // A second drawer, so that what one remembers cannot hide a fault of the other.
     let mut uncut = match args.check {
         true => Some(Offscreen::on(gpu, width, height, &config)?),

@@ -33,8 +33,8 @@ use crate::{
         verify::{AtRest, Totals, Trial, Verifier, VerifyConfig},
     },
     occlusion::{
-        CullConfig, DepthConfig, Grouping, NodeTest, PolygonTest, PoolConfig, PreviousFrameOccluders,
-        SelectConfig, Soundness,
+        CullConfig, DepthConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig,
+        PreviousFrameOccluders, SelectConfig, Soundness,
     },
     recording::{Event, Header, Pace, Pacer, RecordingError},
     replay::{CameraChoice, CameraPath, Moment, summarize},
@@ -192,7 +192,7 @@ struct DrawnRun;
 
 impl VerifyArgs {
     fn methods(&self) -> Vec<Method> {
-        if self.occlusion.is_empty() { Method::sound() } else { self.occlusion.clone() }
+        if self.occlusion.is_empty() { Method::conservative() } else { self.occlusion.clone() }
     }
 }
 
@@ -278,10 +278,8 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
 fn config(args: &VerifyArgs) -> VerifyConfig {
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
     let methods = args.methods();
-    let kinds = methods.iter().filter_map(|method| match *method {
-        Method::Culler(kind) => Some(kind),
-        _ => None,
-    });
+    let methods = methods.iter().map(|method| method.occlusion);
+    let kinds = methods.filter(|occlusion| Occlusion::CULLERS.contains(occlusion));
     VerifyConfig {
         kinds: kinds.collect(),
         occluders: args.occluders.clone(),
@@ -348,7 +346,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     if args.no_truth {
         verifier = verifier.without_truth();
     }
-    if args.methods().contains(&Method::Last) {
+    if args.methods().iter().any(|method| method.occlusion == Occlusion::DepthLast) {
         verifier.add_last(PreviousFrameOccluders::new(DepthConfig::default(), capacity));
     }
 

@@ -89,7 +89,12 @@ impl Occlusion {
         }
     }
 
-    /// Whether the renderer finds what is hidden: before that, there is only frustum culling.
+    /// What a renderer does of it: this method if it culls on the GPU, else none.
+    pub fn on_gpu(self) -> Self {
+        if matches!(self, Self::Hzb | Self::Queries | Self::Auto) { self } else { Self::None }
+    }
+
+    /// Whether only the renderer finds what is hidden: the CPU culls by the frustum alone.
     pub fn is_while_drawing(self) -> bool {
         matches!(self, Self::Hzb | Self::Queries)
     }
