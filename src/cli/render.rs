@@ -32,9 +32,9 @@ use crate::{
     occlusion::Occlusion,
     output_file::OutputKind,
     polygon::VisibleBlocks,
-    recording::{Pace, Pacer},
+    recording::Pace,
     render::{DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig, background_for},
-    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Summary, summarize, whole_view},
+    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, summarize, whole_view},
     rivals::IndexKind,
     scene::Scene,
     view::View,
@@ -197,24 +197,16 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
     let mut pipeline = pipeline.with_choice(pass, capacity);
     let mut outcome = Outcome::Done;
-    let mut pacer = Pacer::new(session, args.pace);
-    let (mut scene, mut moment) = (Scene::new(), Moment::default());
-    let (mut events, mut changes) = (Vec::new(), Vec::new());
-    while moment.frame <= wanted.last {
-        if !pacer.next_frame(&mut events)? {
-            break;
-        }
-        changes.clear();
-        events.iter().for_each(|event| moment.note(event));
-        scene.let_go();
-        scene.apply_all(&events, &mut changes);
-        drawer.follow(&changes);
+    let mut player = Player::new(session, args.pace);
+    while player.frames() <= wanted.last && player.step()? {
+        let (scene, changes, moment) = (player.scene(), player.changes(), player.moment());
+        drawer.follow(changes);
         if let Some(uncut) = &mut uncut {
-            uncut.follow(&changes);
+            uncut.follow(changes);
         }
         if wanted.has(moment.frame) {
             let view = camera(&moment);
-            pipeline.frame(&scene, &changes, &view);
+            pipeline.frame(scene, changes, &view);
             let every: VisibleBlocks;
             let ids = if args.no_cull {
                 every = scene.visible_ids().collect();
@@ -225,7 +217,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             let whole = match &mut uncut {
                 Some(uncut) => {
                     let every: VisibleBlocks = scene.visible_ids().collect();
-                    Some(picture(uncut, &scene, &view, &every)?.0)
+                    Some(picture(uncut, scene, &view, &every)?.0)
                 }
                 None => None,
             };
@@ -238,21 +230,20 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             };
             if args.occlusion.is_while_drawing() {
                 // What was visible in the last frame hides in the next; here that is what the last picture showed.
-                let (first, _) = picture(&mut drawer, &scene, &view, ids)?;
+                let (first, _) = picture(&mut drawer, scene, &view, ids)?;
                 compare(&first, ", drawn first");
             }
-            let (image, times) = picture(&mut drawer, &scene, &view, ids)?;
+            let (image, times) = picture(&mut drawer, scene, &view, ids)?;
             let path = wanted.path(args, moment.frame);
             image.write_png(&path)?;
-            say(&line(moment.frame, &scene, ids, &times, &path))?;
+            say(&line(moment.frame, scene, ids, &times, &path))?;
             compare(&image, "");
         } else if has_occlusion {
             // As a replay does: which polygons may hide others, it learns from frame to frame.
-            pipeline.frame(&scene, &changes, &camera(&moment));
+            pipeline.frame(scene, changes, &camera(&moment));
         } else {
-            pipeline.skip(&scene, &changes);
+            pipeline.skip(scene, changes);
         }
-        moment.frame += 1;
     }
     if args.check && outcome == Outcome::Done {
         complain("culling changes no pixel");

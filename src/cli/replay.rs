@@ -34,8 +34,8 @@ use crate::{
     math::Aabb,
     occlusion::{Occlusion, Soundness},
     output_file::OutputKind,
-    recording::{Event, Header, Pace, Pacer, RecordingError},
-    replay::{Budget, CameraChoice, CameraPath, Lane, Replay, Summary, summarize},
+    recording::{Event, Header, Pace, RecordingError},
+    replay::{Budget, CameraChoice, CameraPath, Lane, Player, Replay, Summary, summarize},
     rivals::IndexKind,
     scene::Scene,
 };
@@ -441,11 +441,11 @@ fn replay_file(
     let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
-    let pacer = Pacer::new(session, args.pace);
-    let mut replay = match finished {
-        Some((scene, _)) => Replay::walk(pacer, camera, lanes, scene),
-        None => Replay::new(pacer, camera, lanes),
+    let player = match finished {
+        Some((scene, _)) => Player::walk(session, args.pace, scene),
+        None => Player::new(session, args.pace),
     };
+    let mut replay = Replay::new(player, camera, lanes);
     while let Some(outcomes) = replay.step()? {
         let frames = outcomes.to_vec();
         let looked: Vec<bool> = frames.iter().map(Option::is_some).collect();

@@ -36,8 +36,8 @@ use crate::{
         CullConfig, DepthConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig,
         PreviousFrameOccluders, SelectConfig, Soundness,
     },
-    recording::{Event, Header, Pace, Pacer, RecordingError},
-    replay::{CameraChoice, CameraPath, Moment, summarize},
+    recording::{Event, Header, Pace, RecordingError},
+    replay::{CameraChoice, CameraPath, Moment, Player, summarize},
     rivals::IndexKind,
     scene::Scene,
     view::View,
@@ -354,46 +354,39 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
     #[cfg(not(feature = "render"))]
     let mut drawn = None;
-    let mut scene = Scene::new();
-    let mut pacer = Pacer::new(source, args.pace);
-    let (mut moment, mut events, mut changes) = (Moment::default(), Vec::new(), Vec::new());
-    let mut moments = Vec::new();
-    let mut looked = 0;
-    while pacer.next_frame(&mut events)? {
-        changes.clear();
-        for event in &events {
-            moment.note(event);
-            // Built-in scenes end with their views.
-            if args.camera == CameraChoice::Auto
-                && header.source.is_empty()
-                && matches!(event, Event::Head { .. })
-            {
-                moments.push(moment);
-            }
+    let mut player = Player::new(source, args.pace);
+    let (mut moments, mut looked) = (Vec::new(), 0);
+    while player.step()? {
+        let (scene, changes) = (player.scene(), player.changes());
+        if has_own_views {
+            let heads = player.events().iter().filter(|event| matches!(event, Event::Head { .. }));
+            moments.extend(heads.map(|head| {
+                let mut moment = player.moment();
+                moment.note(head);
+                moment
+            }));
         }
-        scene.let_go();
-        scene.apply_all(&events, &mut changes);
-        verifier.follow(&scene, &changes);
+        verifier.follow(scene, changes);
         #[cfg(feature = "render")]
         if let Some(drawn) = &mut drawn {
-            drawn.follow(&changes);
+            drawn.follow(changes);
         }
-        moment.frame += 1;
+        let moment = Moment { frame: player.frames(), ..player.moment() };
         // The last frame is always one of them.
         if moment.frame * args.views / summary.frames.max(1) > looked {
             looked += 1;
             if whole && !has_own_views {
                 moments.push(moment);
             } else if !whole {
-                look(&mut verifier, &mut drawn, &scene, &camera.view(&moment))?;
+                look(&mut verifier, &mut drawn, scene, &camera.view(&moment))?;
             }
         }
     }
     if let Some(path) = &args.pvs {
-        verifier = verifier.with_pvs(Pvs::read(path, &scene)?);
+        verifier = verifier.with_pvs(Pvs::read(path, player.scene())?);
     }
     for moment in moments.iter().take(args.views as usize) {
-        look(&mut verifier, &mut drawn, &scene, &camera.view(moment))?;
+        look(&mut verifier, &mut drawn, player.scene(), &camera.view(moment))?;
     }
     Ok((verifier, drawn, summary.counts.polygons))
 }
