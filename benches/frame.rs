@@ -9,10 +9,10 @@
 use std::{hint::black_box, time::Instant};
 
 use osp::{
-    frame::{OcclusionChoice, PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
-    occlusion::CullerKind,
+    occlusion::Occlusion,
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::{SynthKind, synthesize},
     render::DrawOrder,
@@ -37,13 +37,7 @@ struct Variant {
 }
 
 impl Variant {
-    fn new(
-        name: &'static str,
-        scene: &Scene,
-        bounds: &Aabb,
-        choice: OcclusionChoice,
-        to_bytes: bool,
-    ) -> Self {
+    fn new(name: &'static str, scene: &Scene, bounds: &Aabb, choice: Occlusion, to_bytes: bool) -> Self {
         let capacity = scene.polygon_count();
         let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
@@ -79,12 +73,11 @@ fn measure(polygons: u32, frames: usize) {
     let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(scene.bounds(id)));
     for camera in [CameraChoice::Inside, CameraChoice::Orbit] {
         let view = CameraPath::new(camera, None, &bounds).view(&Moment::default());
-        let always = OcclusionChoice::Always;
         let mut variants = [
-            Variant::new("frustum", &scene, &bounds, always(CullerKind::None), false),
-            Variant::new("to bytes", &scene, &bounds, always(CullerKind::None), true),
-            Variant::new("msvbsp", &scene, &bounds, always(CullerKind::Msvbsp), false),
-            Variant::new("auto", &scene, &bounds, OcclusionChoice::Auto, false),
+            Variant::new("frustum", &scene, &bounds, Occlusion::None, false),
+            Variant::new("to bytes", &scene, &bounds, Occlusion::None, true),
+            Variant::new("msvbsp", &scene, &bounds, Occlusion::Msvbsp, false),
+            Variant::new("auto", &scene, &bounds, Occlusion::Auto, false),
         ];
         let (mut bare, mut visible) = (Vec::new(), VisibleBlocks::with_capacity(scene.polygon_count()));
         let ids: Vec<PolygonId> = scene.visible_ids().collect();

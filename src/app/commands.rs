@@ -10,7 +10,7 @@ use super::{
 use crate::{
     atomic_file::AtomicFile,
     export::{ExportError, GltfCounts, write_glb},
-    frame::OcclusionChoice,
+    occlusion::Occlusion,
     output_file::{OutputKind, check_output},
     recording::Event,
     rivals::IndexKind,
@@ -93,7 +93,7 @@ impl Studio {
         self.apply_events();
     }
 
-    fn switch_index(&mut self, kind: IndexKind, occlusion: OcclusionChoice) {
+    fn switch_index(&mut self, kind: IndexKind, occlusion: Occlusion) {
         // Everything that the scene holds is filed below; what was waiting for the old index is in it.
         if let Subject::Sketch(document) = &mut self.subject {
             document.take_changes(&mut self.pending.changes);

@@ -33,11 +33,11 @@ use crate::{
         verify::{AtRest, Totals, Trial, Verifier, VerifyConfig},
     },
     occlusion::{
-        CullConfig, DepthConfig, Grouping, NodeTest, PolygonTest, PoolConfig, PreviousFrameOccluders,
-        SelectConfig, Soundness,
+        CullConfig, DepthConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig,
+        PreviousFrameOccluders, SelectConfig, Soundness,
     },
-    recording::{Event, Header, Pace, Pacer, RecordingError},
-    replay::{CameraChoice, CameraPath, Moment, summarize},
+    recording::{Event, Header, Pace, RecordingError},
+    replay::{CameraChoice, CameraPath, Moment, Player, summarize},
     rivals::IndexKind,
     scene::Scene,
     view::View,
@@ -192,7 +192,7 @@ struct DrawnRun;
 
 impl VerifyArgs {
     fn methods(&self) -> Vec<Method> {
-        if self.occlusion.is_empty() { Method::sound() } else { self.occlusion.clone() }
+        if self.occlusion.is_empty() { Method::conservative() } else { self.occlusion.clone() }
     }
 }
 
@@ -278,10 +278,8 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
 fn config(args: &VerifyArgs) -> VerifyConfig {
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
     let methods = args.methods();
-    let kinds = methods.iter().filter_map(|method| match *method {
-        Method::Culler(kind) => Some(kind),
-        _ => None,
-    });
+    let methods = methods.iter().map(|method| method.occlusion);
+    let kinds = methods.filter(|occlusion| Occlusion::CULLERS.contains(occlusion));
     VerifyConfig {
         kinds: kinds.collect(),
         occluders: args.occluders.clone(),
@@ -348,7 +346,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     if args.no_truth {
         verifier = verifier.without_truth();
     }
-    if args.methods().contains(&Method::Last) {
+    if args.methods().iter().any(|method| method.occlusion == Occlusion::DepthLast) {
         verifier.add_last(PreviousFrameOccluders::new(DepthConfig::default(), capacity));
     }
 
@@ -356,46 +354,39 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
     #[cfg(not(feature = "render"))]
     let mut drawn = None;
-    let mut scene = Scene::new();
-    let mut pacer = Pacer::new(source, args.pace);
-    let (mut moment, mut events, mut changes) = (Moment::default(), Vec::new(), Vec::new());
-    let mut moments = Vec::new();
-    let mut looked = 0;
-    while pacer.next_frame(&mut events)? {
-        changes.clear();
-        for event in &events {
-            moment.note(event);
-            // Built-in scenes end with their views.
-            if args.camera == CameraChoice::Auto
-                && header.source.is_empty()
-                && matches!(event, Event::Head { .. })
-            {
-                moments.push(moment);
-            }
+    let mut player = Player::new(source, args.pace);
+    let (mut moments, mut looked) = (Vec::new(), 0);
+    while player.step()? {
+        let (scene, changes) = (player.scene(), player.changes());
+        if has_own_views {
+            let heads = player.events().iter().filter(|event| matches!(event, Event::Head { .. }));
+            moments.extend(heads.map(|head| {
+                let mut moment = player.moment();
+                moment.note(head);
+                moment
+            }));
         }
-        scene.let_go();
-        scene.apply_all(&events, &mut changes);
-        verifier.follow(&scene, &changes);
+        verifier.follow(scene, changes);
         #[cfg(feature = "render")]
         if let Some(drawn) = &mut drawn {
-            drawn.follow(&changes);
+            drawn.follow(changes);
         }
-        moment.frame += 1;
+        let moment = Moment { frame: player.frames(), ..player.moment() };
         // The last frame is always one of them.
         if moment.frame * args.views / summary.frames.max(1) > looked {
             looked += 1;
             if whole && !has_own_views {
                 moments.push(moment);
             } else if !whole {
-                look(&mut verifier, &mut drawn, &scene, &camera.view(&moment))?;
+                look(&mut verifier, &mut drawn, scene, &camera.view(&moment))?;
             }
         }
     }
     if let Some(path) = &args.pvs {
-        verifier = verifier.with_pvs(Pvs::read(path, &scene)?);
+        verifier = verifier.with_pvs(Pvs::read(path, player.scene())?);
     }
     for moment in moments.iter().take(args.views as usize) {
-        look(&mut verifier, &mut drawn, &scene, &camera.view(moment))?;
+        look(&mut verifier, &mut drawn, player.scene(), &camera.view(moment))?;
     }
     Ok((verifier, drawn, summary.counts.polygons))
 }

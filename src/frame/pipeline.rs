@@ -1,12 +1,10 @@
 use std::any::Any;
 
 use crate::{
-    frame::{
-        FrameRecord, OcclusionChoice, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass,
-        StageClock,
-    },
+    frame::{FrameRecord, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass, StageClock},
     index::{IndexError, SpatialIndex},
     math::Aabb,
+    occlusion::Occlusion,
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::View,
 };
@@ -65,8 +63,8 @@ impl Pipeline {
     #[must_use]
     pub fn with_choice(self, config: PassConfig, capacity: usize) -> Self {
         match config.choice {
-            OcclusionChoice::DepthLast => self.with_pass(PreviousFramePass::new(capacity)),
-            choice if choice.has_pass() => self.with_pass(OcclusionPass::new(config, capacity)),
+            Occlusion::DepthLast => self.with_pass(PreviousFramePass::new(capacity)),
+            choice if choice.has_culler() => self.with_pass(OcclusionPass::new(config, capacity)),
             _ => self,
         }
     }

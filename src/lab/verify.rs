@@ -1,7 +1,7 @@
 //! Occlusion culling against the truth: what was wrongly culled, what share of the hidden was found, and at what cost.
 
 use crate::{
-    frame::{OcclusionChoice, StageClock},
+    frame::StageClock,
     index::{DrawList, SpatialIndex},
     lab::{
         lost_polygons,
@@ -10,7 +10,7 @@ use crate::{
     },
     math::Frustum,
     occlusion::{
-        BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
+        BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
         PoolConfig, PreviousFrameOccluders, SelectConfig, SelectCounts, Selector, Soundness,
     },
     polygon::{Change, PolygonId},
@@ -22,7 +22,7 @@ use crate::{
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerifyConfig {
     /// The methods.
-    pub kinds: Vec<CullerKind>,
+    pub kinds: Vec<Occlusion>,
     /// Numbers of occluders, each with every method.
     pub occluders: Vec<usize>,
     /// Candidates.
@@ -128,7 +128,7 @@ impl Trial {
     pub fn name(&self) -> &'static str {
         match &self.means {
             Means::Chosen(_, culler) => culler.name(),
-            Means::Last(_) => OcclusionChoice::DepthLast.name(),
+            Means::Last(_) => Occlusion::DepthLast.name(),
         }
     }
 

@@ -31,7 +31,7 @@ mod samples;
 mod span;
 mod state;
 
-pub use config::{DrawnCounts, GpuOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup};
+pub use config::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup};
 pub(super) use encode::Frame;
 pub(super) use pipelines::Hzb;
 pub use pyramid::PyramidLevel;

@@ -1,12 +1,13 @@
 use std::ops::Range;
 
 use super::{
-    DrawnCounts, GpuOcclusion, HzbConfig,
+    DrawnCounts, HzbConfig,
     pyramid::{Levels, MAX_LEVELS},
     queries::Queries,
     span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
 };
 use crate::{
+    occlusion::Occlusion,
     polygon::BLOCK,
     render::{DrawOrder, Gpu, order::Handle, read_ring::ReadRing},
     scene::Scene,
@@ -108,23 +109,19 @@ impl HzbView {
         }
     }
 
-    pub(in super::super) fn occlusion(&self) -> GpuOcclusion {
-        match self.queries {
-            Some(_) => GpuOcclusion::Queries,
-            None => GpuOcclusion::Hzb(self.config),
-        }
+    pub(in super::super) fn occlusion(&self) -> Occlusion {
+        if self.queries.is_some() { Occlusion::Queries } else { Occlusion::Hzb }
     }
 
-    /// What is remembered is good for any of them.
-    pub(in super::super) fn set_occlusion(&mut self, gpu: &Gpu, occlusion: GpuOcclusion) {
-        match occlusion {
-            GpuOcclusion::Hzb(config) => {
-                (self.config, self.queries) = (config, None);
-                self.size = (0, 0);
-            }
-            GpuOcclusion::Queries if self.queries.is_none() => self.queries = Some(Queries::new(gpu)),
-            GpuOcclusion::Queries | GpuOcclusion::None | GpuOcclusion::Auto => {}
-        }
+    /// From now on it culls by a depth pyramid. What it knows of the last frame stays.
+    pub(in super::super) fn use_pyramid(&mut self, config: HzbConfig) {
+        (self.config, self.queries) = (config, None);
+        self.size = (0, 0);
+    }
+
+    /// From now on it culls by hardware queries. What it knows of the last frame stays.
+    pub(in super::super) fn use_queries(&mut self, gpu: &Gpu) {
+        self.queries.get_or_insert_with(|| Queries::new(gpu));
     }
 
     /// Sends what the frame's shaders need but for what depends on the picture's size; returns the bytes sent.
