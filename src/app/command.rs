@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use super::{
-    culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, studio::ToolChoice,
+    culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, tool::ToolChoice,
 };
 use crate::{occlusion::Occlusion, rivals::IndexKind};
 

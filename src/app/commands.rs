@@ -1,11 +1,7 @@
 use std::path::Path;
 
 use super::{
-    command::Command,
-    document::Opening,
-    player::Jump,
-    question::Then,
-    studio::{Studio, Subject},
+    command::Command, document::Opening, player::Jump, question::Then, studio::Studio, subject::Subject,
 };
 use crate::{
     atomic_file::AtomicFile,
@@ -32,7 +28,7 @@ impl Studio {
             Command::Tool(tool) => {
                 self.finish_gestures();
                 self.tool = tool;
-                if let super::studio::ToolChoice::Draw(tool) = tool {
+                if let super::tool::ToolChoice::Draw(tool) = tool {
                     self.brush.tool = tool;
                 }
             }

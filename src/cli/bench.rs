@@ -17,9 +17,9 @@ use super::{
     Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
+    parsers::{camera_parser, index_parser},
     reading::ReadArgs,
-    replay::{camera_parser, index_parser, root_cube},
-    session::OpenSession,
+    session::{OpenSession, root_cube},
 };
 use crate::{
     index::IndexConfig,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{output::complain, render::Size};
+use super::{output::complain, parsers::Size};
 use crate::{
     lab::report::{DrawnWhileCulling, RunReport},
     occlusion::Occlusion,

@@ -10,9 +10,9 @@ use super::{
     Outcome,
     frame_choice::FrameChoice,
     output::say,
+    parsers::{camera_parser, index_parser},
     played::Played,
     reading::ReadArgs,
-    replay::{camera_parser, index_parser},
 };
 use crate::{
     math::rotate,

@@ -5,7 +5,10 @@ use std::path::Path;
 use anyhow::bail;
 
 use super::{
-    frame_choice::FrameChoice, output::complain, reading::ReadArgs, replay::root_cube, session::OpenSession,
+    frame_choice::FrameChoice,
+    output::complain,
+    reading::ReadArgs,
+    session::{OpenSession, root_cube},
 };
 use crate::{
     frame::{Pipeline, StageClock},

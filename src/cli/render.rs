@@ -3,7 +3,6 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    str::FromStr,
     sync::Arc,
 };
 
@@ -17,12 +16,11 @@ use glam::Vec3;
 use super::{
     Outcome,
     frame_choice::FrameChoice,
-    numbers,
     output::{complain, one_line, say},
     outputs::Outputs,
+    parsers::{Size, index_parser, occlusion_parser},
     reading::ReadArgs,
-    replay::{index_parser, occlusion_parser, root_cube},
-    session::OpenSession,
+    session::{OpenSession, root_cube},
 };
 use crate::{
     frame::{AutoBasis, PassConfig, Pipeline, StageClock},
@@ -125,21 +123,6 @@ fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
                 .ok_or_else(|| format!("no camera is called {name}"))
         }
     })
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Size {
-    pub(super) width: u32,
-    pub(super) height: u32,
-}
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (width, height) = numbers::sides(text, &(1..=16_384))?;
-        Ok(Self { width, height })
-    }
 }
 
 pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {

@@ -7,15 +7,16 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use clap::{Args, builder::PossibleValuesParser, builder::TypedValueParser};
+use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
     Outcome, allocations, numbers,
     output::{complain, one_line, say},
     outputs::{Output, Outputs},
+    parsers::{camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
-    session::OpenSession,
+    session::{OpenSession, root_cube},
 };
 use crate::{
     atomic_file::{AtomicFile, Destination},
@@ -31,7 +32,6 @@ use crate::{
         },
         verify,
     },
-    math::Aabb,
     occlusion::{Occlusion, Soundness},
     output_file::OutputKind,
     recording::{Event, Header, Pace, RecordingError},
@@ -158,7 +158,7 @@ pub(super) struct ReplayArgs {
     /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].
     #[cfg(feature = "render")]
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
-    draw: Option<super::render::Size>,
+    draw: Option<super::parsers::Size>,
     /// Play the session in a window, with its times and counts.
     #[cfg(feature = "window")]
     #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
@@ -187,25 +187,6 @@ impl ReplayArgs {
         }
         indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
     }
-}
-
-pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = Occlusion> {
-    PossibleValuesParser::new(Occlusion::all().map(Occlusion::name))
-        .try_map(|name| Occlusion::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
-}
-
-pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
-    let names = IndexKind::ALL.iter().map(|kind| kind.name());
-    PossibleValuesParser::new(names)
-        .try_map(|name| IndexKind::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
-}
-
-pub(super) fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
-    let names = CameraChoice::ALL.iter().map(|choice| choice.name());
-    PossibleValuesParser::new(names).try_map(|name| {
-        let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
-        found.copied().ok_or_else(|| format!("no camera is called {name}"))
-    })
 }
 
 /// What a replay is going to write.
@@ -551,17 +532,6 @@ fn lanes(
         Lane::new(pipeline, budget)
     };
     kinds.iter().map(lane).collect()
-}
-
-/// The recording's own modelling volume, else a cube around everything that it draws.
-pub(super) fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
-    match header.root {
-        Some(root) if root.size > 0.0 && root.size.is_finite() && root.center.is_finite() => {
-            Aabb::cube(root.center, root.size)
-        }
-        _ if bounds.is_empty() => IndexConfig::default().root,
-        _ => Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.01),
-    }
 }
 
 fn progress_bar(frames: u64, name: &str) -> ProgressBar {

@@ -9,8 +9,8 @@ use super::{
     Outcome, numbers,
     output::complain,
     outputs::Outputs,
+    parsers::{index_parser, occlusion_parser},
     reading::LimitArgs,
-    replay::{index_parser, occlusion_parser},
 };
 use crate::{
     app::{

@@ -5,7 +5,7 @@ use std::{collections::HashSet, sync::Arc};
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
-use super::{render::Size, verify_method::Method};
+use super::{parsers::Size, verify_method::Method};
 use crate::{
     index::DrawList,
     lab::{

@@ -1,8 +1,8 @@
 use egui::{CollapsingHeader, ComboBox, Grid, RichText, Slider, Ui};
 
 use super::{
-    interface::Wishes,
     plot::{frame_plot, stage_color},
+    wishes::Wishes,
 };
 use crate::{
     app::{

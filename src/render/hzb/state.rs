@@ -2,6 +2,7 @@ use std::ops::Range;
 
 use super::{
     DrawnCounts, HzbConfig,
+    buffers::{LANES, create, grow},
     pyramid::{Levels, MAX_LEVELS},
     queries::Queries,
     span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
@@ -13,9 +14,6 @@ use crate::{
     scene::Scene,
     view::View,
 };
-
-/// Lanes of the workgroups that take a handle each.
-pub(super) const LANES: u32 = 256;
 
 /// What culling by a hierarchical depth buffer keeps for one view.
 #[derive(Debug)]
@@ -271,22 +269,4 @@ fn push_span(bytes: &mut Vec<u8>, span: &Span) {
     let end = bytes.len() + SPAN_STRIDE as usize;
     bytes.extend_from_slice(bytemuck::bytes_of(span));
     bytes.resize(end, 0);
-}
-
-pub(super) fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: bytes,
-        usage,
-        mapped_at_creation: false,
-    })
-}
-
-/// Makes a buffer hold so many bytes; a larger one is empty (all zero). Says whether it is another.
-pub(super) fn grow(gpu: &Gpu, buffer: &mut wgpu::Buffer, bytes: u64) -> bool {
-    if bytes <= buffer.size() {
-        return false;
-    }
-    *buffer = create(gpu, "grown", bytes.next_power_of_two(), buffer.usage());
-    true
 }
