@@ -34,6 +34,9 @@ struct Variant {
     /// Whether the bytes are made ready, too.
     to_bytes: bool,
     us: Vec<f64>,
+    /// Of all frames: choosing occluders, building, testing, nanoseconds; and polygons found hidden.
+    stages_ns: [u64; 3],
+    occluded: u64,
 }
 
 impl Variant {
@@ -44,12 +47,20 @@ impl Variant {
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
         let mut pipeline = pipeline.with_choice(PassConfig::new(choice), capacity);
         pipeline.load(scene);
-        Self { name, pipeline, order: DrawOrder::new(), to_bytes, us: Vec::new() }
+        Self {
+            name,
+            pipeline,
+            order: DrawOrder::new(),
+            to_bytes,
+            us: Vec::new(),
+            stages_ns: [0; 3],
+            occluded: 0,
+        }
     }
 
     fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) {
         let start = Instant::now();
-        self.pipeline.frame(scene, changes, view);
+        let record = self.pipeline.frame(scene, changes, view);
         if self.to_bytes {
             self.order.clear();
             self.order.add(scene, self.pipeline.draw_list(), 0, view.eye_in_world, PAGE, |_| 0);
@@ -57,6 +68,11 @@ impl Variant {
             black_box(self.order.ids());
         }
         self.us.push(start.elapsed().as_secs_f64() * 1.0e6);
+        let stages = [record.occlusion.select, record.occlusion.build, record.occlusion.query];
+        for (sum, stage) in self.stages_ns.iter_mut().zip(stages) {
+            *sum += stage.ns;
+        }
+        self.occluded += record.occlusion.occluded;
     }
 }
 
@@ -108,7 +124,14 @@ fn measure(polygons: u32, frames: usize, only: &[String]) {
         );
         for variant in &mut variants {
             let us = median(&mut variant.us);
-            println!("  {:10} {us:9.1} us, {:5.2} times the query", variant.name, us / bare);
+            print!("  {:10} {us:9.1} us, {:5.2} times the query", variant.name, us / bare);
+            let frames = variant.us.len() as f64;
+            let [select, build, query] = variant.stages_ns.map(|ns| ns as f64 * 1.0e-3 / frames);
+            if select > 0.0 {
+                let found = variant.occluded as f64 / frames;
+                print!(", means: select {select:.1}, build {build:.1}, test {query:.1}, {found:.0} hidden");
+            }
+            println!();
         }
     }
 }
