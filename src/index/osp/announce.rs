@@ -46,11 +46,13 @@ impl Osp {
                             self.pages.prefetch(*place / 16, (*place % 16) as u8);
                         }
                     }
+                    Change::Repaint(_) => {}
                 }
             }
             for (place, change) in places.iter().zip(changes).filter(|(place, _)| **place != NONE) {
                 match *change {
                     Change::Insert(_) => self.ask_for_end_of(*place),
+                    Change::Repaint(_) => {}
                     Change::Remove(_) | Change::Update(_) => {
                         prefetch_lines::<3, _>(self.buckets.place(self.pages[*place / 16].bucket));
                     }
@@ -70,6 +72,6 @@ impl Osp {
 
 fn id_of(change: Change) -> PolygonId {
     match change {
-        Change::Insert(id) | Change::Remove(id) | Change::Update(id) => id,
+        Change::Insert(id) | Change::Remove(id) | Change::Update(id) | Change::Repaint(id) => id,
     }
 }
