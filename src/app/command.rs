@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use super::{
     culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, tool::ToolChoice,
 };
-use crate::{occlusion::Occlusion, rivals::IndexKind};
+use crate::{brush::Brush, occlusion::Occlusion, rivals::IndexKind};
 
 /// What a person can ask for, by key, button or menu.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub enum Command {
     Widen(f32),
     /// Brush width, metres.
     Width(f32),
+    /// What ribbons are painted with.
+    Paint(Option<&'static Brush>),
     /// Brush colour, sRGB.
     Color([f32; 4]),
     /// How strokes find their depth.
