@@ -1,4 +1,4 @@
-use super::Occlusion;
+use super::{Occlusion, TryBudget};
 
 /// What an occluded polygon saves and what the stages cost: the basis on which occlusion is switched.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,10 +109,8 @@ struct Known {
     gain_ns: f64,
     /// What its last try cost for each polygon in view, nanoseconds.
     price_ns: Option<f64>,
-    /// Frames since its last try, while it is not in use.
-    waited: u32,
-    /// What may be spent on its next try, nanoseconds.
-    saved_ns: f64,
+    /// For its next try, while it is not in use.
+    budget: TryBudget,
 }
 
 /// A try that goes on.
@@ -201,13 +199,12 @@ impl AutoSwitch {
         let mut next: Option<(u32, Method)> = None;
         for method in Method::ALL.into_iter().filter(|method| others[*method as usize]) {
             let price_ns = self.price_ns(method);
-            let known = &mut self.known[method as usize];
-            known.waited = known.waited.saturating_add(1);
-            known.saved_ns = (known.saved_ns + share * now_ns).min(price_ns);
-            let is_ready = known.waited >= self.config.probe_every && known.saved_ns >= price_ns;
+            let budget = &mut self.known[method as usize].budget;
+            budget.save(share * now_ns, price_ns);
+            let is_due = budget.is_due(price_ns, self.config.probe_every);
             // In turns: the one that has waited longest.
-            if is_ready && next.is_none_or(|(waited, _)| known.waited > waited) {
-                next = Some((known.waited, method));
+            if is_due && next.is_none_or(|(waited, _)| budget.frames() > waited) {
+                next = Some((budget.frames(), method));
             }
         }
         if let Some(Try { method, .. }) = self.trying {
@@ -217,8 +214,7 @@ impl AutoSwitch {
             self.trying = None;
         }
         let Some((_, method)) = next else { return kept };
-        let known = &mut self.known[method as usize];
-        (known.waited, known.saved_ns) = (0, 0.0);
+        self.known[method as usize].budget.restart();
         self.trying = Some(Try { method, spent_ns: 0.0, is_first: method.has_to_start() });
         Some(method)
     }
@@ -256,7 +252,7 @@ impl AutoSwitch {
         let is_hopeless = known.gain_ns < HOPELESS * known.cost_ns;
         self.losing += if is_hopeless { HOPELESS_FRAMES } else { 1 };
         if self.losing >= self.config.patience {
-            (known.waited, known.saved_ns) = (0, 0.0);
+            known.budget.restart();
             self.kept = None;
         }
     }

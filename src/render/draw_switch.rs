@@ -1,3 +1,5 @@
+use crate::occlusion::TryBudget;
+
 /// Frames before the first try, so that what is measured is not the start.
 const FIRST_TRY: u32 = 16;
 /// Frames that each way is measured by: the fastest of so many counts, because whatever disturbs a frame makes it longer.
@@ -24,14 +26,17 @@ pub(super) struct DrawSwitch {
     /// What the last frames took the way that is kept, nanoseconds; infinite where there was none yet.
     usual_ns: [f64; MEASURED],
     tried: Option<Tried>,
-    /// Frames since the last try, or since this one began.
-    since: u32,
-    pause: u32,
+    budget: TryBudget,
+    /// How much longer the frames of the last try took than they would have otherwise, nanoseconds.
+    price_ns: Option<f64>,
 }
 
 /// What the frames of a try took so far.
 #[derive(Clone, Copy, Debug)]
 struct Tried {
+    /// Frames since it began, whether their times have come back or not.
+    begun: u32,
+    /// Frames whose times have come back.
     frames: u32,
     all_ns: f64,
     /// The fastest, but for the first.
@@ -40,7 +45,13 @@ struct Tried {
 
 impl Default for DrawSwitch {
     fn default() -> Self {
-        Self { culls: false, usual_ns: [f64::INFINITY; MEASURED], tried: None, since: 0, pause: 0 }
+        Self {
+            culls: false,
+            usual_ns: [f64::INFINITY; MEASURED],
+            tried: None,
+            budget: TryBudget::default(),
+            price_ns: None,
+        }
     }
 }
 
@@ -50,14 +61,13 @@ impl DrawSwitch {
         if in_view < LEAST_POLYGONS {
             return false;
         }
-        self.since = self.since.saturating_add(1);
-        match self.tried {
-            Some(_) if self.since > LONGEST_TRY => self.end_try(),
-            None if self.usual().is_finite() && self.since > self.pause.max(FIRST_TRY) => {
-                self.tried = Some(Tried { frames: 0, all_ns: 0.0, least_ns: f64::INFINITY });
-                self.since = 0;
+        if let Some(tried) = &mut self.tried {
+            tried.begun += 1;
+            if tried.begun > LONGEST_TRY {
+                self.end_try();
             }
-            _ => {}
+        } else if self.is_try_due() {
+            self.tried = Some(Tried { begun: 0, frames: 0, all_ns: 0.0, least_ns: f64::INFINITY });
         }
         self.culls != self.tried.is_some()
     }
@@ -80,17 +90,26 @@ impl DrawSwitch {
         }
     }
 
+    /// Counts a frame without a try.
+    fn is_try_due(&mut self) -> bool {
+        let usual_ns = self.usual();
+        if usual_ns.is_infinite() {
+            return false;
+        }
+        let (price_ns, least) = self.price_ns.map_or((0.0, FIRST_TRY), |price_ns| (price_ns, PAUSE[0]));
+        self.budget.save(TRY_SHARE * usual_ns, price_ns);
+        self.budget.is_due(price_ns, least) || self.budget.frames() >= PAUSE[1]
+    }
+
     fn usual(&self) -> f64 {
         self.usual_ns.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
     fn end_try(&mut self) {
-        let Some(Tried { frames, all_ns, least_ns }) = self.tried.take() else { return };
+        let Some(Tried { frames, all_ns, least_ns, .. }) = self.tried.take() else { return };
         let usual_ns = self.usual();
-        self.since = 0;
-        // So long that what the try has cost more than its frames otherwise would is a small part.
-        let lost = (all_ns / usual_ns - f64::from(frames)).max(0.0) / TRY_SHARE;
-        self.pause = if lost.is_finite() { (lost as u32).clamp(PAUSE[0], PAUSE[1]) } else { PAUSE[1] };
+        self.budget.restart();
+        self.price_ns = Some((all_ns - f64::from(frames) * usual_ns).max(0.0));
         if least_ns < FASTER * usual_ns {
             (self.culls, self.usual_ns) = (!self.culls, [least_ns; MEASURED]);
         }

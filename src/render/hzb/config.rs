@@ -31,7 +31,8 @@ pub enum HzbBound {
     Corners,
     /// The same of the box around it in world space.
     Box,
-    /// Wrong on purpose, for tests that must notice it: the rectangle, and less than the farthest corner.
+    /// Wrong on purpose, for a test that must notice it: the rectangle, and less than the farthest corner.
+    #[cfg(test)]
     Farthest,
 }
 

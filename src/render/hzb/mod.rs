@@ -32,6 +32,8 @@ mod queries;
 mod samples;
 mod span;
 mod state;
+#[cfg(test)]
+mod tests;
 
 pub use config::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup};
 pub(super) use frame::Frame;
