@@ -2,28 +2,28 @@ use crate::occlusion::TryBudget;
 
 /// Frames before the first try, so that what is measured is not the start.
 const FIRST_TRY: u32 = 16;
-/// Frames that each way is measured by: the fastest of so many counts, because whatever disturbs a frame makes it longer.
+/// Each way is measured by the fastest of this many frames: a disturbance only makes a frame longer.
 const MEASURED: usize = 4;
-/// Frames of a try whose time has come back; the first of them has nothing to go by and does not count.
+/// Frames of a try. The first one knows of no previous frame and does not count.
 const TRY_FRAMES: u32 = MEASURED as u32 + 1;
-/// Frames after which a try ends whatever has come back.
+/// A try ends after this many frames, even if the times of some have not come back.
 const LONGEST_TRY: u32 = 24;
 /// Frames from one try to the next, at least and at most.
 const PAUSE: [u32; 2] = [64, 8192];
-/// What tries may cost, as a part of what drawing costs.
+/// Tries may take this part of the drawing time.
 const TRY_SHARE: f64 = 0.01;
 /// The other way has to be faster by this factor to be taken.
 const FASTER: f64 = 0.98;
 /// Fewer polygons in view are drawn in less time than any test takes.
 const LEAST_POLYGONS: usize = 2000;
 
-/// Decides for every frame whether to look for hidden polygons while drawing, by what frames have taken: now and then some
-/// frames are drawn the other way, and the faster way is kept. It changes no picture.
+/// Decides for every frame whether the GPU culls hidden polygons. Now and then a few frames are drawn the other way, and
+/// the faster way is kept. It changes no picture.
 #[derive(Clone, Debug)]
 pub(super) struct DrawSwitch {
-    /// Whether frames are culled, but for tries.
+    /// Whether frames are culled, except during a try.
     culls: bool,
-    /// What the last frames took the way that is kept, nanoseconds; infinite where there was none yet.
+    /// Times of the last frames that were drawn the way that is kept, nanoseconds; infinite where there is none yet.
     usual_ns: [f64; MEASURED],
     tried: Option<Tried>,
     budget: TryBudget,
@@ -31,7 +31,7 @@ pub(super) struct DrawSwitch {
     price_ns: Option<f64>,
 }
 
-/// What the frames of a try took so far.
+/// The frames of a try so far.
 #[derive(Clone, Copy, Debug)]
 struct Tried {
     /// Frames since it began, whether their times have come back or not.
@@ -39,7 +39,7 @@ struct Tried {
     /// Frames whose times have come back.
     frames: u32,
     all_ns: f64,
-    /// The fastest, but for the first.
+    /// The fastest except the first.
     least_ns: f64,
 }
 
@@ -72,7 +72,7 @@ impl DrawSwitch {
         self.culls != self.tried.is_some()
     }
 
-    /// Takes what a frame took, perhaps some frames later, and whether it was culled.
+    /// Takes the time of a frame, perhaps some frames later, and whether that frame was culled.
     pub(super) fn note(&mut self, culled: bool, ns: u64) {
         let ns = ns as f64;
         if culled == self.culls {

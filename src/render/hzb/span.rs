@@ -1,4 +1,4 @@
-//! What the compute shaders are told by the CPU.
+//! Parameters of the compute shaders.
 
 use bytemuck::{Pod, Zeroable};
 
