@@ -28,6 +28,7 @@
 //! | [`view`] | an eye and what its screen shows | |
 //! | [`occlusion`] | occluders, and structures that say what they hide | |
 //! | [`frame`] | one frame: apply changes, cull, leave out what is hidden | |
+//! | `brush` | the brushes: what strokes become and look like | `session` |
 //! | `recording` | events, their files, importers (`formats`), synthetic sessions | `session` |
 //! | `stroke` | samples become polygons | `session` |
 //! | `scene` | strokes, groups, undo; implements `Geometry` | `session` |
@@ -73,6 +74,8 @@ pub mod occlusion;
 pub mod polygon;
 pub mod view;
 
+#[cfg(feature = "session")]
+pub mod brush;
 #[cfg(feature = "session")]
 pub mod recording;
 #[cfg(feature = "session")]

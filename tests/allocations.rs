@@ -41,6 +41,7 @@ fn session(samples: u32) -> Vec<Event> {
                 color: (0.5, 0.5, 0.5, 1.0),
                 normal: NormalRule::Transport,
                 thinnest: 1.0,
+                paint: None,
             });
         }
         let (angle, turns) = (i as f32 * 0.02, (i / 300) as f32 * 0.7);

@@ -3,27 +3,40 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// Each module and the modules that it may name, besides itself.
-const LAYERS: [(&str, &[&str]); 13] = [
+const LAYERS: [(&str, &[&str]); 14] = [
     ("math", &[]),
     ("polygon", &["math"]),
     ("index", &["math", "polygon"]),
     ("view", &["math", "small_file"]),
     ("occlusion", &["math", "polygon", "index", "view"]),
     ("frame", &["math", "polygon", "index", "view", "occlusion"]),
-    ("recording", &["math", "atomic_file", "small_file"]),
-    ("stroke", &["math", "polygon", "recording"]),
-    ("scene", &["math", "polygon", "recording", "stroke"]),
+    ("brush", &[]),
+    ("recording", &["math", "brush", "atomic_file", "small_file"]),
+    ("stroke", &["math", "polygon", "brush", "recording"]),
+    ("scene", &["math", "polygon", "brush", "recording", "stroke"]),
     ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
     ("rivals", &["math", "polygon", "index"]),
     (
         "render",
-        &["math", "polygon", "occlusion", "view", "frame", "recording", "stroke", "scene", "atomic_file"],
+        &[
+            "math",
+            "polygon",
+            "occlusion",
+            "view",
+            "frame",
+            "brush",
+            "recording",
+            "stroke",
+            "scene",
+            "atomic_file",
+        ],
     ),
     (
         "lab",
         &[
             "math",
             "polygon",
+            "brush",
             "index",
             "view",
             "occlusion",

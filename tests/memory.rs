@@ -58,7 +58,8 @@ fn draw(strokes: std::ops::Range<u32>, mut then: impl FnMut(StrokeId, &mut Scene
     let mut changes = Vec::new();
     for number in strokes {
         let stroke = StrokeId(number);
-        let mut events = vec![Event::Begin { t, stroke, tool, width: 0.1, color, normal, thinnest: 1.0 }];
+        let mut events =
+            vec![Event::Begin { t, stroke, tool, width: 0.1, color, normal, thinnest: 1.0, paint: None }];
         events.extend((0..=30).map(|i| {
             let p = Vec3::new(i as f32 * 0.1, number as f32 * 1.0e-3, 0.0);
             Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }

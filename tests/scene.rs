@@ -22,7 +22,7 @@ const WHITE: (f32, f32, f32, f32) = (1.0, 1.0, 1.0, 1.0);
 
 fn begin(stroke: u32, tool: Tool, normal: NormalRule) -> Event {
     let stroke = StrokeId(stroke);
-    Event::Begin { t: 0.0, stroke, tool, width: 0.2, color: WHITE, normal, thinnest: 1.0 }
+    Event::Begin { t: 0.0, stroke, tool, width: 0.2, color: WHITE, normal, thinnest: 1.0, paint: None }
 }
 
 fn point(stroke: u32, p: Vec3, q: Quat) -> Event {
@@ -60,7 +60,9 @@ fn follow(changes: &[Change], filed: &mut std::collections::BTreeSet<PolygonId>)
         match *change {
             Change::Insert(id) => assert!(filed.insert(id), "{id:?} came twice"),
             Change::Remove(id) => assert!(filed.remove(&id), "{id:?} went without being there"),
-            Change::Update(id) => assert!(filed.contains(&id), "{id:?} moved without being there"),
+            Change::Update(id) | Change::Repaint(id) => {
+                assert!(filed.contains(&id), "{id:?} moved without being there");
+            }
         }
     }
 }
@@ -144,6 +146,7 @@ fn what_is_degenerate_is_dropped_and_counted() {
         color: WHITE,
         normal: NormalRule::LocalX,
         thinnest: 1.0,
+        paint: None,
     };
     let far = Vec3::splat(3.0e38);
     let events = [

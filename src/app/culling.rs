@@ -302,7 +302,7 @@ impl Culling {
         self.pipeline.index().box_query(&reach, &mut self.found);
         self.found.extend(waiting.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) => Some(id),
-            Change::Remove(_) => None,
+            Change::Remove(_) | Change::Repaint(_) => None,
         }));
         self.reaches.points += 1;
         self.reaches.polygons += self.found.len() as u64;

@@ -28,7 +28,16 @@ fn session(random: &mut Pcg64) -> Vec<Event> {
                 let stroke = StrokeId(strokes as u32);
                 strokes += 1;
                 let (tool, normal, color) = (Tool::Ribbon, NormalRule::Transport, (1.0, 1.0, 1.0, 1.0));
-                events.push(Event::Begin { t, stroke, tool, width: 0.1, color, normal, thinnest: 1.0 });
+                events.push(Event::Begin {
+                    t,
+                    stroke,
+                    tool,
+                    width: 0.1,
+                    color,
+                    normal,
+                    thinnest: 1.0,
+                    paint: None,
+                });
                 events.extend((0..4).map(|i| {
                     let p = Vec3::new(i as f32 * 0.1, stroke.0 as f32, 0.0);
                     Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }

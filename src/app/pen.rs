@@ -227,6 +227,7 @@ impl Drawing {
             color: (r, g, b, a),
             normal: NormalRule::LocalX,
             thinnest: THINNEST,
+            paint: None,
         });
         out.push(self.last.event(t, self.stroke));
     }

@@ -358,6 +358,7 @@ mod tests {
                 color: (1.0, 1.0, 1.0, 1.0),
                 normal,
                 thinnest: 1.0,
+                paint: None,
             });
             for i in 0..12 {
                 let p = Vec3::new(i as f32 * 0.1, number as f32 * 0.2, (i * number) as f32 * 0.01);
@@ -382,6 +383,7 @@ mod tests {
                 Change::Insert(id) => index.insert(id, scene.bounds(id)),
                 Change::Remove(id) => index.remove(id),
                 Change::Update(id) => index.update(id, scene.bounds(id)),
+                Change::Repaint(_) => Ok(()),
             }
             .expect("a change that fits the index");
         }

@@ -11,6 +11,9 @@ use crate::{
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
 
+/// Changes that an index hears of at once.
+const ANNOUNCED: usize = 16;
+
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
@@ -137,7 +140,10 @@ impl Pipeline {
     /// inserted once its box is finite again.
     fn file(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let wants_shapes = self.index.wants_shapes();
-        for &change in changes {
+        for (i, &change) in changes.iter().enumerate() {
+            if i.is_multiple_of(ANNOUNCED) {
+                self.index.announce(geometry, &changes[i..changes.len().min(i + ANNOUNCED)]);
+            }
             let outcome = match change {
                 Change::Insert(id) => {
                     record.inserted += 1;
@@ -155,6 +161,7 @@ impl Pipeline {
                     record.updated += 1;
                     self.follow(id, &geometry.bounds(id))
                 }
+                Change::Repaint(_) => continue,
             };
             if let (true, Ok(()), Change::Insert(id) | Change::Update(id)) = (wants_shapes, outcome, change)
                 && let Some(polygon) = geometry.polygon(id)

@@ -215,6 +215,7 @@ fn ribbons(scene: &mut Builder, width_m: f64) {
             color: (0.5, 0.6, 0.8, 1.0),
             normal: NormalRule::Transport,
             thinnest: 1.0,
+            paint: None,
         });
         let mut at = scene.random.within(low, high);
         let mut travel = scene.random.direction();

@@ -13,7 +13,7 @@ use crate::{
         BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
         PoolConfig, PreviousFrameOccluders, SelectConfig, SelectCounts, Selector, Soundness,
     },
-    polygon::{Change, PolygonId},
+    polygon::{Change, Geometry, PolygonId},
     scene::Scene,
     view::{View, ViewWindow},
 };
@@ -284,6 +284,7 @@ impl Verifier {
                 Change::Insert(id) => self.index.insert(id, scene.bounds(id)),
                 Change::Remove(id) => self.index.remove(id),
                 Change::Update(id) => self.index.update(id, scene.bounds(id)),
+                Change::Repaint(_) => Ok(()),
             };
         }
         self.pool.follow(scene, changes);
@@ -307,7 +308,8 @@ impl Verifier {
             let lost = lost_polygons(scene, view, self.in_view.ids());
             self.views.lost += lost.len() as u64;
             self.views.first_lost = self.views.first_lost.or(lost.first().map(|&id| (self.views.views, id)));
-            let oracle = Oracle::new(&window, subjects(scene, self.in_view.ids()), self.config.oracle);
+            let oracle =
+                Oracle::new(&window, subjects(scene, &window, self.in_view.ids()), self.config.oracle);
             for (id, sight) in oracle.answers() {
                 self.truth[id.index()].0 = Some(sight);
                 self.views.visible += u64::from(sight == Sight::Visible);
@@ -513,7 +515,7 @@ pub fn visible_polygons(
     config: OracleConfig,
 ) -> Vec<PolygonId> {
     let is_visible = |&(_, sight): &(PolygonId, Sight)| sight == Sight::Visible;
-    let mut visible: Vec<PolygonId> = Oracle::new(window, subjects(scene, in_view), config)
+    let mut visible: Vec<PolygonId> = Oracle::new(window, subjects(scene, window, in_view), config)
         .answers()
         .filter(is_visible)
         .map(|(id, _)| id)
@@ -529,10 +531,15 @@ pub fn missing(visible: &[PolygonId], drawn: &[PolygonId]) -> u64 {
     visible.iter().filter(|id| drawn.binary_search(id).is_err()).count() as u64
 }
 
-fn subjects<'a>(scene: &'a Scene, ids: &'a [PolygonId]) -> impl Iterator<Item = Subject> + 'a {
-    ids.iter().map(|&id| {
-        let (.., opacity) = scene.stroke_of(id).color();
-        Subject { id, polygon: scene.polygon(id), opaque: opacity >= 1.0 }
+fn subjects<'a>(
+    scene: &'a Scene,
+    window: &ViewWindow,
+    ids: &'a [PolygonId],
+) -> impl Iterator<Item = Subject> + use<'a> {
+    let (eye, up) = (window.eye_in_world().as_vec3(), (window.corners()[3] - window.corners()[0]).as_vec3());
+    ids.iter().map(move |&id| {
+        let polygon = scene.polygon_from(id, eye, up);
+        Subject { id, polygon, occluder: scene.occluder(id) }
     })
 }
 

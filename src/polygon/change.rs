@@ -7,6 +7,8 @@ pub enum Change {
     Insert(PolygonId),
     /// The polygon is gone (it may come back by undo or redo, under the same id).
     Remove(PolygonId),
-    /// The polygon has moved.
+    /// The polygon has moved, or has another shape.
     Update(PolygonId),
+    /// The polygon is where it was, and looks different: only who draws it cares.
+    Repaint(PolygonId),
 }

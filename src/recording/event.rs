@@ -1,10 +1,11 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::Environment;
 use crate::math::COORDINATE_LIMIT_M;
 
 /// The number of the recording format that this crate writes, and the newest it reads.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// A stroke's number, unique within a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -34,12 +35,30 @@ pub struct Header {
     /// A view that the session's maker chose (the thumbnail camera of a Tilt Brush sketch).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<Camera>,
+    /// Light and background, if the session has its own (since format 2).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub environment: Option<Box<Environment>>,
+    /// The layers that strokes name by their places; none: a single one that can be seen (since format 2).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
+    /// What the source has and a recording does not hold, for people to read: pictures, models, videos (since format 2).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
 }
 
 impl Header {
     /// A header of the current format.
     pub fn new(name: impl Into<String>, source: impl Into<String>) -> Self {
-        Self { format: FORMAT_VERSION, name: name.into(), source: source.into(), root: None, camera: None }
+        Self {
+            format: FORMAT_VERSION,
+            name: name.into(),
+            source: source.into(),
+            root: None,
+            camera: None,
+            environment: None,
+            layers: Vec::new(),
+            left_out: Vec::new(),
+        }
     }
 
     /// Checks every number against what the header means; the error says what was expected.
@@ -59,8 +78,20 @@ impl Header {
                 return Err("a field of view between 0 and 180 degrees");
             }
         }
-        Ok(())
+        self.environment.as_ref().map_or(Ok(()), |environment| environment.check())
     }
+}
+
+/// A layer of a session.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// What its maker calls it.
+    #[serde(default)]
+    pub name: String,
+    /// Whether its strokes are not drawn.
+    #[serde(default)]
+    pub hidden: bool,
 }
 
 /// The root cube of a session, world space, metres.
@@ -94,6 +125,43 @@ pub enum Tool {
     Wall,
     /// A closed tube around the samples.
     Tube,
+}
+
+/// The brush of a stroke and what belongs to it. Programs that do not know the brush draw what the stroke says besides.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Paint {
+    /// Name or GUID of the brush.
+    pub brush: String,
+    /// What the brush's random numbers start from.
+    #[serde(default, skip_serializing_if = "is_zero_number")]
+    pub seed: u32,
+    /// Factor of the lengths that are part of the brush (spacing, fading), not of the width.
+    #[serde(default = "full", skip_serializing_if = "is_full")]
+    pub scale: f32,
+    /// The layer: a place in [`Header::layers`], if there are any.
+    #[serde(default, skip_serializing_if = "is_zero_number")]
+    pub layer: u32,
+}
+
+impl Paint {
+    /// Longest name of a brush, bytes.
+    pub const MAX_NAME_BYTES: usize = 64;
+
+    /// This brush, at its own scale, on the first layer.
+    pub fn new(brush: impl Into<String>, seed: u32) -> Self {
+        Self { brush: brush.into(), seed, scale: 1.0, layer: 0 }
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        if self.brush.len() > Self::MAX_NAME_BYTES {
+            return Err("a brush's name of at most 64 bytes");
+        }
+        if !(self.scale > 0.0 && self.scale <= COORDINATE_LIMIT_M) {
+            return Err("a positive scale of the brush");
+        }
+        Ok(())
+    }
 }
 
 /// How a ribbon lies to the pose of the tracker that drew it.
@@ -154,6 +222,9 @@ pub enum Event {
         /// Part of the width that is left at pressure 0 (1: pressure does not matter).
         #[serde(default, skip_serializing_if = "is_zero")]
         thinnest: f32,
+        /// The brush and what belongs to it (since format 2).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        paint: Option<Box<Paint>>,
     },
     /// A control point of a stroke that has begun.
     Point {
@@ -264,6 +335,10 @@ fn is_zero(value: &f32) -> bool {
     value.to_bits() == 0
 }
 
+fn is_zero_number(value: &u32) -> bool {
+    *value == 0
+}
+
 fn is_default_rule(rule: &NormalRule) -> bool {
     *rule == NormalRule::default()
 }
@@ -320,7 +395,8 @@ impl Event {
                 check_pose(*p, *q)?;
                 finite(pressure.is_finite(), "a finite pressure")
             }
-            Self::Begin { width, color, thinnest, .. } => {
+            Self::Begin { width, color, thinnest, paint, .. } => {
+                paint.as_ref().map_or(Ok(()), |paint| paint.check())?;
                 finite((0.0..=COORDINATE_LIMIT_M).contains(width), "a width of 0 or more metres")?;
                 finite((0.0..=1.0).contains(thinnest), "`thinnest` between 0 and 1")?;
                 check_color(*color)

@@ -4,8 +4,9 @@
 //! A recording is text, one RON value a line: a [`Header`], then events. A session that is being drawn is appended
 //! line by line, so a crash loses at most the line being written.
 //!
-//! Knows [`math`](crate::math) only.
+//! Knows [`math`](crate::math); the importers know the names of [`brush`](crate::brush)es.
 
+mod environment;
 mod error;
 mod event;
 #[cfg(feature = "formats")]
@@ -23,9 +24,10 @@ mod synth;
 #[cfg(feature = "formats")]
 mod unpacked;
 
+pub use environment::Environment;
 pub use error::RecordingError;
 pub use event::{
-    Camera, Event, FORMAT_VERSION, GroupId, Header, NormalRule, Root, StrokeId, Tool, Transform,
+    Camera, Event, FORMAT_VERSION, GroupId, Header, Layer, NormalRule, Paint, Root, StrokeId, Tool, Transform,
 };
 pub use limits::{Excess, Limits, Place};
 #[cfg(any(feature = "cli", feature = "window"))]

@@ -118,7 +118,7 @@ impl GpuScene {
     /// visible or not.
     pub(super) fn note(&mut self, changes: &[Change]) {
         for change in changes {
-            if let Change::Update(id) = *change
+            if let Change::Update(id) | Change::Repaint(id) = *change
                 && id.index() < self.uploaded
             {
                 self.moved[id.index() / 64] |= 1 << (id.index() % 64);

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::{Scene, edit::Edit, group, model::Untold};
 use crate::{
+    brush::Surface,
     polygon::Change,
     recording::{GroupId, StrokeId, Transform},
 };
@@ -41,6 +42,7 @@ impl Scene {
             for id in std::mem::take(&mut stroke.polygons).into_iter().flatten() {
                 self.polygons.release(id as usize);
                 self.bounds.release(id as usize);
+                self.surfaces.release(id as usize);
                 self.owner.release(id as usize);
                 self.let_go += 1;
             }
@@ -156,7 +158,7 @@ impl Scene {
     }
 
     /// A stroke is elsewhere now: it is placed anew once all events of the frame are taken.
-    fn displace(&mut self, at: u32) {
+    pub(super) fn displace(&mut self, at: u32) {
         if let Some(stroke) = self.strokes.get_mut(at as usize)
             && !std::mem::replace(&mut stroke.is_displaced, true)
         {
@@ -189,7 +191,9 @@ impl Scene {
         for id in stroke.polygon_ids() {
             let local = &self.polygons[id.index()];
             let world = local.map(|p| self.chain.iter().fold(p + stroke.offset, |p, to| group::apply(to, p)));
-            self.bounds[id.index()] = world.bounds();
+            let surface = self.surfaces.get(id.index()).copied().unwrap_or(Surface::PLAIN);
+            let scale = self.chain.iter().map(|to| to.s).product();
+            self.bounds[id.index()] = stroke.bounds_of(&world, &surface, scale);
             self.displaced += 1;
             if stroke.is_visible() {
                 changes.push(Change::Update(id));

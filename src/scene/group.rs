@@ -210,6 +210,17 @@ impl Groups {
         p
     }
 
+    /// How much larger things of a group are in world space.
+    pub(super) fn scale_to_world(&self, mut group: Option<usize>) -> f32 {
+        let mut scale = 1.0;
+        while let Some(at) = group {
+            let Group { to, parent, .. } = &self.groups[at];
+            scale *= to.s;
+            group = *parent;
+        }
+        scale
+    }
+
     /// A way of world space as it is in a group: scaled and turned back. `None` if the group has shrunk to a point (or to
     /// so little that no number tells it): no way within it is a way in the world.
     pub(super) fn way_from_world(&self, group: Option<usize>, by: Vec3) -> Option<Vec3> {

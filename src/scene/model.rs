@@ -4,10 +4,11 @@ use glam::Vec3;
 
 use super::{edit::Edit, group::Groups, history::History, used::UsedNumbers};
 use crate::{
+    brush::{self, Brush, Surface},
     math::{Aabb, unit},
     polygon::{Change, ConvexPolygon, Paged, PolygonId},
-    recording::{Event, GroupId, StrokeId, Transform},
-    stroke::{Brush, Drops, Sample, StrokeBuilder, split_into_convex},
+    recording::{Event, GroupId, Paint, StrokeId, Transform},
+    stroke::{Drops, Piece, Pieces, Sample, StrokeBuilder, StrokeSettings, split_into_convex},
 };
 
 /// A stroke and what has become of it.
@@ -15,9 +16,18 @@ use crate::{
 pub struct Stroke {
     pub(super) id: Option<StrokeId>,
     color: (f32, f32, f32, f32),
+    /// What it is painted with, if its recording names a brush that is known.
+    pub(super) brush: Option<&'static Brush>,
+    /// How far the brush's animation may take polygons out of their boxes, metres, in the stroke's own space.
+    pub(super) padding_m: f32,
+    layer: u32,
     points: u32,
     /// Its polygons; more than one range where strokes overlap in time.
     pub(super) polygons: Vec<Range<u32>>,
+    /// Polygons in use; those after them have shrunk to a point until the stroke needs them again.
+    used: u32,
+    /// Samples have come since it was last painted.
+    is_unpainted: bool,
     pub(super) erased: bool,
     pub(super) undone: bool,
     /// No undo or redo brings it back any more; its polygons are let go next.
@@ -44,8 +54,13 @@ impl Stroke {
     const NONE: Self = Self {
         id: None,
         color: (0.0, 0.0, 0.0, 0.0),
+        brush: None,
+        padding_m: 0.0,
+        layer: 0,
         points: 0,
         polygons: Vec::new(),
+        used: 0,
+        is_unpainted: false,
         erased: false,
         undone: true,
         is_gone: true,
@@ -67,6 +82,16 @@ impl Stroke {
         self.color
     }
 
+    /// What it is painted with, if its recording names a brush that is known.
+    pub fn brush(&self) -> Option<&'static Brush> {
+        self.brush
+    }
+
+    /// Its layer, a place in [`Header::layers`](crate::recording::Header::layers).
+    pub fn layer(&self) -> u32 {
+        self.layer
+    }
+
     /// Whether its polygons are in the model now.
     pub fn is_visible(&self) -> bool {
         !self.erased && !self.undone
@@ -85,6 +110,32 @@ impl Stroke {
     /// Its control points so far.
     pub fn point_count(&self) -> u32 {
         self.points
+    }
+
+    /// The id of its polygon at a place, counted from its first.
+    fn id_at(&self, place: u32) -> Option<PolygonId> {
+        let mut left = place;
+        for range in &self.polygons {
+            let count = range.end - range.start;
+            if left < count {
+                return Some(PolygonId(range.start + left));
+            }
+            left -= count;
+        }
+        None
+    }
+
+    /// The box of one of its polygons in the world.
+    pub(super) fn bounds_of(&self, world: &ConvexPolygon, surface: &Surface, world_scale: f32) -> Aabb {
+        let mut bounds = world.bounds();
+        if surface.is_facing() {
+            // From every eye it stays in the ball through its corners. The factor covers rounding.
+            let middle = bounds.center();
+            let radius = world.vertices().iter().map(|p| p.distance(middle)).fold(0.0, f32::max) * 1.001;
+            bounds = Aabb { min: middle - radius, max: middle + radius };
+        }
+        let padding = self.padding_m * world_scale;
+        if padding > 0.0 { Aabb { min: bounds.min - padding, max: bounds.max + padding } } else { bounds }
     }
 
     /// Its polygons, in order of arrival.
@@ -136,6 +187,8 @@ pub struct SceneWork {
 pub struct Scene {
     /// In the stroke's own space (which is the world's until it is moved or grouped).
     pub(super) polygons: Paged<ConvexPolygon>,
+    /// How polygons are painted. Shorter than `polygons` as long as those that follow are plain.
+    pub(super) surfaces: Paged<Surface>,
     /// In world space.
     pub(super) bounds: Paged<Aabb>,
     /// The place of its stroke in `strokes`.
@@ -157,8 +210,13 @@ pub struct Scene {
     pub(super) to_tell: Vec<Untold>,
     /// Scratch: the transforms of a stroke's groups.
     pub(super) chain: Vec<Transform>,
+    /// Strokes to paint once the frame's samples have come.
+    to_paint: Vec<u32>,
+    /// Brushes that recordings name and nobody knows, each once.
+    unknown_brushes: Vec<String>,
     /// Filled and emptied within one call.
-    fresh: Vec<ConvexPolygon>,
+    fresh: Pieces,
+    repainted: Vec<(u32, Surface)>,
 }
 
 impl Scene {
@@ -214,6 +272,19 @@ impl Scene {
             return *local;
         }
         local.map(|p| self.groups.to_world(stroke.group, p + stroke.offset))
+    }
+
+    /// How a polygon is painted. Panics if there is no such id.
+    pub fn surface(&self, id: PolygonId) -> Surface {
+        match self.surfaces.get(id.index()) {
+            Some(&surface) => surface,
+            None => *self.let_go_or_panic(id, &Surface::PLAIN),
+        }
+    }
+
+    /// Brushes that the events so far name and nobody knows: their strokes are plain ribbons. Each once, the first thousand.
+    pub fn unknown_brushes(&self) -> &[String] {
+        &self.unknown_brushes
     }
 
     /// The stroke of a polygon; one of nothing that can be seen if it was let go. Panics if there is no such id.
@@ -278,6 +349,7 @@ impl Scene {
         for event in events {
             self.take(event, changes);
         }
+        self.paint(changes);
         self.tell_of_visibility(changes);
         self.place_displaced(changes);
     }
@@ -285,9 +357,17 @@ impl Scene {
     fn take(&mut self, event: &Event, changes: &mut Vec<Change>) {
         let known = match event {
             Event::Head { .. } => Some(()),
-            Event::Begin { stroke, tool, width, color, normal, thinnest, .. } => {
-                let brush = Brush { tool: *tool, width_m: *width, thinnest: *thinnest, normal: *normal };
-                self.begin(*stroke, brush, *color)
+            Event::Begin { stroke, tool, width, color, normal, thinnest, paint, .. } => {
+                let settings = StrokeSettings {
+                    brush: paint.as_ref().and_then(|paint| brush::find(&paint.brush)),
+                    tool: *tool,
+                    width_m: *width,
+                    thinnest: *thinnest,
+                    normal: *normal,
+                    seed: paint.as_ref().map_or(0, |paint| paint.seed),
+                    scale: paint.as_ref().map_or(1.0, |paint| paint.scale),
+                };
+                self.begin(*stroke, settings, *color, paint.as_deref())
             }
             Event::Point { stroke, p, q, pressure, .. } => {
                 let sample = Sample { position: *p, orientation: unit(*q), pressure: *pressure };
@@ -309,12 +389,28 @@ impl Scene {
         }
     }
 
-    fn begin(&mut self, id: StrokeId, brush: Brush, color: (f32, f32, f32, f32)) -> Option<()> {
+    fn begin(
+        &mut self,
+        id: StrokeId,
+        settings: StrokeSettings,
+        color: (f32, f32, f32, f32),
+        paint: Option<&Paint>,
+    ) -> Option<()> {
         if self.is_used(id) {
             return None;
         }
         let at = self.add_stroke(Some(id), color);
-        self.strokes[at as usize].builder = Some(Box::new(StrokeBuilder::new(brush)));
+        let stroke = &mut self.strokes[at as usize];
+        stroke.builder = Some(Box::new(StrokeBuilder::new(settings)));
+        stroke.brush = settings.brush;
+        stroke.padding_m = settings.brush.map_or(0.0, |brush| brush.bounds_padding_m * settings.scale);
+        if let Some(paint) = paint {
+            stroke.layer = paint.layer;
+            let is_new = stroke.brush.is_none() && !self.unknown_brushes.contains(&paint.brush);
+            if is_new && self.unknown_brushes.len() < 1000 {
+                self.unknown_brushes.push(paint.brush.clone());
+            }
+        }
         self.counts.strokes += 1;
         self.record(Edit::Draw { stroke: at });
         Some(())
@@ -323,19 +419,54 @@ impl Scene {
     fn point(&mut self, id: StrokeId, sample: Sample, changes: &mut Vec<Change>) -> Option<()> {
         let at = *self.stroke_by_id.get(&id)?;
         let stroke = &mut self.strokes[at as usize];
-        stroke.builder.as_mut()?.push(sample, &mut self.fresh, &mut self.counts.drops);
+        let builder = stroke.builder.as_mut()?;
+        self.fresh.begin(stroke.used);
+        builder.push(sample, &mut self.fresh, &mut self.counts.drops);
         stroke.points += 1;
         self.counts.points += 1;
+        if stroke.brush.is_some() && !std::mem::replace(&mut stroke.is_unpainted, true) {
+            self.to_paint.push(at);
+        }
         self.file_fresh(at, changes);
         Some(())
     }
 
     fn end(&mut self, id: StrokeId, changes: &mut Vec<Change>) -> Option<()> {
         let at = *self.stroke_by_id.get(&id)?;
-        let mut builder = self.strokes[at as usize].builder.take()?;
+        let stroke = &mut self.strokes[at as usize];
+        let mut builder = stroke.builder.take()?;
+        self.fresh.begin(stroke.used);
         builder.finish(&mut self.fresh, &mut self.counts.drops);
         self.file_fresh(at, changes);
+        self.paint_stroke(at, &mut builder, changes);
         Some(())
+    }
+
+    /// Paints the strokes that have got samples in this frame, as far as their whole length matters for that.
+    fn paint(&mut self, changes: &mut Vec<Change>) {
+        let mut to_paint = std::mem::take(&mut self.to_paint);
+        for at in to_paint.drain(..) {
+            let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
+            stroke.is_unpainted = false;
+            if let Some(mut builder) = stroke.builder.take() {
+                self.paint_stroke(at, &mut builder, changes);
+                self.strokes[at as usize].builder = Some(builder);
+            }
+        }
+        self.to_paint = to_paint;
+    }
+
+    fn paint_stroke(&mut self, at: u32, builder: &mut StrokeBuilder, changes: &mut Vec<Change>) {
+        let mut repainted = std::mem::take(&mut self.repainted);
+        builder.repaint(&mut repainted);
+        for (place, surface) in repainted.drain(..) {
+            let Some(id) = self.strokes[at as usize].id_at(place) else { continue };
+            if self.surface(id) != surface {
+                self.set_surface(id, surface);
+                self.note_replaced(at, Change::Repaint(id), changes);
+            }
+        }
+        self.repainted = repainted;
     }
 
     fn add_polygon(
@@ -355,7 +486,9 @@ impl Scene {
                 at
             }
         };
-        split_into_convex(vertices, &mut self.fresh, &mut self.counts.drops);
+        self.fresh.begin(self.strokes[at as usize].used);
+        let drops = &mut self.counts.drops;
+        self.fresh.push_all(drops, |out, drops| split_into_convex(vertices, out, drops));
         self.file_fresh(at, changes);
         Some(())
     }
@@ -369,26 +502,94 @@ impl Scene {
         at
     }
 
-    /// Gives the fresh polygons their ids and files them under their stroke.
+    /// Replaces the polygons of a stroke that its last sample has changed, and gives those that are new their ids.
     fn file_fresh(&mut self, at: u32, changes: &mut Vec<Change>) {
-        for local in self.fresh.drain(..) {
-            let id = PolygonId(self.bounds.len() as u32);
-            let stroke = &mut self.strokes[at as usize];
-            match stroke.polygons.last_mut() {
-                Some(range) if range.end == id.0 => range.end += 1,
-                _ => stroke.polygons.push(id.0..id.0 + 1),
+        let fresh = std::mem::take(&mut self.fresh);
+        let used_before = std::mem::replace(&mut self.strokes[at as usize].used, fresh.len());
+        let count = self.strokes[at as usize].polygons.iter().map(|r| r.end - r.start).sum::<u32>();
+        for (place, piece) in (fresh.kept()..).zip(fresh.fresh()) {
+            if place < count {
+                self.replace(at, place, piece, changes);
+            } else {
+                self.add_piece(at, piece, changes);
             }
-            let world = local.map(|p| self.groups.to_world(stroke.group, p + stroke.offset));
-            self.polygons.push(local);
-            self.bounds.push(world.bounds());
-            self.owner.push(at);
-            self.counts.polygons += 1;
-            if stroke.is_visible() {
-                self.counts.visible += 1;
-                if !stroke.is_untold {
-                    changes.push(Change::Insert(id));
-                }
+        }
+        if fresh.len() < used_before
+            && let Some(point) =
+                self.strokes[at as usize].id_at(0).map(|id| self.polygons[id.index()].vertices()[0])
+        {
+            let shrunk =
+                Piece { polygon: ConvexPolygon::triangle(point, point, point), surface: Surface::PLAIN };
+            for place in fresh.len()..used_before {
+                self.replace(at, place, &shrunk, changes);
             }
+        }
+        self.fresh = fresh;
+    }
+
+    fn replace(&mut self, at: u32, place: u32, piece: &Piece, changes: &mut Vec<Change>) {
+        let stroke = &self.strokes[at as usize];
+        let Some(id) = stroke.id_at(place) else { return };
+        let is_same = self.polygons[id.index()] == piece.polygon;
+        if is_same && self.surface(id) == piece.surface {
+            return;
+        }
+        self.polygons[id.index()] = piece.polygon;
+        self.set_surface(id, piece.surface);
+        let stroke = &self.strokes[at as usize];
+        let world = piece.polygon.map(|p| self.groups.to_world(stroke.group, p + stroke.offset));
+        self.bounds[id.index()] =
+            stroke.bounds_of(&world, &piece.surface, self.groups.scale_to_world(stroke.group));
+        self.note_replaced(at, if is_same { Change::Repaint(id) } else { Change::Update(id) }, changes);
+    }
+
+    /// Tells of a polygon that is another now: at once, or when its stroke is told of.
+    fn note_replaced(&mut self, at: u32, change: Change, changes: &mut Vec<Change>) {
+        let stroke = &mut self.strokes[at as usize];
+        if stroke.is_untold {
+            self.displace(at);
+        } else if stroke.is_visible() {
+            changes.push(change);
+        } else {
+            stroke.was_displaced_unseen = true;
+        }
+    }
+
+    fn add_piece(&mut self, at: u32, piece: &Piece, changes: &mut Vec<Change>) {
+        let id = PolygonId(self.bounds.len() as u32);
+        let stroke = &mut self.strokes[at as usize];
+        match stroke.polygons.last_mut() {
+            Some(range) if range.end == id.0 => range.end += 1,
+            _ => stroke.polygons.push(id.0..id.0 + 1),
+        }
+        let world = piece.polygon.map(|p| self.groups.to_world(stroke.group, p + stroke.offset));
+        let bounds = stroke.bounds_of(&world, &piece.surface, self.groups.scale_to_world(stroke.group));
+        self.polygons.push(piece.polygon);
+        self.bounds.push(bounds);
+        self.owner.push(at);
+        self.counts.polygons += 1;
+        if stroke.is_visible() {
+            self.counts.visible += 1;
+            if !stroke.is_untold {
+                changes.push(Change::Insert(id));
+            }
+        }
+        if piece.surface != Surface::PLAIN {
+            self.set_surface(id, piece.surface);
+        }
+    }
+
+    fn set_surface(&mut self, id: PolygonId, surface: Surface) {
+        if id.index() >= self.surfaces.len() {
+            if surface == Surface::PLAIN {
+                return;
+            }
+            while self.surfaces.len() <= id.index() {
+                self.surfaces.push(Surface::PLAIN);
+            }
+        }
+        if let Some(painted) = self.surfaces.get_mut(id.index()) {
+            *painted = surface;
         }
     }
 

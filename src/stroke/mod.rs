@@ -1,17 +1,22 @@
-//! Tracker samples become polygons, one sample at a time: ribbons, walls and tubes.
+//! Tracker samples become polygons, one sample at a time: ribbons, walls and tubes, and what [brushes](crate::brush) make.
 //!
-//! Every builder takes samples as they come and appends finished [`ConvexPolygon`]s; what is degenerate is dropped
-//! and counted in [`Drops`], never passed on.
+//! Every builder takes samples as they come and says what they do to the polygons of the stroke ([`Pieces`]): most only
+//! append, a hull that grows or a ribbon that is smoothed replaces some. What is degenerate is dropped and counted in
+//! [`Drops`], never passed on.
 //!
-//! Knows [`recording`](crate::recording) and [`polygon`](crate::polygon).
+//! Knows [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](crate::polygon).
 
 mod frame;
+mod pieces;
 mod polygon;
+#[cfg_attr(not(test), expect(dead_code, reason = "for the brushes"))]
+mod random;
 mod ribbon;
 mod triangulate;
 mod tube;
 mod wall;
 
+pub use pieces::{Piece, Pieces};
 pub use ribbon::RibbonBuilder;
 pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
@@ -20,7 +25,7 @@ pub use wall::WallBuilder;
 use glam::{Quat, Vec3};
 
 use crate::{
-    polygon::ConvexPolygon,
+    brush::{self, Surface},
     recording::{NormalRule, Tool},
 };
 
@@ -37,18 +42,24 @@ pub struct Sample {
 
 /// How a stroke is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Brush {
-    /// What the samples become.
+pub struct StrokeSettings {
+    /// The brush; without one, the samples become what `tool` says.
+    pub brush: Option<&'static brush::Brush>,
+    /// What the samples become without a brush.
     pub tool: Tool,
     /// Full width at full pressure, metres.
     pub width_m: f32,
     /// Part of the width left at pressure 0.
     pub thinnest: f32,
-    /// How a ribbon lies to the tracker.
+    /// How a ribbon without a brush lies to the tracker.
     pub normal: NormalRule,
+    /// What the random numbers of a brush start from.
+    pub seed: u32,
+    /// Factor of the lengths that are part of a brush (spacing, fading), not of the width.
+    pub scale: f32,
 }
 
-impl Brush {
+impl StrokeSettings {
     /// Half of the width at this pressure, metres.
     fn half_width_m(&self, pressure: f32) -> f32 {
         let pressure = pressure.clamp(0.0, 1.0);
@@ -81,30 +92,37 @@ pub enum StrokeBuilder {
 }
 
 impl StrokeBuilder {
-    /// A builder for this brush.
-    pub fn new(brush: Brush) -> Self {
-        match brush.tool {
-            Tool::Ribbon => Self::Ribbon(RibbonBuilder::new(brush)),
+    /// A builder for these settings.
+    pub fn new(settings: StrokeSettings) -> Self {
+        match settings.tool {
+            Tool::Ribbon => Self::Ribbon(RibbonBuilder::new(settings)),
             Tool::Wall => Self::Wall(WallBuilder::new()),
-            Tool::Tube => Self::Tube(TubeBuilder::new(brush)),
+            Tool::Tube => Self::Tube(TubeBuilder::new(settings)),
         }
     }
 
-    /// Takes a sample and appends the polygons that it completes.
-    pub fn push(&mut self, sample: Sample, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
+    /// Takes a sample; `out` has been begun for the stroke and says what that does to its polygons.
+    pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         match self {
-            Self::Ribbon(b) => b.push(sample, out, drops),
+            Self::Ribbon(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
             Self::Wall(b) => b.push(sample, drops),
-            Self::Tube(b) => b.push(sample, out, drops),
+            Self::Tube(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
         }
     }
 
-    /// Ends the stroke and appends what only its end completes.
-    pub fn finish(&mut self, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
+    /// Ends the stroke; `out` says what that does to its polygons.
+    pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         match self {
             Self::Ribbon(_) => {}
-            Self::Wall(b) => b.finish(out, drops),
-            Self::Tube(b) => b.finish(out, drops),
+            Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
+            Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
         }
+    }
+
+    /// Paints polygons anew that the samples since the last call have changed only in their painting: what depends on the
+    /// length of the whole stroke, or on the distance from its end. Appends places, ascending, and how those are painted.
+    /// To be called once a frame, and after [`StrokeBuilder::finish`].
+    pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
+        let _ = out;
     }
 }

@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use super::{Brush, Drops, Sample, frame};
+use super::{Drops, Sample, StrokeSettings, frame};
 use crate::{math::TOLERANCE_M, polygon::ConvexPolygon};
 
 /// Makes a ribbon: one quad between each two samples, spanned along the width (see [`crate::recording::NormalRule`]).
@@ -9,7 +9,7 @@ use crate::{math::TOLERANCE_M, polygon::ConvexPolygon};
 /// whose normal is the tracker's X axis, between each two samples).
 #[derive(Clone, Debug)]
 pub struct RibbonBuilder {
-    brush: Brush,
+    settings: StrokeSettings,
     last: Option<Sample>,
     /// The left and right border at the last sample; unknown until the stroke has a direction.
     border: Option<[Vec3; 2]>,
@@ -18,8 +18,8 @@ pub struct RibbonBuilder {
 
 impl RibbonBuilder {
     /// A ribbon without samples.
-    pub fn new(brush: Brush) -> Self {
-        Self { brush, last: None, border: None, side: None }
+    pub fn new(settings: StrokeSettings) -> Self {
+        Self { settings, last: None, border: None, side: None }
     }
 
     /// Takes a sample and appends the quad to it from the one before: one flat polygon or two triangles.
@@ -43,12 +43,12 @@ impl RibbonBuilder {
         let [left, right] = match self.border {
             Some(border) => border,
             None => {
-                let side = frame::side(self.brush.normal, &last, travel, None);
+                let side = frame::side(self.settings.normal, &last, travel, None);
                 self.side = Some(side);
                 self.border_at(&last, side)
             }
         };
-        let side = frame::side(self.brush.normal, &sample, travel, self.side);
+        let side = frame::side(self.settings.normal, &sample, travel, self.side);
         let [next_left, next_right] = self.border_at(&sample, side);
         ConvexPolygon::push_quad([left, right, next_right, next_left], out, drops);
         self.border = Some([next_left, next_right]);
@@ -57,7 +57,7 @@ impl RibbonBuilder {
     }
 
     fn border_at(&self, sample: &Sample, side: Vec3) -> [Vec3; 2] {
-        let half = side * self.brush.half_width_m(sample.pressure);
+        let half = side * self.settings.half_width_m(sample.pressure);
         [sample.position + half, sample.position - half]
     }
 }

@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use super::{Brush, Drops, Sample, frame, split_into_convex};
+use super::{Drops, Sample, StrokeSettings, frame, split_into_convex};
 use crate::{math::TOLERANCE_M, polygon::ConvexPolygon};
 
 /// Sides of a tube's cross-section. More: rounder, and more polygons for each sample.
@@ -15,7 +15,7 @@ const CIRCLE: [(f32, f32); TUBE_SIDES] = {
 /// Makes a closed tube: a ring of quads between each two samples (rotation-minimising frame), a cap at each end.
 #[derive(Clone, Debug)]
 pub struct TubeBuilder {
-    brush: Brush,
+    settings: StrokeSettings,
     last: Option<Sample>,
     ring: Option<[Vec3; TUBE_SIDES]>,
     side: Option<Vec3>,
@@ -23,8 +23,8 @@ pub struct TubeBuilder {
 
 impl TubeBuilder {
     /// A tube without samples.
-    pub fn new(brush: Brush) -> Self {
-        Self { brush, last: None, ring: None, side: None }
+    pub fn new(settings: StrokeSettings) -> Self {
+        Self { settings, last: None, ring: None, side: None }
     }
 
     /// Takes a sample and appends the piece of tube to it from the one before.
@@ -72,7 +72,7 @@ impl TubeBuilder {
     }
 
     fn ring_at(&self, sample: &Sample, side: Vec3, travel: Vec3) -> [Vec3; TUBE_SIDES] {
-        let radius_m = self.brush.half_width_m(sample.pressure);
+        let radius_m = self.settings.half_width_m(sample.pressure);
         let up = travel.cross(side);
         CIRCLE.map(|(cos, sin)| sample.position + (side * cos + up * sin) * radius_m)
     }

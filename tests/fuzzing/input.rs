@@ -139,7 +139,16 @@ pub fn event(u: &mut Input<'_>) -> Event {
             let rules = [NormalRule::LocalX, NormalRule::SideX, NormalRule::Travel, NormalRule::Transport];
             let normal = rules[below(u, 4)];
             let width = if chance(u, 12) { 0.0 } else { unit(u) * 0.2 };
-            Event::Begin { t, stroke: stroke(u), tool, width, color: color(u), normal, thinnest: unit(u) }
+            Event::Begin {
+                t,
+                stroke: stroke(u),
+                tool,
+                width,
+                color: color(u),
+                normal,
+                thinnest: unit(u),
+                paint: None,
+            }
         }
         5..=12 => {
             let pressure = [0.0, 0.5, 1.0, unit(u)][below(u, 4)];

@@ -32,6 +32,7 @@ fn a_stroke_comes_out_in_metres_and_our_axes() {
                 color: (0.25, 1.0, 0.0, 0.0),
                 normal: NormalRule::Travel,
                 thinnest: 1.0,
+                paint: None,
             },
             point(1.5, 1.0, Quat::from_xyzw(-0.5, 0.5, 0.5, 0.5), 0.25),
             // Time runs backwards and stays so; a pressure above 1 is full.

@@ -31,6 +31,7 @@ fn a_painter_needs_no_change_of_axes_or_units() {
                 color: (0.5, 0.0, 1.0, 1.0),
                 normal: NormalRule::SideX,
                 thinnest: 0.0,
+                paint: None,
             },
             Event::Point {
                 t: 1.5,

@@ -14,7 +14,7 @@ use osp::{
     occlusion::{
         CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
     },
-    polygon::{Change, PolygonId},
+    polygon::{Change, Geometry, PolygonId},
     rivals::IndexKind,
     scene::Scene,
     view::View,
@@ -31,6 +31,7 @@ fn file(index: &mut dyn SpatialIndex, scene: &Scene, changes: &[Change]) {
         match *change {
             Change::Insert(id) => index.insert(id, scene.bounds(id)),
             Change::Remove(id) => index.remove(id),
+            Change::Repaint(_) => Ok(()),
             Change::Update(id) => index.update(id, scene.bounds(id)),
         }
         .expect("the index follows");
@@ -76,7 +77,7 @@ fn truth(told: &Told, view: &View, in_view: &DrawList) -> Vec<(PolygonId, Sight)
     let subjects = in_view.ids().iter().map(|&id| Subject {
         id,
         polygon: told.scene.polygon(id),
-        opaque: told.scene.stroke_of(id).color().3 >= 1.0,
+        occluder: Geometry::occluder(&told.scene, id),
     });
     let config = OracleConfig { width: 480, height: 320 };
     Oracle::new(&view.window().expect("a window"), subjects, config).answers().collect()

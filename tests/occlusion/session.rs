@@ -46,6 +46,7 @@ pub(crate) fn ribbon(stroke: u32, points: usize, width: f32, random: &mut Random
         color: (0.5, 0.5, 0.5, 1.0),
         normal: NormalRule::Transport,
         thinnest: 1.0,
+        paint: None,
     }];
     let mut at = random.in_cube() * 2.0;
     let mut travel = random.direction();

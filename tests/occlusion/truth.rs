@@ -32,7 +32,7 @@ fn sights(polygons: &[(ConvexPolygon, bool)], pixels: usize) -> Vec<Sight> {
     let subjects = polygons.iter().enumerate().map(|(i, (polygon, opaque))| Subject {
         id: PolygonId(i as u32),
         polygon: *polygon,
-        opaque: *opaque,
+        occluder: opaque.then_some(*polygon),
     });
     let config = OracleConfig { width: pixels, height: pixels };
     Oracle::new(&window, subjects, config).answers().map(|(_, sight)| sight).collect()

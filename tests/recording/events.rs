@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader};
 
 use glam::{Quat, Vec3};
 use osp::recording::{
-    Event, EventSource, Flush, GroupId, Header, NormalRule, Notes, OpenOptions, RecordingError, RonReader,
-    RonWriter, StrokeId, Tool, Transform,
+    Event, EventSource, Flush, GroupId, Header, NormalRule, Notes, OpenOptions, Paint, RecordingError,
+    RonReader, RonWriter, StrokeId, Tool, Transform,
 };
 use proptest::prelude::*;
 
@@ -67,6 +67,7 @@ pub(crate) fn sample_events() -> Vec<Event> {
             color: (0.25, 1.0, 0.0, 1.0),
             normal: NormalRule::Travel,
             thinnest: 0.1,
+            paint: None,
         },
         Event::Point { t: 0.03, stroke, p: Vec3::new(1e-7, -0.0, 3.4e10), q, pressure: 0.8 },
         Event::Point { t: 0.04, stroke, p: Vec3::ONE, q: Quat::IDENTITY, pressure: 0.5 },
@@ -145,13 +146,17 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
         Just(NormalRule::Travel),
         Just(NormalRule::Transport),
     ];
+    let paint = prop::option::of(
+        ("[ -~]{0,64}", any::<u32>(), 1e-6f32..1e6, any::<u32>())
+            .prop_map(|(brush, seed, scale, layer)| Box::new(Paint { brush, seed, scale, layer })),
+    );
     let strokes = || prop::collection::vec(stroke(), 0..20);
     let group = || any::<u32>().prop_map(GroupId);
     prop_oneof![
         4 => pose_event(),
-        1 => (time(), stroke(), tool, 0.0f32..10.0, color(), normal, 0.0f32..=1.0).prop_map(
-            |(t, stroke, tool, width, color, normal, thinnest)| Event::Begin {
-                t, stroke, tool, width, color, normal, thinnest
+        1 => (time(), stroke(), tool, 0.0f32..10.0, color(), normal, 0.0f32..=1.0, paint).prop_map(
+            |(t, stroke, tool, width, color, normal, thinnest, paint)| Event::Begin {
+                t, stroke, tool, width, color, normal, thinnest, paint
             }
         ),
         1 => (time(), stroke()).prop_map(|(t, stroke)| Event::End { t, stroke }),

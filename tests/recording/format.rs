@@ -46,7 +46,7 @@ fn every_kind_of_event_comes_back() {
 fn lines_are_compact_and_leave_out_what_is_usual() {
     let text = String::from_utf8(write(&Header::new("n", "s"), &sample_events())).unwrap();
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines[0], r#"Header(format:1,name:"n",source:"s")"#);
+    assert_eq!(lines[0], r#"Header(format:2,name:"n",source:"s")"#);
     assert_eq!(lines[1], "Head(t:0.016,p:(0.1,1.6,-0.3),q:(0.5,-0.5,0.5,0.5))");
     assert_eq!(
         lines[3],
@@ -89,7 +89,7 @@ fn a_last_line_without_newline_counts_if_it_is_whole() {
 #[test]
 fn headers_that_are_none_are_refused() {
     assert!(message("").contains(
-        "line 1: expected the header line `Header(format: 1, …)` of a recording; found an empty file"
+        "line 1: expected the header line `Header(format: 2, …)` of a recording; found an empty file"
     ));
     assert!(message("\n// only this\n").contains("found the end of the file"));
     assert!(message("PK\u{3}\u{4}binary\n").contains("found `PK��binary`"));
@@ -108,9 +108,11 @@ fn headers_that_are_none_are_refused() {
 
 #[test]
 fn a_newer_format_is_named_whatever_else_it_brings() {
-    let text = message("Header(format: 2, shape: [1, 2], root: (where: 3))\nGlow(t: 1)\n");
+    let text = message("Header(format: 3, shape: [1, 2], root: (where: 3))\nGlow(t: 1)\n");
     assert!(
-        text.contains("line 1: expected a recording of format 1; found a newer format: `Header(format: 2"),
+        text.contains(
+            "line 1: expected a recording of format 1 to 2; found a newer format: `Header(format: 3"
+        ),
         "{text}"
     );
     assert!(message("Header(format: 0)\n").contains("found format 0"));

@@ -45,7 +45,8 @@ pub(crate) fn winding_stroke(
 ) -> Vec<Event> {
     let stroke = StrokeId(number);
     let (t, normal, thinnest) = (0.0, NormalRule::Transport, 0.3);
-    let mut events = vec![Event::Begin { t, stroke, tool, width: 0.08, color, normal, thinnest }];
+    let mut events =
+        vec![Event::Begin { t, stroke, tool, width: 0.08, color, normal, thinnest, paint: None }];
     for i in 0..points {
         let angle = i as f32 * 0.21 + number as f32;
         let radius = 0.3 + 0.05 * (number % 7) as f32;

@@ -5,25 +5,27 @@ use osp::{
     math::TOLERANCE_M,
     polygon::ConvexPolygon,
     recording::{NormalRule, Tool},
-    stroke::{Brush, Drops, RibbonBuilder, Sample, StrokeBuilder, TUBE_SIDES, split_into_convex},
+    stroke::{
+        Drops, Pieces, RibbonBuilder, Sample, StrokeBuilder, StrokeSettings, TUBE_SIDES, split_into_convex,
+    },
 };
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 const WIDTH_M: f32 = 0.2;
 
-fn brush(tool: Tool, normal: NormalRule) -> Brush {
-    Brush { tool, width_m: WIDTH_M, thinnest: 0.25, normal }
+fn brush(tool: Tool, normal: NormalRule) -> StrokeSettings {
+    StrokeSettings { brush: None, tool, width_m: WIDTH_M, thinnest: 0.25, normal, seed: 0, scale: 1.0 }
 }
 
 fn sample(position: Vec3, orientation: Quat) -> Sample {
     Sample { position, orientation, pressure: 1.0 }
 }
 
-fn draw(brush: Brush, samples: &[Sample]) -> (Vec<ConvexPolygon>, Drops) {
-    let (mut builder, mut out, mut drops) = (StrokeBuilder::new(brush), Vec::new(), Drops::default());
+fn draw(brush: StrokeSettings, samples: &[Sample]) -> (Vec<ConvexPolygon>, Drops) {
+    let (mut builder, mut out, mut drops) = (StrokeBuilder::new(brush), Pieces::default(), Drops::default());
     samples.iter().for_each(|&sample| builder.push(sample, &mut out, &mut drops));
     builder.finish(&mut out, &mut drops);
-    (out, drops)
+    (out.fresh().iter().map(|piece| piece.polygon).collect(), drops)
 }
 
 fn area_m2(polygons: &[ConvexPolygon]) -> f32 {

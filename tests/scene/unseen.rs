@@ -101,6 +101,7 @@ impl Followers {
                 Change::Insert(id) => self.index.insert(id, bounds(id)),
                 Change::Remove(id) => self.index.remove(id),
                 Change::Update(id) => self.index.update(id, bounds(id)),
+                Change::Repaint(_) => Ok(()),
             }
             .expect("a change that fits the index");
         }

@@ -51,7 +51,8 @@ impl Editor {
         let opacity = if stroke.0 % 5 == 4 { 0.5 } else { 1.0 };
         let color = (self.between(0.1, 1.0), self.between(0.1, 1.0), self.between(0.1, 1.0), opacity);
         let (t, normal) = (0.0, NormalRule::Transport);
-        let mut events = vec![Event::Begin { t, stroke, tool, width: 0.2, color, normal, thinnest: 1.0 }];
+        let mut events =
+            vec![Event::Begin { t, stroke, tool, width: 0.2, color, normal, thinnest: 1.0, paint: None }];
         let start = Vec3::new(self.between(-0.7, 0.7), self.between(-0.6, 0.6), self.between(-3.0, -2.0));
         for i in 0..6 {
             let angle = i as f32 * 1.05;

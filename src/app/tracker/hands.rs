@@ -65,7 +65,16 @@ impl Hands {
                     let stroke = *hand.drawing.get_or_insert_with(|| {
                         let stroke = next_stroke();
                         let BrushChoice { tool, width_m: width, color, normal } = hand.brush;
-                        out.push(Event::Begin { t, stroke, tool, width, color, normal, thinnest: 0.0 });
+                        out.push(Event::Begin {
+                            t,
+                            stroke,
+                            tool,
+                            width,
+                            color,
+                            normal,
+                            thinnest: 0.0,
+                            paint: None,
+                        });
                         stroke
                     });
                     out.push(Event::Point { t, stroke, p, q, pressure });

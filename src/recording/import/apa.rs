@@ -96,7 +96,7 @@ impl StrokeFormat for Apa {
         let color = [bytes.f32("red")?, bytes.f32("green")?, bytes.f32("blue")?, 1.0];
         let width_m = bytes.f32("the brush's size")? * self.full_pressure;
         let points = bytes.u32("the number of points")?;
-        Ok(StrokeHead { width_m, color, points })
+        Ok(StrokeHead { paint: None, width_m, color, points })
     }
 
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError> {

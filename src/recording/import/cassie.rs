@@ -188,6 +188,7 @@ fn push_stroke(events: &mut Vec<Event>, stroke: Stroke, number: StrokeId, free_f
         color: COLOR,
         normal: NormalRule::Transport,
         thinnest: 1.0,
+        paint: None,
     });
     for (&p, index) in stroke.samples.iter().zip(0_u32..) {
         let part = if steps > 0.0 { f64::from(index) / steps } else { 1.0 };

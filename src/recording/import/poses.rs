@@ -147,6 +147,7 @@ impl Poses {
             color: COLOR,
             normal: NormalRule::LocalX,
             thinnest: 1.0,
+            paint: None,
         };
         let point = Event::Point { t, stroke, p, q, pressure: 1.0 };
         Ok(Some(match end {

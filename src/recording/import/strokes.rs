@@ -1,7 +1,7 @@
 use glam::{Quat, Vec3};
 
 use super::bytes::ByteReader;
-use crate::recording::{Event, EventSource, NormalRule, Notes, Place, RecordingError, StrokeId, Tool};
+use crate::recording::{Event, EventSource, NormalRule, Notes, Paint, Place, RecordingError, StrokeId, Tool};
 
 /// A binary format that is a list of strokes, each a head and its points.
 pub(super) trait StrokeFormat: Send {
@@ -21,6 +21,7 @@ pub(super) trait StrokeFormat: Send {
 pub(super) struct StrokeHead {
     pub(super) width_m: f32,
     pub(super) color: [f32; 4],
+    pub(super) paint: Option<Box<Paint>>,
     pub(super) points: u32,
 }
 
@@ -127,6 +128,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
             color: (r, g, b, a),
             normal: F::NORMAL,
             thinnest: F::THINNEST,
+            paint: head.paint,
         };
         if let Err(expected) = begin.check() {
             let found = format!("a width of {} m in stroke {}", head.width_m, stroke.0);

@@ -19,8 +19,9 @@ use super::{
     strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream},
 };
 use crate::{
+    brush,
     math::rotate,
-    recording::{Camera, Event, Header, Limits, NormalRule, OpenOptions, RecordingError, Session},
+    recording::{Camera, Event, Header, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session},
     small_file::open_regular,
 };
 
@@ -68,6 +69,7 @@ pub fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, Recordin
     };
     let mut header = Header::new(session_name(path), metadata.source());
     header.camera = metadata.camera();
+    let format = Sketch { brushes: metadata.brushes(), ..Sketch::default() };
     let strokes = match read_head(&mut sketch) {
         Ok(strokes) => strokes,
         Err(error) if on_damage == OnDamage::Note && !matches!(error, RecordingError::Io { .. }) => {
@@ -77,7 +79,7 @@ pub fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, Recordin
         }
         Err(error) => return Err(error),
     };
-    let stream = StrokeStream::new(Sketch::default(), sketch, strokes, on_damage, warnings);
+    let stream = StrokeStream::new(format, sketch, strokes, on_damage, warnings);
     Ok(Session::new(header, "tilt", Box::new(stream), path, options))
 }
 
@@ -137,6 +139,7 @@ struct Metadata {
     authors: Option<Vec<String>>,
     scene_transform_in_room_space: Option<TiltTransform>,
     thumbnail_camera_transform_in_room_space: Option<TiltTransform>,
+    brush_index: Vec<String>,
 }
 
 /// Position, rotation (x, y, z, w) and uniform scale, Unity's axes, decimetres.
@@ -159,6 +162,15 @@ impl Metadata {
             source.push('…');
         }
         source
+    }
+
+    /// Names of the brushes, in the order in which strokes number them; the GUID of one that is unknown.
+    fn brushes(&self) -> Vec<String> {
+        let name = |guid: &String| match brush::find(guid) {
+            Some(brush) => brush.name.clone(),
+            None => guid.chars().take(Paint::MAX_NAME_BYTES / 4).collect(),
+        };
+        self.brush_index.iter().map(name).collect()
     }
 
     /// The thumbnail's camera in canvas space and our axes; none if the file has none, or not a usable one.
@@ -212,6 +224,8 @@ fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
 /// Bits of a stroke's mask: each of the lower half adds one word, each of the upper half a length and that many bytes.
 mod stroke_mask {
     pub(super) const SCALE: u32 = 1;
+    pub(super) const SEED: u32 = 3;
+    pub(super) const LAYER: u32 = 4;
     pub(super) const FIRST_LONG: u32 = 16;
 }
 
@@ -223,6 +237,9 @@ mod point_mask {
 
 #[derive(Default)]
 struct Sketch {
+    /// Names of the brushes by their numbers.
+    brushes: Vec<String>,
+    strokes: u32,
     point_mask: u32,
 }
 
@@ -231,15 +248,19 @@ impl StrokeFormat for Sketch {
     const THINNEST: f32 = 1.0;
 
     fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead, RecordingError> {
-        bytes.u32("a stroke's brush")?;
+        let brush = bytes.u32("a stroke's brush")?;
         let color = [bytes.f32("red")?, bytes.f32("green")?, bytes.f32("blue")?, bytes.f32("opacity")?];
         let brush_size = bytes.f32("the brush's size")?;
         let mask = bytes.u32("the stroke's extension mask")?;
         self.point_mask = bytes.u32("the control points' extension mask")?;
-        let mut scale = 1.0;
+        // Strokes of files without seeds start from their numbers.
+        let (mut scale, mut seed, mut layer) = (1.0, self.strokes, 0);
+        self.strokes = self.strokes.wrapping_add(1);
         for bit in set_bits(mask) {
             match bit {
                 stroke_mask::SCALE => scale = bytes.f32("the stroke's scale")?,
+                stroke_mask::SEED => seed = bytes.u32("the stroke's seed")?,
+                stroke_mask::LAYER => layer = bytes.u32("the stroke's layer")?,
                 stroke_mask::FIRST_LONG.. => {
                     let length = bytes.u32("the length of a stroke extension")?;
                     bytes.skip(length.into(), "a stroke extension")?;
@@ -248,7 +269,9 @@ impl StrokeFormat for Sketch {
             }
         }
         let points = bytes.count("the number of control points")?;
-        Ok(StrokeHead { width_m: brush_size * scale * METERS_PER_UNIT, color, points })
+        let brush = self.brushes.get(brush as usize).cloned();
+        let paint = brush.map(|brush| Box::new(Paint { brush, seed, scale, layer }));
+        Ok(StrokeHead { width_m: brush_size * scale * METERS_PER_UNIT, color, paint, points })
     }
 
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError> {

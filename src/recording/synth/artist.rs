@@ -230,6 +230,7 @@ impl Artist {
             color: style.color,
             normal: NormalRule::LocalX,
             thinnest: if tool == Tool::Ribbon { THINNEST } else { 0.0 },
+            paint: None,
         });
         stroke
     }

@@ -93,7 +93,9 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
         SynthKind::Scribble => (Box::new(scribble::Scribble::new(&mut artist)), VOLUME_M),
         SynthKind::Grow => (Box::new(grow::Grow::new(&mut artist)), VOLUME_M),
     };
-    let header = Header { root: Some(Root { center: CENTER, size }), ..Header::new(kind.name(), source) };
+    // Nothing in it came with a later format, so programs of the first can read it.
+    let root = Some(Root { center: CENTER, size });
+    let header = Header { format: 1, root, ..Header::new(kind.name(), source) };
     Session { header, format: "synth", events: Box::new(Synth { artist, subject }) }
 }
 

@@ -1,0 +1,165 @@
+use glam::{Vec2, Vec3};
+
+/// Largest texture coordinate that a [`Surface`] holds; larger ones are cut off.
+pub const UV_LIMIT: f32 = 8.0;
+
+/// How a polygon is painted, corner by corner: normals, texture coordinates and alpha, in 16, 16 and 8 bits.
+///
+/// A polygon that faces the eye is stored as a square in some plane: its middle and size count, its plane does not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Surface {
+    /// Octahedral, two signed 16-bit numbers each; of a polygon that faces the eye, the roll's bits come first.
+    normals: [u32; 4],
+    /// Two signed 16-bit numbers each, in parts of [`UV_LIMIT`].
+    uv: [u32; 4],
+    alpha: [u8; 4],
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// Its normal is that of the polygon.
+    Flat,
+    /// Every corner has its normal.
+    Smooth,
+    /// It is turned to the eye.
+    Facing,
+}
+
+impl Surface {
+    /// Flat, opaque, without texture.
+    pub const PLAIN: Self = Self { normals: [0; 4], uv: [0; 4], alpha: [255; 4], kind: Kind::Flat };
+
+    /// A flat polygon.
+    pub fn flat(uv: [Vec2; 4], alpha: [f32; 4]) -> Self {
+        Self { uv: uv.map(pack_uv), alpha: alpha.map(pack_alpha), ..Self::PLAIN }
+    }
+
+    /// A part of a curved surface: each corner has a normal (of any length but 0).
+    pub fn smooth(normals: [Vec3; 4], uv: [Vec2; 4], alpha: [f32; 4]) -> Self {
+        Self { normals: normals.map(pack_normal), kind: Kind::Smooth, ..Self::flat(uv, alpha) }
+    }
+
+    /// A square that faces the eye, turned by `roll_radians` about the line of sight.
+    pub fn facing(roll_radians: f32, uv: [Vec2; 4], alpha: f32) -> Self {
+        let normals = [roll_radians.to_bits(), 0, 0, 0];
+        Self { normals, kind: Kind::Facing, ..Self::flat(uv, [alpha; 4]) }
+    }
+
+    /// The same surface with other corners: `places[i]` is the corner that becomes corner `i`.
+    #[must_use]
+    pub fn with_corners(&self, places: [usize; 4]) -> Self {
+        let mut of = *self;
+        for (i, &from) in places.iter().enumerate() {
+            of.uv[i] = self.uv[from];
+            of.alpha[i] = self.alpha[from];
+            if self.kind == Kind::Smooth {
+                of.normals[i] = self.normals[from];
+            }
+        }
+        of
+    }
+
+    /// Whether it is turned to the eye.
+    pub fn is_facing(&self) -> bool {
+        self.kind == Kind::Facing
+    }
+
+    /// Whether every corner has a normal of its own.
+    pub fn is_smooth(&self) -> bool {
+        self.kind == Kind::Smooth
+    }
+
+    /// How far a polygon that faces the eye is turned about the line of sight, radians.
+    pub fn roll_radians(&self) -> f32 {
+        if self.is_facing() { f32::from_bits(self.normals[0]) } else { 0.0 }
+    }
+
+    /// The normal of a corner, of length 1, if it has one of its own.
+    pub fn normal(&self, corner: usize) -> Option<Vec3> {
+        self.is_smooth().then(|| unpack_normal(self.normals[corner]))
+    }
+
+    /// The texture coordinates of a corner.
+    pub fn uv(&self, corner: usize) -> Vec2 {
+        let [x, y] = halves(self.uv[corner]);
+        Vec2::new(x, y) * UV_LIMIT
+    }
+
+    /// The alpha of a corner, 0 to 1.
+    pub fn alpha(&self, corner: usize) -> f32 {
+        f32::from(self.alpha[corner]) / 255.0
+    }
+
+    /// The words of the normals (or roll) and of the texture coordinates, as a shader unpacks them with
+    /// `unpack2x16snorm`.
+    pub fn words(&self) -> ([u32; 4], [u32; 4]) {
+        (self.normals, self.uv)
+    }
+
+    /// The alpha of all corners, a byte each.
+    pub fn alpha_bytes(&self) -> [u8; 4] {
+        self.alpha
+    }
+}
+
+fn pack_alpha(alpha: f32) -> u8 {
+    (alpha.clamp(0.0, 1.0) * 255.0).round() as u8
+}
+
+fn pack_uv(uv: Vec2) -> u32 {
+    let part = uv / UV_LIMIT;
+    pack(part.x, part.y)
+}
+
+fn pack(x: f32, y: f32) -> u32 {
+    let word = |v: f32| u32::from((v.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
+    word(x) | word(y) << 16
+}
+
+fn halves(word: u32) -> [f32; 2] {
+    [word as u16, (word >> 16) as u16].map(|half| (f32::from(half as i16) / 32767.0).max(-1.0))
+}
+
+/// Octahedral: Cigolle and others, "A Survey of Efficient Representations for Independent Unit Vectors" (2014).
+fn pack_normal(normal: Vec3) -> u32 {
+    let sum = normal.abs().element_sum();
+    if !(sum > 0.0 && sum.is_finite()) {
+        return pack(0.0, 0.0);
+    }
+    let n = normal / sum;
+    let fold = |a: f32, b: f32| (1.0 - b.abs()) * if a >= 0.0 { 1.0 } else { -1.0 };
+    if n.z >= 0.0 { pack(n.x, n.y) } else { pack(fold(n.x, n.y), fold(n.y, n.x)) }
+}
+
+fn unpack_normal(word: u32) -> Vec3 {
+    let [x, y] = halves(word);
+    let z = 1.0 - x.abs() - y.abs();
+    let back = (-z).max(0.0);
+    let unfold = |v: f32| if v >= 0.0 { v - back } else { v + back };
+    Vec3::new(unfold(x), unfold(y), z).normalize_or(Vec3::Z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_packed_comes_back() {
+        let normals = [Vec3::X, Vec3::new(1.0, -2.0, -3.0), Vec3::NEG_Z, Vec3::new(-0.2, 0.1, 0.9)];
+        let uv = [Vec2::ZERO, Vec2::new(0.25, 1.0), Vec2::new(7.5, -3.0), Vec2::new(100.0, 0.0)];
+        let surface = Surface::smooth(normals, uv, [0.0, 0.5, 1.0, 2.0]);
+        for (i, normal) in normals.iter().enumerate() {
+            let unpacked = surface.normal(i).expect("smooth");
+            assert!(unpacked.distance(normal.normalize()) < 1.0e-4, "{normal} became {unpacked}");
+            assert!(surface.uv(i).distance(uv[i].min(Vec2::splat(UV_LIMIT))) < 5.0e-4);
+        }
+        assert_eq!([0, 1, 2, 3].map(|i| (surface.alpha(i) * 255.0).round()), [0.0, 128.0, 255.0, 255.0]);
+        let turned = surface.with_corners([1, 2, 3, 3]);
+        assert_eq!((turned.uv(0), turned.normal(2)), (surface.uv(1), surface.normal(3)));
+        let facing = Surface::facing(1.25, uv, 0.5);
+        assert!(facing.is_facing() && facing.normal(0).is_none());
+        assert_eq!(facing.with_corners([0, 1, 2, 2]).roll_radians(), 1.25);
+        assert_eq!(Surface::PLAIN.normal(0), None);
+    }
+}

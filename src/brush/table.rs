@@ -1,0 +1,61 @@
+use std::{collections::HashMap, sync::LazyLock};
+
+use super::Brush;
+
+static BRUSHES: LazyLock<Vec<Brush>> = LazyLock::new(|| {
+    ron::Options::default()
+        .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
+        .from_str(include_str!("brushes.ron"))
+        .expect("the crate's own table, which a test reads")
+});
+
+/// Names and GUIDs.
+static PLACES: LazyLock<HashMap<&'static str, u16>> = LazyLock::new(|| {
+    let mut places = HashMap::new();
+    for (i, brush) in BRUSHES.iter().enumerate() {
+        let names = [&brush.name, &brush.guid].into_iter().chain(&brush.also);
+        places.extend(names.map(|name| (name.as_str(), i as u16)));
+    }
+    places
+});
+
+/// Every brush; its place in the list is its [`number`].
+pub fn all() -> &'static [Brush] {
+    &BRUSHES
+}
+
+/// The brush with this name or GUID.
+pub fn find(name_or_guid: &str) -> Option<&'static Brush> {
+    BRUSHES.get(usize::from(*PLACES.get(name_or_guid)?))
+}
+
+/// The place of a brush of this table in [`all`].
+pub fn number(brush: &'static Brush) -> u16 {
+    PLACES.get(brush.guid.as_str()).copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_brush_is_found_by_its_name_and_its_guids() {
+        assert!(all().len() > 100);
+        for (i, brush) in all().iter().enumerate() {
+            for name in [&brush.name, &brush.guid].into_iter().chain(&brush.also) {
+                assert_eq!(find(name).map(number), Some(i as u16), "{name}");
+            }
+        }
+        assert_eq!(find("no such brush"), None);
+    }
+
+    #[test]
+    fn sizes_and_opacities_follow_the_pressure() {
+        let ink = find("Ink").expect("a brush of the table");
+        assert_eq!(ink.size(1.0), 1.0);
+        assert_eq!(ink.size(0.0), ink.pressure_size_min);
+        assert!(
+            all().iter().all(|brush| (0.0..=1.0).contains(&brush.opacity(0.3)) && brush.size(-1.0) >= 0.0)
+        );
+    }
+}

@@ -1,0 +1,73 @@
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// Light and background of a session. Colours are sRGB numbers, which the shaders of the programs that sessions come from
+/// use as they are: 1 is the brightest that a screen shows, lights may be brighter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Environment {
+    /// Name of the preset that it was made from.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub preset: String,
+    /// Colours of the sky: straight down and straight up, a gradient between them.
+    pub sky: [Vec3; 2],
+    /// World from the gradient's space: its +y is up.
+    #[serde(default = "identity", skip_serializing_if = "is_identity")]
+    pub sky_rotation: Quat,
+    /// Colour of a floor that hides the sky below the horizon.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor: Option<Vec3>,
+    /// Colour of fog, and how dense it is per metre of depth.
+    #[serde(default, skip_serializing_if = "is_clear")]
+    pub fog: (Vec3, f32),
+    /// Light from everywhere.
+    pub ambient: Vec3,
+    /// Two lights from far away: direction of travel, world space, of length 1, and colour.
+    #[serde(default)]
+    pub lights: [(Vec3, Vec3); 2],
+    /// Strength of what shiny surfaces mirror.
+    #[serde(default)]
+    pub reflection: f32,
+}
+
+impl Environment {
+    /// Checks every number; the error says what was expected.
+    ///
+    /// # Errors
+    /// A number is not finite or out of its range.
+    pub fn check(&self) -> Result<(), &'static str> {
+        let colors = self.sky.iter().chain(&self.floor).chain([&self.fog.0, &self.ambient]);
+        let mut colors = colors.chain(self.lights.iter().map(|(_, color)| color));
+        if !colors.all(|c| c.is_finite() && c.abs().max_element() <= 1.0e4) {
+            return Err("colours of the environment between -10000 and 10000");
+        }
+        if !(self.fog.1.is_finite() && self.fog.1 >= 0.0) {
+            return Err("a fog of density 0 or more");
+        }
+        if !(self.reflection.is_finite() && self.reflection >= 0.0) {
+            return Err("a reflection of 0 or more");
+        }
+        if !self.lights.iter().all(|(way, _)| way.is_finite() && way.abs().max_element() <= 1.01) {
+            return Err("directions of light of length 1");
+        }
+        let q = self.sky_rotation;
+        let length_squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+        if (length_squared - 1.0).abs() <= 0.02 {
+            Ok(())
+        } else {
+            Err("a unit quaternion (x, y, z, w) of the sky")
+        }
+    }
+}
+
+fn identity() -> Quat {
+    Quat::IDENTITY
+}
+
+fn is_identity(q: &Quat) -> bool {
+    *q == Quat::IDENTITY
+}
+
+fn is_clear((color, density): &(Vec3, f32)) -> bool {
+    *color == Vec3::ZERO && *density == 0.0
+}

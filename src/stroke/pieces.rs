@@ -1,0 +1,92 @@
+use glam::Vec3;
+
+use super::Drops;
+use crate::{brush::Surface, polygon::ConvexPolygon};
+
+/// A polygon of a stroke and how it is painted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Its corners.
+    pub polygon: ConvexPolygon,
+    /// How it is painted.
+    pub surface: Surface,
+}
+
+/// What a sample does to the polygons of its stroke: those before the first one that it touches stay, the others are
+/// replaced.
+///
+/// Places count from the stroke's first polygon.
+#[derive(Clone, Debug, Default)]
+pub struct Pieces {
+    kept: u32,
+    fresh: Vec<Piece>,
+    /// Polygons on their way to `fresh`.
+    polygons: Vec<ConvexPolygon>,
+}
+
+impl Pieces {
+    /// Begins anew for a stroke that has `count` polygons.
+    pub fn begin(&mut self, count: u32) {
+        self.kept = count;
+        self.fresh.clear();
+    }
+
+    /// Polygons that the stroke has now.
+    pub fn len(&self) -> u32 {
+        self.kept + self.fresh.len() as u32
+    }
+
+    /// Whether the stroke has no polygon.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Takes back all polygons from place `len` on.
+    pub fn truncate(&mut self, len: u32) {
+        self.fresh.truncate(len.saturating_sub(self.kept) as usize);
+        self.kept = self.kept.min(len);
+    }
+
+    /// The place of the first polygon that is not as it was.
+    pub fn kept(&self) -> u32 {
+        self.kept
+    }
+
+    /// The polygons from place [`Pieces::kept`] on.
+    pub fn fresh(&self) -> &[Piece] {
+        &self.fresh
+    }
+
+    /// Appends a polygon unless it is degenerate or out of range, which is counted.
+    pub fn push(&mut self, polygon: ConvexPolygon, surface: Surface, drops: &mut Drops) {
+        let before = self.fresh.len();
+        self.push_all(drops, |out, drops| polygon.push_checked(out, drops));
+        self.fresh[before..].iter_mut().for_each(|piece| piece.surface = surface);
+    }
+
+    /// Appends a quad whose corners `surface` paints in their order: as one polygon if it is flat and convex, as two
+    /// triangles if not. A triangle repeats its last corner.
+    pub fn push_quad(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) {
+        let before = self.fresh.len();
+        self.push_all(drops, |out, drops| ConvexPolygon::push_quad(corners, out, drops));
+        for piece in &mut self.fresh[before..] {
+            // Each corner of a half is one of the quad's, bit for bit.
+            let vertices = piece.polygon.vertices();
+            let place = |i: usize| {
+                let vertex = vertices[i.min(vertices.len() - 1)];
+                corners.iter().position(|corner| *corner == vertex).unwrap_or(0)
+            };
+            piece.surface = match vertices.len() {
+                4 => surface,
+                _ => surface.with_corners([place(0), place(1), place(2), place(2)]),
+            };
+        }
+    }
+
+    /// Appends polygons without texture.
+    pub fn push_all(&mut self, drops: &mut Drops, make: impl FnOnce(&mut Vec<ConvexPolygon>, &mut Drops)) {
+        make(&mut self.polygons, drops);
+        let plain = |polygon| Piece { polygon, surface: Surface::PLAIN };
+        self.fresh.extend(self.polygons.drain(..).map(plain));
+    }
+}

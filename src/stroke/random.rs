@@ -1,0 +1,62 @@
+use glam::Vec3;
+
+/// The random numbers of a stroke: a number for each salt, always the same, in any order.
+///
+/// Source: Chris Wellons' hash "lowbias32" (public domain), as Open Brush uses it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Random {
+    seed: u32,
+}
+
+impl Random {
+    pub(super) fn new(seed: u32) -> Self {
+        Self { seed }
+    }
+
+    /// From 0 to below 1.
+    pub(super) fn unit(self, salt: u32) -> f32 {
+        let mut x = self.seed ^ salt;
+        x ^= x >> 16;
+        x = x.wrapping_mul(0x7feb_352d);
+        x ^= x >> 15;
+        x = x.wrapping_mul(0x846c_a68b);
+        x ^= x >> 16;
+        // 24 bits fit an f32, so that 1 never comes out.
+        (x >> 8) as f32 / (1 << 24) as f32
+    }
+
+    /// From `-half_range` to `half_range`.
+    pub(super) fn around_zero(self, salt: u32, half_range: f32) -> f32 {
+        half_range * (2.0 * self.unit(salt) - 1.0)
+    }
+
+    /// A direction; takes two salts.
+    pub(super) fn on_sphere(self, salt: u32) -> Vec3 {
+        let z = 2.0 * self.unit(salt) - 1.0;
+        let (sin, cos) = libm::sincosf(std::f32::consts::TAU * self.unit(salt.wrapping_add(1)));
+        let ring = (1.0 - z * z).max(0.0).sqrt();
+        Vec3::new(ring * cos, ring * sin, z)
+    }
+
+    /// A point of the ball of radius 1; takes three salts.
+    pub(super) fn in_ball(self, salt: u32) -> Vec3 {
+        self.on_sphere(salt) * libm::cbrtf(self.unit(salt.wrapping_add(2)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_spread_evenly_and_always_the_same() {
+        let random = Random::new(7);
+        let mean = (0..1000).map(|salt| random.unit(salt)).sum::<f32>() / 1000.0;
+        assert!((mean - 0.5).abs() < 0.03, "{mean}");
+        for salt in 0..200 {
+            assert_eq!(random.unit(salt).to_bits(), Random::new(7).unit(salt).to_bits());
+            assert!((random.on_sphere(salt).length() - 1.0).abs() < 1.0e-5);
+            assert!(random.in_ball(salt).length() <= 1.0 && random.around_zero(salt, 2.0).abs() <= 2.0);
+        }
+    }
+}
