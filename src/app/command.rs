@@ -8,9 +8,9 @@ use crate::{brush::Brush, occlusion::Occlusion, rivals::IndexKind};
 /// What a person can ask for, by key, button or menu.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
-    /// Take back the last edit.
+    /// Undo the last edit.
     Undo,
-    /// Make the edit last taken back again.
+    /// Redo the edit that was undone last.
     Redo,
     /// Choose a tool.
     Tool(ToolChoice),
@@ -36,9 +36,9 @@ pub enum Command {
     LookAtPointer,
     /// Stop moving the culling camera, or let it follow the view again.
     Freeze(bool),
-    /// File the model into another index.
+    /// Insert the model into another index.
     Index(IndexKind),
-    /// Choose how polygons are found that others hide.
+    /// Choose the method of occlusion culling.
     Occlusion(Occlusion),
     /// Most occluders of a view; `None` is the method's own number.
     Occluders(Option<usize>),

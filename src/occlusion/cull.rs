@@ -5,18 +5,18 @@ use crate::{
     polygon::{Geometry, PolygonId},
 };
 
-/// What of a node is tested.
+/// The bounding volume of a node that is tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeTest {
-    /// The ball around the node's box (the paper).
+    /// The bounding sphere of the node's box, as in the paper.
     Sphere,
-    /// The box itself: inside its ball, so it hides at least as much at the same price.
+    /// The bounding box. It lies inside the sphere, so at least as much is found to be hidden in the same time.
     Box,
-    /// The box's outline, cut along the tree's planes: hides a little more, several times dearer.
+    /// The box's outline, clipped by the tree's planes: finds a little more in several times the time.
     Outline,
 }
 
-/// What happens to the polygons of a node that is neither hidden nor unoccluded and has nothing below.
+/// What happens to the polygons of a partly hidden leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PolygonTest {
     /// They are drawn.
@@ -28,7 +28,7 @@ pub enum PolygonTest {
 /// Settings of culling an index by occlusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CullConfig {
-    /// What of a node is tested.
+    /// The bounding volume of a node that is tested.
     pub node_test: NodeTest,
     /// Whether polygons are tested one by one.
     pub polygon_test: PolygonTest,
@@ -43,13 +43,13 @@ impl Default for CullConfig {
     }
 }
 
-/// Testing a node or a polygon and walking on, nanoseconds: the scale for [`CullConfig::for_drawing`].
+/// Time to test a node or a polygon and to go on, nanoseconds; see [`CullConfig::for_drawing`].
 const TEST_NS: f64 = 160.0;
 
 impl CullConfig {
-    /// Tests that are worth it where drawing a polygon costs this much, nanoseconds: a node that costs less to draw than
-    /// four tests is drawn, and polygons are tested one by one only if each costs more than that. (Most tests bring
-    /// nothing, and the nodes above have been tested, too.)
+    /// Settings for a renderer that takes this many nanoseconds to draw a polygon. A node that is drawn faster than four
+    /// tests are made is drawn without a test; polygons are tested one by one only if each takes longer than that.
+    /// (Most tests find nothing hidden, and the nodes above have been tested, too.)
     pub fn for_drawing(polygon_ns: f64) -> Self {
         let least_polygons = (4.0 * TEST_NS / polygon_ns).ceil().clamp(1.0, 1.0e6) as usize;
         let polygon_test =
@@ -77,7 +77,7 @@ pub struct CullCounts {
     pub steps: u64,
 }
 
-/// Walks an index and leaves out what a culler hides.
+/// Traverses an index and leaves out what a culler finds to be hidden.
 pub struct OcclusionVisitor<'a, L> {
     culler: &'a dyn OcclusionCuller,
     geometry: &'a dyn Geometry,
@@ -96,8 +96,8 @@ impl<L> std::fmt::Debug for OcclusionVisitor<'_, L> {
 }
 
 impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
-    /// A visitor that appends what is not hidden to `draw_list`. The culler has been built for the view that the index
-    /// is walked with.
+    /// A visitor that appends what is not hidden to `draw_list`. The culler has to be built for the view with
+    /// which the index is traversed.
     pub fn new(
         culler: &'a dyn OcclusionCuller,
         geometry: &'a dyn Geometry,
