@@ -1,5 +1,5 @@
 use crate::{
-    frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass},
+    frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, rest::Rest},
     occlusion::{
         AutoConfig, AutoMethod, AutoSwitch, CullConfig, CullerKind, OcclusionConfig, OcclusionStage, Outcome,
         SelectConfig, ShadowVolume, Soundness, work_ns,
@@ -11,7 +11,7 @@ use crate::{
 /// Which culling by occlusion a pipeline does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OcclusionChoice {
-    /// This method, in every frame.
+    /// This method, in every frame; while it hides nothing, seldomer (at least once in 33 frames).
     Always(CullerKind),
     /// In each frame [`CullerKind::Msvbsp`], or what was visible in the last frame, or none: what takes least.
     Auto,
@@ -128,12 +128,17 @@ impl PassConfig {
 /// for it.
 const LONGEST_MEMORY: u32 = 8;
 
+/// What following the changes may cost in a frame that is left out, nanoseconds.
+const RESTING_NS: f64 = 3_000.0;
+
 /// Culling by occlusion as a stage of a [`super::Pipeline`]: with what it keeps from frame to frame.
 #[derive(Debug)]
 pub struct OcclusionPass {
     config: PassConfig,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
+    /// Where there is no switch.
+    rest: Rest,
     /// What else the switch chooses, where it can ever pay.
     last: Option<PreviousFramePass>,
     /// Frames since `last` was used.
@@ -161,6 +166,7 @@ impl OcclusionPass {
         Self {
             stage,
             switch,
+            rest: Rest::default(),
             last: has_last.then(|| PreviousFramePass::new(capacity)),
             since_last: u32::MAX,
             by_last: false,
@@ -219,7 +225,7 @@ impl OcclusionPass {
         number: usize,
         record: &mut OcclusionRecord,
     ) -> f64 {
-        let PassInput { index, geometry, clock, .. } = *frame;
+        let PassInput { index, geometry, clock, in_view, .. } = *frame;
         let start = clock.start();
         let select = self.stage.select(geometry, window);
         record.select += clock.since(start);
@@ -230,8 +236,7 @@ impl OcclusionPass {
 
         let start = clock.start();
         let drawn = &mut self.drawn[number];
-        drawn.clear();
-        let (cull, _) = self.stage.cull(index, geometry, &view.frustum(), drawn);
+        let cull = self.stage.thin_out(index, geometry, &view.frustum(), &in_view[number], drawn);
         record.query += clock.since(start);
 
         record.occluders += u64::from(select.chosen);
@@ -257,13 +262,22 @@ impl Pass for OcclusionPass {
         let mut record = OcclusionRecord::default();
         let seen = in_view.iter().map(|list| list.len() as u64).sum();
         let start = clock.start();
+        if self.switch.is_none() {
+            let stage = &self.stage;
+            let comes_large = || stage.comes_large(geometry, changes, views);
+            if self.rest.leaves_out(seen, views, comes_large) {
+                self.stage.follow_roughly(geometry, changes, RESTING_NS);
+                record.select = clock.since(start);
+                return record;
+            }
+        }
         let decided = self.switch.as_mut().map_or(Some(AutoMethod::Msvbsp), |switch| switch.decide(seen));
         let decided = decided.filter(|_| views.iter().any(|view| view.window().is_some()));
         self.since_last = self.since_last.saturating_add(1);
         self.by_last = false;
         // A try makes do with the candidates that there are.
         match self.switch.as_ref().is_none_or(|switch| switch.kept() == Some(AutoMethod::Msvbsp)) {
-            true if decided == Some(AutoMethod::Msvbsp) => self.stage.follow(geometry, changes),
+            true if decided == Some(AutoMethod::Msvbsp) => self.stage.follow_in_steps(geometry, changes),
             _ => self.follow_roughly(geometry, changes),
         }
         record.select = clock.since(start);
@@ -295,6 +309,7 @@ impl Pass for OcclusionPass {
         record.used = true;
         let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
         record.occluded = seen - drawn.min(seen);
+        self.rest.note(record.occluded, seen, views);
         self.note(&record, work_cost_ns);
         record
     }
@@ -305,6 +320,7 @@ impl Pass for OcclusionPass {
 
     fn set_occluders(&mut self, occluders: Option<usize>) {
         self.config.occluders = occluders;
+        self.rest = Rest::default();
         self.stage.set_occluders(self.config.choice.kind(), self.config.occluders());
     }
 

@@ -76,6 +76,9 @@ pub(super) struct HandleRun {
 /// Polygons that are looked at together.
 const WORD: usize = 64;
 
+/// Words that are looked at together where all polygons are to be drawn.
+const FULL_WORDS: usize = 8;
+
 /// As many polygons without a gap are a run of their own, which sends no list. Fewer: more draw calls.
 const LEAST_SPAN: usize = 2048;
 
@@ -220,6 +223,12 @@ trait Sink {
     /// Polygons `first + bit`, of one page.
     fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64);
 
+    /// All polygons of a range of whole words, of one page.
+    #[inline(always)]
+    fn add_full<K: Kernel>(&mut self, kernel: K, polygons: Range<usize>) {
+        polygons.step_by(WORD).for_each(|first| self.add(kernel, first, u64::MAX));
+    }
+
     /// What was added since the page before is all of this page.
     fn end_page<K: Kernel>(&mut self, kernel: K, page: usize);
 
@@ -243,8 +252,21 @@ impl<F: Fn(usize) -> u64, S: Sink> WithKernel for Walk<'_, F, S> {
         let (begin, words) = list.polygons.words();
         let mut page = begin / list.page_len;
         let mut page_end = (page + 1) * list.page_len;
-        for (i, masks) in words.iter().enumerate() {
-            let first = begin + i * WORD;
+        let mut at = 0;
+        while let Some(masks) = words.get(at) {
+            let first = begin + at * WORD;
+            let full =
+                words.get(at..at + FULL_WORDS).is_some_and(|words| words == [[u16::MAX; 4]; FULL_WORDS]);
+            let end = first + FULL_WORDS * WORD;
+            if full
+                && end <= page_end.min(count)
+                && (0..FULL_WORDS).all(|i| (list.transparent_of)(first + i * WORD) == 0)
+            {
+                sink.add_full(kernel, first..end);
+                at += FULL_WORDS;
+                continue;
+            }
+            at += 1;
             let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
             if seen == 0 {
                 continue;
@@ -316,19 +338,24 @@ impl Numbers<'_> {
 
 impl Sink for Numbers<'_> {
     #[inline(always)]
+    fn add_full<K: Kernel>(&mut self, kernel: K, polygons: Range<usize>) {
+        if self.full.end != polygons.start || self.full.is_empty() {
+            self.end_span(kernel);
+            self.full.start = polygons.start;
+        }
+        self.full.end = polygons.end;
+    }
+
+    #[inline(always)]
     fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64) {
         if opaque == 0 {
             return;
         }
-        if opaque == u64::MAX && self.full.end == first && !self.full.is_empty() {
-            self.full.end += WORD;
+        if opaque == u64::MAX {
+            self.add_full(kernel, first..first + WORD);
             return;
         }
         self.end_span(kernel);
-        if opaque == u64::MAX {
-            self.full = first..first + WORD;
-            return;
-        }
         for block in 0..WORD / BLOCK {
             let mask = opaque >> (block * BLOCK) & 0xFFFF;
             if mask != 0 {
