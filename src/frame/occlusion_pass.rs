@@ -128,9 +128,6 @@ impl PassConfig {
 /// for it.
 const LONGEST_MEMORY: u32 = 8;
 
-/// What following the changes may cost in a frame that is left out, nanoseconds.
-const RESTING_NS: f64 = 3_000.0;
-
 /// Culling by occlusion as a stage of a [`super::Pipeline`]: with what it keeps from frame to frame.
 #[derive(Debug)]
 pub struct OcclusionPass {
@@ -266,7 +263,7 @@ impl Pass for OcclusionPass {
             let stage = &self.stage;
             let comes_large = || stage.comes_large(geometry, changes, views);
             if self.rest.leaves_out(seen, views, comes_large) {
-                self.stage.follow_roughly(geometry, changes, RESTING_NS);
+                self.stage.follow_roughly(geometry, changes, 0.0);
                 record.select = clock.since(start);
                 return record;
             }

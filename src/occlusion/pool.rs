@@ -142,7 +142,8 @@ impl OccluderPool {
     }
 
     /// Follows as [`OccluderPool::follow`] does, but of what is left over from candidates that have died only so many
-    /// polygons are offered anew; the others wait for later calls.
+    /// polygons are offered anew, and four times as many of those that came while it followed roughly; the others wait for
+    /// later calls.
     pub fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) {
         self.reserve(geometry.id_end());
         for &change in changes {
@@ -168,7 +169,7 @@ impl OccluderPool {
                 made += usize::from(self.offer(geometry, id));
             }
         }
-        self.catch_up(geometry, OFFERS_A_FRAME.min(offers));
+        self.catch_up(geometry, OFFERS_A_FRAME.min(offers.saturating_mul(4)));
     }
 
     /// Follows as [`OccluderPool::follow`] does, but only as far as candidates have to go, and the largest of
@@ -341,9 +342,9 @@ impl OccluderPool {
         if slot == NONE {
             return;
         }
-        let patch = self.patches[slot as usize];
         self.release(slot);
-        for &other in patch.ids().iter().filter(|other| **other != id) {
+        // A patch is large: of one that has gone, no more is read than its polygons.
+        for &other in self.patches[slot as usize].ids().iter().filter(|other| **other != id) {
             if self.orphans.len() < ORPHANS {
                 self.orphans.push(other);
             } else {
@@ -365,9 +366,10 @@ impl OccluderPool {
             return;
         }
         self.sketches[slot as usize] = FREE;
-        let patch = self.patches[slot as usize];
-        for &id in patch.ids() {
-            self.set_slot(id, NONE);
+        for &id in self.patches[slot as usize].ids() {
+            if let Some(entry) = self.slot_of.get_mut(id.index()) {
+                *entry = NONE;
+            }
         }
         for open in &mut self.open {
             if *open == slot {

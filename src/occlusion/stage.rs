@@ -109,15 +109,17 @@ impl OcclusionStage {
         views.iter().filter_map(View::window).any(|window| {
             let eye = window.eye_in_world().as_vec3();
             let least_sr = least_share * window.solid_angle_sr() as f32;
-            came.clone().filter(|&id| geometry.is_present(id)).filter_map(|id| geometry.polygon(id)).any(
-                |polygon| {
-                    // Not less than the solid angle: the area as if it faced the eye, at its nearest corner.
-                    let corners = polygon.vertices().iter();
-                    let nearest =
-                        corners.map(|corner| corner.distance_squared(eye)).fold(f32::INFINITY, f32::min);
-                    0.5 * polygon.area_vector().length() >= least_sr * nearest
-                },
-            )
+            came.clone().any(|id| {
+                // The box first, which has just been inserted: nothing of its width is larger than a disk.
+                let bounds = geometry.bounds(id);
+                let disk_m2 = std::f32::consts::FRAC_PI_4 * bounds.extent().length_squared();
+                if disk_m2 < least_sr * bounds.distance_squared(eye) || !geometry.is_present(id) {
+                    return false;
+                }
+                let Some(polygon) = geometry.polygon(id) else { return false };
+                // Not less than the solid angle: the area as if it faced the eye, at its nearest point.
+                0.5 * polygon.area_vector().length() >= least_sr * bounds.distance_squared(eye)
+            })
         })
     }
 

@@ -76,8 +76,8 @@ pub(super) struct HandleRun {
 /// Polygons that are looked at together.
 const WORD: usize = 64;
 
-/// Words that are looked at together where all polygons are to be drawn.
-const FULL_WORDS: usize = 8;
+/// Words that are looked at together, where all of their polygons are to be drawn or none.
+const CHUNK_WORDS: usize = 8;
 
 /// As many polygons without a gap are a run of their own, which sends no list. Fewer: more draw calls.
 const LEAST_SPAN: usize = 2048;
@@ -252,44 +252,44 @@ impl<F: Fn(usize) -> u64, S: Sink> WithKernel for Walk<'_, F, S> {
         let (begin, words) = list.polygons.words();
         let mut page = begin / list.page_len;
         let mut page_end = (page + 1) * list.page_len;
-        let mut at = 0;
-        while let Some(masks) = words.get(at) {
-            let first = begin + at * WORD;
-            let full =
-                words.get(at..at + FULL_WORDS).is_some_and(|words| words == [[u16::MAX; 4]; FULL_WORDS]);
-            let end = first + FULL_WORDS * WORD;
-            if full
-                && end <= page_end.min(count)
-                && (0..FULL_WORDS).all(|i| (list.transparent_of)(first + i * WORD) == 0)
-            {
-                sink.add_full(kernel, first..end);
-                at += FULL_WORDS;
+        'words: for (i, chunk) in words.chunks(CHUNK_WORDS).enumerate() {
+            let start = begin + i * CHUNK_WORDS * WORD;
+            let end = start + chunk.len() * WORD;
+            let (all, any) =
+                chunk.as_flattened().iter().fold((u16::MAX, 0), |(all, any), mask| (all & mask, any | mask));
+            let is_opaque = |first| (list.transparent_of)(first) == 0;
+            if any == 0 {
                 continue;
             }
-            at += 1;
-            let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
-            if seen == 0 {
+            if all == u16::MAX && end <= page_end.min(count) && (start..end).step_by(WORD).all(is_opaque) {
+                sink.add_full(kernel, start..end);
                 continue;
             }
-            let known = match count.saturating_sub(first) {
-                0 => break,
-                left if left < WORD => seen & ((1 << left) - 1),
-                _ => seen,
-            };
-            let transparent = known & (list.transparent_of)(first);
-            if transparent != 0 {
-                note_transparent(&mut list, first, transparent);
+            for (first, masks) in (start..).step_by(WORD).zip(chunk) {
+                let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
+                if seen == 0 {
+                    continue;
+                }
+                let known = match count.saturating_sub(first) {
+                    0 => break 'words,
+                    left if left < WORD => seen & ((1 << left) - 1),
+                    _ => seen,
+                };
+                let transparent = known & (list.transparent_of)(first);
+                if transparent != 0 {
+                    note_transparent(&mut list, first, transparent);
+                }
+                let mut opaque = known & !transparent;
+                while first + WORD > page_end {
+                    let before = (1 << page_end.saturating_sub(first)) - 1;
+                    sink.add(kernel, first, opaque & before);
+                    opaque &= !before;
+                    sink.end_page(kernel, page);
+                    page += 1;
+                    page_end += list.page_len;
+                }
+                sink.add(kernel, first, opaque);
             }
-            let mut opaque = known & !transparent;
-            while first + WORD > page_end {
-                let before = (1 << page_end.saturating_sub(first)) - 1;
-                sink.add(kernel, first, opaque & before);
-                opaque &= !before;
-                sink.end_page(kernel, page);
-                page += 1;
-                page_end += list.page_len;
-            }
-            sink.add(kernel, first, opaque);
         }
         sink.end_page(kernel, page);
         sink.finish();
