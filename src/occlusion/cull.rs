@@ -1,7 +1,7 @@
 use super::{OcclusionCuller, Tested, Verdict};
 use crate::{
-    index::{Node, Visit, Visitor},
-    math::Sphere,
+    index::{Node, Thinner, Visit, Visitor},
+    math::{Aabb, Sphere},
     polygon::{Geometry, PolygonId},
 };
 
@@ -77,20 +77,76 @@ pub struct CullCounts {
     pub steps: u64,
 }
 
+/// Asks a culler, and counts.
+pub(super) struct Tests<'a> {
+    culler: &'a dyn OcclusionCuller,
+    config: CullConfig,
+    counts: CullCounts,
+}
+
+impl<'a> Tests<'a> {
+    pub(super) fn new(culler: &'a dyn OcclusionCuller, config: CullConfig) -> Self {
+        Self { culler, config, counts: CullCounts::default() }
+    }
+
+    pub(super) fn counts(&self) -> CullCounts {
+        self.counts
+    }
+}
+
+impl Thinner for Tests<'_> {
+    fn least_polygons(&self) -> usize {
+        self.config.least_polygons
+    }
+
+    fn asks_polygons(&self) -> bool {
+        self.config.polygon_test != PolygonTest::Never
+    }
+
+    fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
+        let Tested { verdict, steps } = match self.config.node_test {
+            NodeTest::Sphere => self.culler.test_sphere(&Sphere::around(bounds)),
+            NodeTest::Box => self.culler.test_box(bounds),
+            NodeTest::Outline => self.culler.test_outline(bounds),
+        };
+        self.counts.node_tests += 1;
+        self.counts.steps += u64::from(steps);
+        match verdict {
+            Verdict::Hidden => {
+                self.counts.hidden += 1;
+                self.counts.skipped += polygons as u64;
+                Visit::Skip
+            }
+            Verdict::Unoccluded => {
+                self.counts.unoccluded += 1;
+                Visit::Take
+            }
+            Verdict::PartlyHidden => Visit::Descend,
+        }
+    }
+
+    fn is_hidden(&mut self, bounds: &Aabb) -> bool {
+        let Tested { verdict, steps } = self.culler.test_box(bounds);
+        let is_hidden = verdict == Verdict::Hidden;
+        self.counts.polygon_tests += 1;
+        self.counts.steps += u64::from(steps);
+        self.counts.hidden_polygons += u64::from(is_hidden);
+        is_hidden
+    }
+}
+
 /// Traverses an index and leaves out what a culler finds to be hidden.
 pub struct OcclusionVisitor<'a, L> {
-    culler: &'a dyn OcclusionCuller,
+    tests: Tests<'a>,
     geometry: &'a dyn Geometry,
-    config: CullConfig,
     draw_list: &'a mut L,
-    counts: CullCounts,
 }
 
 impl<L> std::fmt::Debug for OcclusionVisitor<'_, L> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("OcclusionVisitor")
-            .field("culler", &self.culler.name())
-            .field("counts", &self.counts)
+            .field("culler", &self.tests.culler.name())
+            .field("counts", &self.tests.counts)
             .finish_non_exhaustive()
     }
 }
@@ -104,57 +160,30 @@ impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
         config: CullConfig,
         draw_list: &'a mut L,
     ) -> Self {
-        Self { culler, geometry, config, draw_list, counts: CullCounts::default() }
+        Self { tests: Tests::new(culler, config), geometry, draw_list }
     }
 
     /// What was done so far.
     pub fn counts(&self) -> CullCounts {
-        self.counts
-    }
-
-    fn test(&mut self, node: &Node<'_>) -> Verdict {
-        let Tested { verdict, steps } = match self.config.node_test {
-            NodeTest::Sphere => self.culler.test_sphere(&Sphere::around(node.bounds)),
-            NodeTest::Box => self.culler.test_box(node.bounds),
-            NodeTest::Outline => self.culler.test_outline(node.bounds),
-        };
-        self.counts.node_tests += 1;
-        self.counts.steps += u64::from(steps);
-        verdict
+        self.tests.counts
     }
 }
 
 impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
     fn node(&mut self, node: &Node<'_>) -> Visit {
-        if node.polygons < self.config.least_polygons {
-            return Visit::Take;
-        }
-        match self.test(node) {
-            Verdict::Hidden => {
-                self.counts.hidden += 1;
-                self.counts.skipped += node.polygons as u64;
-                Visit::Skip
-            }
-            Verdict::Unoccluded => {
-                self.counts.unoccluded += 1;
-                Visit::Take
-            }
-            Verdict::PartlyHidden => Visit::Descend,
+        match node.polygons < self.tests.config.least_polygons {
+            true => Visit::Take,
+            false => self.tests.node(node.bounds, node.polygons),
         }
     }
 
     fn polygons(&mut self, ids: &[PolygonId], asked: Visit) {
-        if asked == Visit::Take || self.config.polygon_test == PolygonTest::Never {
+        if asked == Visit::Take || !self.tests.asks_polygons() {
             self.draw_list.extend(ids.iter().copied());
             return;
         }
         for &id in ids {
-            let Tested { verdict, steps } = self.culler.test_box(&self.geometry.bounds(id));
-            self.counts.polygon_tests += 1;
-            self.counts.steps += u64::from(steps);
-            if verdict == Verdict::Hidden {
-                self.counts.hidden_polygons += 1;
-            } else {
+            if !self.tests.is_hidden(&self.geometry.bounds(id)) {
                 self.draw_list.extend([id]);
             }
         }

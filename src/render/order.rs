@@ -76,6 +76,9 @@ pub(super) struct HandleRun {
 /// Polygons that are looked at together.
 const WORD: usize = 64;
 
+/// Words that are looked at together, where all of their polygons are to be drawn or none.
+const CHUNK_WORDS: usize = 8;
+
 /// As many polygons without a gap are a run of their own, which sends no list. Fewer: more draw calls.
 const LEAST_SPAN: usize = 2048;
 
@@ -220,6 +223,12 @@ trait Sink {
     /// Polygons `first + bit`, of one page.
     fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64);
 
+    /// All polygons of a range of whole words, of one page.
+    #[inline(always)]
+    fn add_full<K: Kernel>(&mut self, kernel: K, polygons: Range<usize>) {
+        polygons.step_by(WORD).for_each(|first| self.add(kernel, first, u64::MAX));
+    }
+
     /// What was added since the page before is all of this page.
     fn end_page<K: Kernel>(&mut self, kernel: K, page: usize);
 
@@ -243,31 +252,44 @@ impl<F: Fn(usize) -> u64, S: Sink> WithKernel for Walk<'_, F, S> {
         let (begin, words) = list.polygons.words();
         let mut page = begin / list.page_len;
         let mut page_end = (page + 1) * list.page_len;
-        for (i, masks) in words.iter().enumerate() {
-            let first = begin + i * WORD;
-            let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
-            if seen == 0 {
+        'words: for (i, chunk) in words.chunks(CHUNK_WORDS).enumerate() {
+            let start = begin + i * CHUNK_WORDS * WORD;
+            let end = start + chunk.len() * WORD;
+            let (all, any) =
+                chunk.as_flattened().iter().fold((u16::MAX, 0), |(all, any), mask| (all & mask, any | mask));
+            let is_opaque = |first| (list.transparent_of)(first) == 0;
+            if any == 0 {
                 continue;
             }
-            let known = match count.saturating_sub(first) {
-                0 => break,
-                left if left < WORD => seen & ((1 << left) - 1),
-                _ => seen,
-            };
-            let transparent = known & (list.transparent_of)(first);
-            if transparent != 0 {
-                note_transparent(&mut list, first, transparent);
+            if all == u16::MAX && end <= page_end.min(count) && (start..end).step_by(WORD).all(is_opaque) {
+                sink.add_full(kernel, start..end);
+                continue;
             }
-            let mut opaque = known & !transparent;
-            while first + WORD > page_end {
-                let before = (1 << page_end.saturating_sub(first)) - 1;
-                sink.add(kernel, first, opaque & before);
-                opaque &= !before;
-                sink.end_page(kernel, page);
-                page += 1;
-                page_end += list.page_len;
+            for (first, masks) in (start..).step_by(WORD).zip(chunk) {
+                let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
+                if seen == 0 {
+                    continue;
+                }
+                let known = match count.saturating_sub(first) {
+                    0 => break 'words,
+                    left if left < WORD => seen & ((1 << left) - 1),
+                    _ => seen,
+                };
+                let transparent = known & (list.transparent_of)(first);
+                if transparent != 0 {
+                    note_transparent(&mut list, first, transparent);
+                }
+                let mut opaque = known & !transparent;
+                while first + WORD > page_end {
+                    let before = (1 << page_end.saturating_sub(first)) - 1;
+                    sink.add(kernel, first, opaque & before);
+                    opaque &= !before;
+                    sink.end_page(kernel, page);
+                    page += 1;
+                    page_end += list.page_len;
+                }
+                sink.add(kernel, first, opaque);
             }
-            sink.add(kernel, first, opaque);
         }
         sink.end_page(kernel, page);
         sink.finish();
@@ -316,19 +338,24 @@ impl Numbers<'_> {
 
 impl Sink for Numbers<'_> {
     #[inline(always)]
+    fn add_full<K: Kernel>(&mut self, kernel: K, polygons: Range<usize>) {
+        if self.full.end != polygons.start || self.full.is_empty() {
+            self.end_span(kernel);
+            self.full.start = polygons.start;
+        }
+        self.full.end = polygons.end;
+    }
+
+    #[inline(always)]
     fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64) {
         if opaque == 0 {
             return;
         }
-        if opaque == u64::MAX && self.full.end == first && !self.full.is_empty() {
-            self.full.end += WORD;
+        if opaque == u64::MAX {
+            self.add_full(kernel, first..first + WORD);
             return;
         }
         self.end_span(kernel);
-        if opaque == u64::MAX {
-            self.full = first..first + WORD;
-            return;
-        }
         for block in 0..WORD / BLOCK {
             let mask = opaque >> (block * BLOCK) & 0xFFFF;
             if mask != 0 {
