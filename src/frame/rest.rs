@@ -41,12 +41,13 @@ impl Rest {
             }
             _ => true,
         };
-        if is_turned
-            || views.len() != self.views
-            || seen.abs_diff(self.seen) * CHANGED_PART > self.seen
-            || comes_large()
-        {
+        if is_turned || views.len() != self.views || seen.abs_diff(self.seen) * CHANGED_PART > self.seen {
             *self = Self::default();
+            return false;
+        }
+        if comes_large() {
+            // Looked at once; if that finds nothing, either, the rest goes on as long as before.
+            self.left = 0;
             return false;
         }
         self.left = left;
@@ -111,6 +112,9 @@ mod tests {
         assert!(!resting().leaves_out(1000, &[view(Vec3::new(0.3, 0.0, -1.0))], || false));
         assert!(!resting().leaves_out(1000, &[ahead[0], ahead[0]], || false));
         assert!(!resting().leaves_out(1000, &[], || false));
-        assert!(!resting().leaves_out(1000, &ahead, || true));
+        let mut rest = resting();
+        assert!(!rest.leaves_out(1000, &ahead, || true));
+        rest.note(0, 1000, &ahead);
+        assert_eq!(rest.left, LONGEST);
     }
 }

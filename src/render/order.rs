@@ -4,11 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::{
-    index::{
-        Backend,
-        simd::{IdWriter, Kernel, WithKernel},
-    },
-    polygon::{BLOCK, PolygonId, VisibleBlocks},
+    polygon::{BLOCK, PolygonId, VisibleBlocks, ids_of},
     scene::Scene,
 };
 
@@ -176,13 +172,12 @@ impl DrawOrder {
             Listing::Ids => {
                 let start = ids.len();
                 let least_span = if *lists_all { usize::MAX } else { LEAST_SPAN };
-                let sink = Numbers { ids: IdWriter::new(ids), runs, style, start, least_span, full: 0..0 };
-                Backend::detect().run(Walk { list, sink });
+                let sink = Numbers { ids, runs, style, start, least_span, full: 0..0 };
+                Walk { list, sink }.run();
             }
             Listing::Blocks => {
                 let start = handles.len();
-                Backend::detect()
-                    .run(Walk { list, sink: Handles { handles, handle_runs, start, polygons: 0 } });
+                Walk { list, sink: Handles { handles, handle_runs, start, polygons: 0 } }.run();
             }
         }
     }
@@ -221,19 +216,16 @@ struct List<'a, F> {
 /// Takes the opaque polygons of a list, by number.
 trait Sink {
     /// Polygons `first + bit`, of one page.
-    fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64);
+    fn add(&mut self, first: usize, opaque: u64);
 
     /// All polygons of a range of whole words, of one page.
     #[inline(always)]
-    fn add_full<K: Kernel>(&mut self, kernel: K, polygons: Range<usize>) {
-        polygons.step_by(WORD).for_each(|first| self.add(kernel, first, u64::MAX));
+    fn add_full(&mut self, polygons: Range<usize>) {
+        polygons.step_by(WORD).for_each(|first| self.add(first, u64::MAX));
     }
 
     /// What was added since the page before is all of this page.
-    fn end_page<K: Kernel>(&mut self, kernel: K, page: usize);
-
-    /// There is no more.
-    fn finish(self);
+    fn end_page(&mut self, page: usize);
 }
 
 /// A list and what takes it.
@@ -242,11 +234,9 @@ struct Walk<'a, F, S> {
     sink: S,
 }
 
-impl<F: Fn(usize) -> u64, S: Sink> WithKernel for Walk<'_, F, S> {
-    type Output = ();
-
+impl<F: Fn(usize) -> u64, S: Sink> Walk<'_, F, S> {
     #[inline(always)]
-    fn run<K: Kernel>(self, kernel: K) {
+    fn run(self) {
         let Walk { mut list, mut sink } = self;
         let count = list.scene.polygon_count();
         let (begin, words) = list.polygons.words();
@@ -262,7 +252,7 @@ impl<F: Fn(usize) -> u64, S: Sink> WithKernel for Walk<'_, F, S> {
                 continue;
             }
             if all == u16::MAX && end <= page_end.min(count) && (start..end).step_by(WORD).all(is_opaque) {
-                sink.add_full(kernel, start..end);
+                sink.add_full(start..end);
                 continue;
             }
             for (first, masks) in (start..).step_by(WORD).zip(chunk) {
@@ -282,23 +272,22 @@ impl<F: Fn(usize) -> u64, S: Sink> WithKernel for Walk<'_, F, S> {
                 let mut opaque = known & !transparent;
                 while first + WORD > page_end {
                     let before = (1 << page_end.saturating_sub(first)) - 1;
-                    sink.add(kernel, first, opaque & before);
+                    sink.add(first, opaque & before);
                     opaque &= !before;
-                    sink.end_page(kernel, page);
+                    sink.end_page(page);
                     page += 1;
                     page_end += list.page_len;
                 }
-                sink.add(kernel, first, opaque);
+                sink.add(first, opaque);
             }
         }
-        sink.end_page(kernel, page);
-        sink.finish();
+        sink.end_page(page);
     }
 }
 
 /// Takes the polygons as numbers.
 struct Numbers<'a> {
-    ids: IdWriter<'a>,
+    ids: &'a mut Vec<PolygonId>,
     runs: &'a mut Vec<Run>,
     style: u32,
     /// What is listed from here on is of no run yet.
@@ -311,13 +300,13 @@ struct Numbers<'a> {
 
 impl Numbers<'_> {
     #[inline(always)]
-    fn end_span<K: Kernel>(&mut self, kernel: K) {
+    fn end_span(&mut self) {
         let Range { start, end } = std::mem::take(&mut self.full);
         if end - start >= self.least_span {
             self.end_listed();
             self.push_run(start..end, false);
         } else if start < end {
-            self.ids.push_span(kernel, start as u32, end - start);
+            self.ids.extend((start as u32..end as u32).map(PolygonId));
         }
     }
 
@@ -338,44 +327,39 @@ impl Numbers<'_> {
 
 impl Sink for Numbers<'_> {
     #[inline(always)]
-    fn add_full<K: Kernel>(&mut self, kernel: K, polygons: Range<usize>) {
+    fn add_full(&mut self, polygons: Range<usize>) {
         if self.full.end != polygons.start || self.full.is_empty() {
-            self.end_span(kernel);
+            self.end_span();
             self.full.start = polygons.start;
         }
         self.full.end = polygons.end;
     }
 
     #[inline(always)]
-    fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64) {
+    fn add(&mut self, first: usize, opaque: u64) {
         if opaque == 0 {
             return;
         }
         if opaque == u64::MAX {
-            self.add_full(kernel, first..first + WORD);
+            self.add_full(first..first + WORD);
             return;
         }
-        self.end_span(kernel);
+        self.end_span();
         for block in 0..WORD / BLOCK {
             let mask = opaque >> (block * BLOCK) & 0xFFFF;
             if mask != 0 {
-                self.ids.push(kernel, (first + block * BLOCK) as u32, mask as u32);
+                self.ids.extend(ids_of(first / BLOCK + block, mask as u16));
             }
         }
     }
 
     #[inline(always)]
-    fn end_page<K: Kernel>(&mut self, kernel: K, page: usize) {
-        self.end_span(kernel);
+    fn end_page(&mut self, page: usize) {
+        self.end_span();
         self.end_listed();
         for run in self.runs.iter_mut().rev().take_while(|run| run.page == NO_PAGE) {
             run.page = page as u32;
         }
-    }
-
-    #[inline(always)]
-    fn finish(self) {
-        self.ids.finish();
     }
 }
 
@@ -390,7 +374,7 @@ struct Handles<'a> {
 
 impl Sink for Handles<'_> {
     #[inline(always)]
-    fn add<K: Kernel>(&mut self, _kernel: K, first: usize, opaque: u64) {
+    fn add(&mut self, first: usize, opaque: u64) {
         for block in 0..WORD / BLOCK {
             let mask = (opaque >> (block * BLOCK) & 0xFFFF) as u32;
             if mask != 0 {
@@ -402,7 +386,7 @@ impl Sink for Handles<'_> {
     }
 
     #[inline(always)]
-    fn end_page<K: Kernel>(&mut self, _kernel: K, page: usize) {
+    fn end_page(&mut self, page: usize) {
         let range = self.start as u32..self.handles.len() as u32;
         self.start = self.handles.len();
         let polygons = std::mem::take(&mut self.polygons);
@@ -410,9 +394,6 @@ impl Sink for Handles<'_> {
             self.handle_runs.push(HandleRun { range, page: page as u32, polygons });
         }
     }
-
-    #[inline(always)]
-    fn finish(self) {}
 }
 
 /// Notes polygons that can be seen through.
