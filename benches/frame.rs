@@ -1,6 +1,6 @@
 //! A frame from the changes to the bytes that a renderer sends, beside the bare query of the index.
 //!
-//! `cargo bench --bench frame --features render [-- --quick]`. The model stands; each frame sixteen polygons are removed and
+//! `cargo bench --bench frame --features render [-- --quick] [NAME ...]`, all variants or only those named. The model stands; each frame sixteen polygons are removed and
 //! sixteen others that were removed before come back, so every stage has work. All variants take turns, frame by frame;
 //! figures are medians.
 
@@ -71,7 +71,7 @@ fn median(times: &mut [f64]) -> f64 {
     times[times.len() / 2]
 }
 
-fn measure(polygons: u32, frames: usize) {
+fn measure(polygons: u32, frames: usize, only: &[String]) {
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     for event in synthesize(SynthKind::Scribble, polygons, 1) {
         scene.apply(&event.expect("a synthetic session is whole"), &mut changes);
@@ -80,12 +80,13 @@ fn measure(polygons: u32, frames: usize) {
     for camera in [CameraChoice::Inside, CameraChoice::Orbit] {
         let view = CameraPath::new(camera, None, &bounds).view(&Moment::default());
         let always = OcclusionChoice::Always;
-        let mut variants = [
+        let mut variants = vec![
             Variant::new("frustum", &scene, &bounds, always(CullerKind::None), false),
             Variant::new("to bytes", &scene, &bounds, always(CullerKind::None), true),
             Variant::new("msvbsp", &scene, &bounds, always(CullerKind::Msvbsp), false),
             Variant::new("auto", &scene, &bounds, OcclusionChoice::Auto, false),
         ];
+        variants.retain(|variant| only.is_empty() || only.iter().any(|name| name == variant.name));
         let (mut bare, mut visible) = (Vec::new(), VisibleBlocks::with_capacity(scene.polygon_count()));
         let ids: Vec<PolygonId> = scene.visible_ids().collect();
         for frame in 0..frames {
@@ -121,7 +122,8 @@ fn measure(polygons: u32, frames: usize) {
 
 fn main() {
     let quick = std::env::args().any(|word| word == "--quick" || word == "--test");
+    let only: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     for polygons in [100_000, 1_000_000] {
-        measure(polygons, if quick { 60 } else { 600 });
+        measure(polygons, if quick { 60 } else { 600 }, &only);
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! * [`GpuOcclusion`] finds while drawing what is hidden ([`Renderer::set_occlusion`]).
 //!
-//! Polygons are flat-shaded from both sides. Opaque ones go front to back, transparent ones back to front; both orders
+//! Polygons are flat-shaded from both sides. Opaque ones go by number, transparent ones back to front; both orders
 //! depend on the view and the polygons alone, not on the index that found them nor on what is left out, and of two at the
 //! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
 //!

@@ -217,6 +217,7 @@ impl Renderer {
         let in_view = layers.first().map_or(0, |layer| layer.polygons.len());
         let culls = can_cull && slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
         slot.order.clear_for(if culls { Listing::Blocks } else { Listing::Ids });
+        slot.order.list_all(!ViewSlot::can_hold_all(&self.gpu, scene.polygon_count()));
         for (i, layer) in layers.iter().enumerate() {
             let style = i.min(MAX_STYLES - 1);
             styles[style] = layer.style;
@@ -266,7 +267,7 @@ impl Renderer {
         let stamps = timer.stamps(0, Ends::Both).map(|stamps| stamps.of_render());
         let mut pass = target.begin(encoder, self.background, DepthBefore::Nothing, stamps);
         pass.set_bind_group(0, slot.bind_group(), &[]);
-        self.pipelines.draw_runs(&mut pass, &self.scene, slot.order.runs(), 0);
+        self.pipelines.draw_runs(&mut pass, &self.scene, slot.order.runs(), 0, slot.all_from());
         more(&mut pass);
         drop(pass);
         timer.end(encoder, 1);
@@ -315,13 +316,14 @@ impl Pipelines {
         }
     }
 
-    /// Draws runs of a list; their places count from `first`.
+    /// Draws runs of a list; their places count from `first`, and the numbers of those that are not listed from `all_from`.
     pub(super) fn draw_runs(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         scene: &GpuScene,
         runs: &[Run],
         first: u32,
+        all_from: u32,
     ) {
         let mut bound = None;
         for run in runs {
@@ -331,7 +333,8 @@ impl Pipelines {
                 pass.set_bind_group(1, page, &[]);
                 bound = Some((run.page, run.blend));
             }
-            let vertices = (first + run.range.start) * 6..(first + run.range.end) * 6;
+            let from = if run.is_listed { first } else { all_from };
+            let vertices = (from + run.range.start) * 6..(from + run.range.end) * 6;
             pass.draw(vertices, run.style..run.style + 1);
         }
     }

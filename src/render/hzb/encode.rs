@@ -255,7 +255,7 @@ impl HzbView {
             pass.draw_indirect(&self.buffers.args, u64::from(span.args + 4) * 4);
         }
         let first = frame.order.opaque_count();
-        frame.pipelines.draw_runs(&mut pass, frame.scene, frame.order.runs(), first);
+        frame.pipelines.draw_runs(&mut pass, frame.scene, frame.order.runs(), first, first);
         more(&mut pass);
     }
 
