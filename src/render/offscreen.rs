@@ -7,6 +7,7 @@ use super::{
 use crate::{
     frame::{Stage, StageClock},
     polygon::{Change, PolygonId},
+    recording::Environment,
     scene::Scene,
     view::View,
 };
@@ -80,6 +81,16 @@ impl Offscreen {
     /// The adapter lacks what that needs.
     pub fn set_occlusion(&mut self, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.renderer.set_occlusion(&mut self.slot, occlusion)
+    }
+
+    /// Changes light and sky: see [`Renderer::set_environment`].
+    pub fn set_environment(&mut self, environment: Option<&Environment>) {
+        self.renderer.set_environment(environment);
+    }
+
+    /// Changes the moment that what moves by itself is seen at, seconds.
+    pub fn set_time(&mut self, time_s: f32) {
+        self.renderer.set_time(time_s);
     }
 
     /// Notes what has changed; to be called with the changes of every frame, drawn or not.
