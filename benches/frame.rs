@@ -9,10 +9,10 @@
 use std::{hint::black_box, time::Instant};
 
 use osp::{
-    frame::{OcclusionChoice, PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
-    occlusion::CullerKind,
+    occlusion::Occlusion,
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::{SynthKind, synthesize},
     render::{Classes, DrawOrder},
@@ -34,28 +34,33 @@ struct Variant {
     /// Whether the bytes are made ready, too.
     to_bytes: bool,
     us: Vec<f64>,
+    /// Of all frames: choosing occluders, building, testing, nanoseconds; and polygons found hidden.
+    stages_ns: [u64; 3],
+    occluded: u64,
 }
 
 impl Variant {
-    fn new(
-        name: &'static str,
-        scene: &Scene,
-        bounds: &Aabb,
-        choice: OcclusionChoice,
-        to_bytes: bool,
-    ) -> Self {
+    fn new(name: &'static str, scene: &Scene, bounds: &Aabb, choice: Occlusion, to_bytes: bool) -> Self {
         let capacity = scene.polygon_count();
         let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
         let mut pipeline = pipeline.with_choice(PassConfig::new(choice), capacity);
         pipeline.load(scene);
-        Self { name, pipeline, order: DrawOrder::new(), to_bytes, us: Vec::new() }
+        Self {
+            name,
+            pipeline,
+            order: DrawOrder::new(),
+            to_bytes,
+            us: Vec::new(),
+            stages_ns: [0; 3],
+            occluded: 0,
+        }
     }
 
     fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) {
         let start = Instant::now();
-        self.pipeline.frame(scene, changes, view);
+        let record = self.pipeline.frame(scene, changes, view);
         if self.to_bytes {
             self.order.clear();
             self.order
@@ -64,6 +69,11 @@ impl Variant {
             black_box(self.order.ids());
         }
         self.us.push(start.elapsed().as_secs_f64() * 1.0e6);
+        let stages = [record.occlusion.select, record.occlusion.build, record.occlusion.query];
+        for (sum, stage) in self.stages_ns.iter_mut().zip(stages) {
+            *sum += stage.ns;
+        }
+        self.occluded += record.occlusion.occluded;
     }
 }
 
@@ -80,12 +90,11 @@ fn measure(polygons: u32, frames: usize, only: &[String]) {
     let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(scene.bounds(id)));
     for camera in [CameraChoice::Inside, CameraChoice::Orbit] {
         let view = CameraPath::new(camera, None, &bounds).view(&Moment::default());
-        let always = OcclusionChoice::Always;
         let mut variants = vec![
-            Variant::new("frustum", &scene, &bounds, always(CullerKind::None), false),
-            Variant::new("to bytes", &scene, &bounds, always(CullerKind::None), true),
-            Variant::new("msvbsp", &scene, &bounds, always(CullerKind::Msvbsp), false),
-            Variant::new("auto", &scene, &bounds, OcclusionChoice::Auto, false),
+            Variant::new("frustum", &scene, &bounds, Occlusion::None, false),
+            Variant::new("to bytes", &scene, &bounds, Occlusion::None, true),
+            Variant::new("msvbsp", &scene, &bounds, Occlusion::Msvbsp, false),
+            Variant::new("auto", &scene, &bounds, Occlusion::Auto, false),
         ];
         variants.retain(|variant| only.is_empty() || only.iter().any(|name| name == variant.name));
         let (mut bare, mut visible) = (Vec::new(), VisibleBlocks::with_capacity(scene.polygon_count()));
@@ -116,7 +125,14 @@ fn measure(polygons: u32, frames: usize, only: &[String]) {
         );
         for variant in &mut variants {
             let us = median(&mut variant.us);
-            println!("  {:10} {us:9.1} us, {:5.2} times the query", variant.name, us / bare);
+            print!("  {:10} {us:9.1} us, {:5.2} times the query", variant.name, us / bare);
+            let frames = variant.us.len() as f64;
+            let [select, build, query] = variant.stages_ns.map(|ns| ns as f64 * 1.0e-3 / frames);
+            if select > 0.0 {
+                let found = variant.occluded as f64 / frames;
+                print!(", means: select {select:.1}, build {build:.1}, test {query:.1}, {found:.0} hidden");
+            }
+            println!();
         }
     }
 }

@@ -1,9 +1,9 @@
 use std::path::PathBuf;
 
 use super::{
-    culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, studio::ToolChoice,
+    culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, tool::ToolChoice,
 };
-use crate::{frame::OcclusionChoice, rivals::IndexKind};
+use crate::{occlusion::Occlusion, rivals::IndexKind};
 
 /// What a person can ask for, by key, button or menu.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +37,7 @@ pub enum Command {
     /// File the model into another index.
     Index(IndexKind),
     /// Choose how polygons are found that others hide.
-    Occlusion(OcclusionChoice),
+    Occlusion(Occlusion),
     /// Most occluders of a view; `None` is the method's own number.
     Occluders(Option<usize>),
     /// Turn stages of culling on and off.

@@ -1,16 +1,12 @@
 use std::path::Path;
 
 use super::{
-    command::Command,
-    document::Opening,
-    player::Jump,
-    question::Then,
-    studio::{Studio, Subject},
+    command::Command, document::Opening, player::Jump, question::Then, studio::Studio, subject::Subject,
 };
 use crate::{
     atomic_file::AtomicFile,
     export::{ExportError, GltfCounts, write_glb},
-    frame::OcclusionChoice,
+    occlusion::Occlusion,
     output_file::{OutputKind, check_output},
     recording::Event,
     rivals::IndexKind,
@@ -32,7 +28,7 @@ impl Studio {
             Command::Tool(tool) => {
                 self.finish_gestures();
                 self.tool = tool;
-                if let super::studio::ToolChoice::Draw(tool) = tool {
+                if let super::tool::ToolChoice::Draw(tool) = tool {
                     self.brush.tool = tool;
                 }
             }
@@ -93,7 +89,7 @@ impl Studio {
         self.apply_events();
     }
 
-    fn switch_index(&mut self, kind: IndexKind, occlusion: OcclusionChoice) {
+    fn switch_index(&mut self, kind: IndexKind, occlusion: Occlusion) {
         // Everything that the scene holds is filed below; what was waiting for the old index is in it.
         if let Subject::Sketch(document) = &mut self.subject {
             document.take_changes(&mut self.pending.changes);

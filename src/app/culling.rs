@@ -4,11 +4,11 @@ use glam::Vec3;
 
 use super::{document::meet_polygon, draw_cost::DrawCost};
 use crate::{
-    frame::{FrameRecord, OcclusionChoice, OcclusionPass, PassConfig, Pipeline, StageClock},
+    frame::{FrameRecord, OcclusionPass, PassConfig, Pipeline, StageClock},
     index::{IndexConfig, SpatialIndex},
     lab::pvs::{Pvs, PvsPass},
     math::{Aabb, Ray},
-    occlusion::{CullerKind, ShadowVolume},
+    occlusion::{Occlusion, ShadowVolume},
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::StrokeId,
     rivals::IndexKind,
@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Nothing is looked for that others hide.
-pub(super) const NO_OCCLUSION: OcclusionChoice = OcclusionChoice::Always(CullerKind::None);
+pub(super) const NO_OCCLUSION: Occlusion = Occlusion::None;
 
 /// Whether a stage of culling takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ pub struct ReachCounts {
 #[derive(Debug)]
 pub struct Culling {
     kind: IndexKind,
-    occlusion: OcclusionChoice,
+    occlusion: Occlusion,
     occluders: Option<usize>,
     pvs: Option<Arc<Pvs>>,
     root: Aabb,
@@ -117,7 +117,7 @@ impl Culling {
     }
 
     /// How polygons are found that others hide.
-    pub fn occlusion(&self) -> OcclusionChoice {
+    pub fn occlusion(&self) -> Occlusion {
         self.occlusion
     }
 
@@ -186,11 +186,11 @@ impl Culling {
 
     /// Files the whole model into another index (or anew into the same). Changes of the scene that no frame has seen
     /// yet must not be given to the next frame: they are filed here.
-    pub fn reindex(&mut self, kind: IndexKind, occlusion: OcclusionChoice, scene: &Scene, bounds: &Aabb) {
+    pub fn reindex(&mut self, kind: IndexKind, occlusion: Occlusion, scene: &Scene, bounds: &Aabb) {
         let start = self.clock.start();
         let root = root_for(bounds);
         let mut pipeline = create(kind, occlusion, root, scene.polygon_count(), self.clock);
-        if let Some(pvs) = self.pvs.as_ref().filter(|_| occlusion == OcclusionChoice::Pvs) {
+        if let Some(pvs) = self.pvs.as_ref().filter(|_| occlusion == Occlusion::Pvs) {
             pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
         }
         pipeline.set_occluders(self.occluders);
@@ -327,13 +327,7 @@ fn root_for(bounds: &Aabb) -> Aabb {
     Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.25)
 }
 
-fn create(
-    kind: IndexKind,
-    occlusion: OcclusionChoice,
-    root: Aabb,
-    polygons: usize,
-    clock: StageClock,
-) -> Pipeline {
+fn create(kind: IndexKind, occlusion: Occlusion, root: Aabb, polygons: usize, clock: StageClock) -> Pipeline {
     // Room for as much again: growing should not fall into a frame.
     let capacity = IndexConfig::default().capacity.max(polygons * 2);
     let pipeline = Pipeline::new(kind.create(&IndexConfig { root, capacity }), capacity, clock);

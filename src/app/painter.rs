@@ -8,8 +8,8 @@ use super::{room::RoomView, studio::Studio};
 use crate::{
     frame::StageClock,
     render::{
-        Acquired, Area, DrawnCounts, Gpu, GpuOcclusion, GpuTimer, Layer, LinePass, PassTimes, RenderError,
-        Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
+        Acquired, Area, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes, RenderError, Renderer,
+        RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
     },
     view::Stereo,
 };
@@ -278,7 +278,7 @@ impl Painter {
             pane.target = Target::new(&self.gpu, width, height)?;
             pane.shown = self.show.bind(&self.gpu, &pane.target);
         }
-        let wanted = GpuOcclusion::of(studio.culling().occlusion());
+        let wanted = studio.culling().occlusion().on_gpu();
         if pane.slot.occlusion() != wanted && self.cannot_cull.is_none() {
             let outcome = self.renderer.set_occlusion(&mut pane.slot, wanted);
             self.cannot_cull = outcome.err().map(|error| error.to_string());

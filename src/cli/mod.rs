@@ -11,6 +11,7 @@ mod not_built;
 mod numbers;
 mod output;
 mod outputs;
+mod parsers;
 mod pick;
 mod played;
 mod reading;
@@ -34,8 +35,9 @@ mod send;
 mod sketch;
 mod synth;
 mod verify;
-#[cfg(feature = "render")]
+#[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
 mod verify_drawn;
+mod verify_json;
 mod verify_method;
 
 pub use allocations::CountingAllocator;

@@ -11,7 +11,7 @@ mod previous_frame_pass;
 mod record;
 
 pub use clock::{Reading, Stage, StageClock};
-pub use occlusion_pass::{AutoBasis, OcclusionChoice, OcclusionPass, PassConfig};
+pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};
 pub use pass::{Pass, PassInput};
 pub use pipeline::Pipeline;
 pub use previous_frame_pass::PreviousFramePass;

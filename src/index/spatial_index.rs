@@ -4,7 +4,7 @@ use thiserror::Error;
 use super::{DrawList, WorkCounts, probe};
 use crate::{
     math::{Aabb, Containment, Frustum, Ray, Sphere},
-    polygon::{ConvexPolygon, PolygonId, VisibleBlocks},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
 };
 
 /// Why an index refused a change. It is then as it was before.
@@ -41,6 +41,9 @@ pub trait SpatialIndex: Send + Sync {
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Hears which changes come next, so that an index can ask the memory for what they will touch. Changes nothing.
+    fn announce(&self, _geometry: &dyn Geometry, _changes: &[Change]) {}
 
     /// Inserts a polygon. Queries see it after the next [`SpatialIndex::commit`].
     ///

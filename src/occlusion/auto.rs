@@ -1,3 +1,5 @@
+use super::Occlusion;
+
 /// What an occluded polygon saves and what the stages cost: the basis on which occlusion is switched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AutoConfig {
@@ -36,14 +38,24 @@ impl Default for AutoConfig {
 
 /// What is chosen among, besides none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AutoMethod {
-    /// The best of large occluders: [`super::CullerKind::Msvbsp`].
+enum Method {
+    /// [`Occlusion::Msvbsp`].
     Msvbsp,
-    /// What was visible in the last frame: [`super::PreviousFrameOccluders`].
+    /// [`Occlusion::DepthLast`].
     DepthLast,
 }
 
-impl AutoMethod {
+impl From<Option<Method>> for Occlusion {
+    fn from(method: Option<Method>) -> Self {
+        match method {
+            None => Self::None,
+            Some(Method::Msvbsp) => Self::Msvbsp,
+            Some(Method::DepthLast) => Self::DepthLast,
+        }
+    }
+}
+
+impl Method {
     const ALL: [Self; 2] = [Self::Msvbsp, Self::DepthLast];
 
     /// About the least that a frame costs, nanoseconds, whatever is in view: for large occluders choosing among the
@@ -106,7 +118,7 @@ struct Known {
 /// A try that goes on.
 #[derive(Clone, Copy, Debug)]
 struct Try {
-    method: AutoMethod,
+    method: Method,
     /// What its frames have cost.
     spent_ns: f64,
     /// It is in the first frame of two.
@@ -125,8 +137,8 @@ struct Try {
 #[derive(Clone, Debug)]
 pub struct AutoSwitch {
     config: AutoConfig,
-    kept: Option<AutoMethod>,
-    known: [Known; AutoMethod::ALL.len()],
+    kept: Option<Method>,
+    known: [Known; Method::ALL.len()],
     /// The kept method has been measured.
     is_measured: bool,
     /// Frames in a row in which it did not pay.
@@ -143,7 +155,7 @@ impl AutoSwitch {
     pub fn new(config: AutoConfig) -> Self {
         Self {
             config,
-            kept: Some(AutoMethod::Msvbsp),
+            kept: Some(Method::Msvbsp),
             known: Default::default(),
             is_measured: false,
             losing: 0,
@@ -154,8 +166,8 @@ impl AutoSwitch {
     }
 
     /// The method in use, but for tries and for frames in which nothing can be gained.
-    pub fn kept(&self) -> Option<AutoMethod> {
-        self.kept
+    pub fn kept(&self) -> Occlusion {
+        self.kept.into()
     }
 
     /// Changes what drawing a polygon costs, nanoseconds.
@@ -163,27 +175,31 @@ impl AutoSwitch {
         self.config.polygon_ns = polygon_ns;
     }
 
-    /// Whether there can be a frame in which a method pays.
-    pub fn can_ever_pay(&self, method: AutoMethod) -> bool {
+    /// Whether there can be a frame in which culling with the previous frame's polygons pays.
+    pub fn can_depth_last_pay(&self) -> bool {
         // The more is in view, the less what does not depend on it weighs.
         let many = 1 << 32;
-        many as f64 * self.config.polygon_ns >= self.config.least_ratio * method.least_ns(many)
+        many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::DepthLast.least_ns(many)
     }
 
     /// How to cull the next frame; asked once a frame, before it, with the number of polygons that the frustum may see.
-    pub fn decide(&mut self, in_view: u64) -> Option<AutoMethod> {
+    pub fn decide(&mut self, in_view: u64) -> Occlusion {
+        self.choose(in_view).into()
+    }
+
+    fn choose(&mut self, in_view: u64) -> Option<Method> {
         self.in_view = in_view;
         let all_ns = self.all_ns();
         let kept = self.kept.filter(|method| self.may_pay(*method, all_ns));
         // Drawing all of them, or what a frame takes with the kept method: no other one saves more.
         let now_ns = kept.map_or(all_ns, |method| self.frame_ns(method));
-        if self.kept != Some(AutoMethod::Msvbsp) && self.may_pay(AutoMethod::Msvbsp, all_ns) {
+        if self.kept != Some(Method::Msvbsp) && self.may_pay(Method::Msvbsp, all_ns) {
             self.idle_ns = (self.idle_ns + self.config.keep_share * now_ns).min(MOST_IDLE_NS);
         }
-        let others = AutoMethod::ALL.map(|method| Some(method) != self.kept && self.may_try(method, now_ns));
+        let others = Method::ALL.map(|method| Some(method) != self.kept && self.may_try(method, now_ns));
         let share = self.config.probe_share / others.iter().filter(|other| **other).count().max(1) as f64;
-        let mut next: Option<(u32, AutoMethod)> = None;
-        for method in AutoMethod::ALL.into_iter().filter(|method| others[*method as usize]) {
+        let mut next: Option<(u32, Method)> = None;
+        for method in Method::ALL.into_iter().filter(|method| others[*method as usize]) {
             let price_ns = self.price_ns(method);
             let known = &mut self.known[method as usize];
             known.waited = known.waited.saturating_add(1);
@@ -273,25 +289,25 @@ impl AutoSwitch {
     }
 
     /// Drawing what this method leaves, and what it costs.
-    fn frame_ns(&self, method: AutoMethod) -> f64 {
+    fn frame_ns(&self, method: Method) -> f64 {
         let Known { cost_ns, gain_ns, .. } = self.known[method as usize];
         (self.all_ns() - gain_ns).max(0.0) + cost_ns
     }
 
-    fn price_ns(&self, method: AutoMethod) -> f64 {
+    fn price_ns(&self, method: Method) -> f64 {
         let Known { cost_ns, price_ns, .. } = self.known[method as usize];
         match method {
-            AutoMethod::Msvbsp => cost_ns,
-            AutoMethod::DepthLast => price_ns.unwrap_or(FIRST_PRICE_NS) * self.in_view as f64,
+            Method::Msvbsp => cost_ns,
+            Method::DepthLast => price_ns.unwrap_or(FIRST_PRICE_NS) * self.in_view as f64,
         }
     }
 
     /// Whether saving so much would pay.
-    fn may_pay(&self, method: AutoMethod, most_ns: f64) -> bool {
+    fn may_pay(&self, method: Method, most_ns: f64) -> bool {
         most_ns >= self.config.least_ratio * method.least_ns(self.in_view)
     }
 
-    fn may_try(&self, method: AutoMethod, now_ns: f64) -> bool {
+    fn may_try(&self, method: Method, now_ns: f64) -> bool {
         let earned_ns = MOST_FRAMES_FOR_A_TRY * self.config.probe_share * now_ns;
         self.may_pay(method, now_ns) && (!method.has_to_start() || self.price_ns(method) <= earned_ns)
     }
@@ -300,7 +316,7 @@ impl AutoSwitch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use AutoMethod::{DepthLast, Msvbsp};
+    use Method::{DepthLast, Msvbsp};
 
     const IN_VIEW: u64 = 50_000;
 
@@ -317,17 +333,17 @@ mod tests {
     fn play_all(
         switch: &mut AutoSwitch,
         frames: u32,
-        mut outcome: impl FnMut(AutoMethod, u32) -> Outcome,
+        mut outcome: impl FnMut(Method, u32) -> Outcome,
     ) -> Used {
-        let (mut used, mut kept) = (Used::default(), switch.kept());
+        let (mut used, mut kept) = (Used::default(), switch.kept);
         for frame in 0..frames {
-            let Some(method) = switch.decide(IN_VIEW) else { continue };
+            let Some(method) = switch.choose(IN_VIEW) else { continue };
             let outcome = outcome(method, frame);
             switch.note(outcome);
             *(if method == Msvbsp { &mut used.msvbsp } else { &mut used.last }) += 1;
             used.cost_ns += outcome.cost_ns;
-            used.changes += u32::from(switch.kept() != kept);
-            kept = switch.kept();
+            used.changes += u32::from(switch.kept != kept);
+            kept = switch.kept;
         }
         used
     }
@@ -340,7 +356,7 @@ mod tests {
     }
 
     fn is_on(switch: &AutoSwitch) -> bool {
-        switch.kept().is_some()
+        switch.kept.is_some()
     }
 
     fn dear(polygon_ns: f64) -> AutoSwitch {
@@ -350,7 +366,7 @@ mod tests {
     const MS: f64 = 1.0e6;
 
     /// The same in every frame: what each method costs, milliseconds, and how many polygons it culls.
-    fn always(msvbsp: (f64, u64), last: (f64, u64)) -> impl Fn(AutoMethod, u32) -> Outcome + Copy {
+    fn always(msvbsp: (f64, u64), last: (f64, u64)) -> impl Fn(Method, u32) -> Outcome + Copy {
         move |method, _| {
             let (cost_ms, culled) = if method == Msvbsp { msvbsp } else { last };
             Outcome { cost_ns: cost_ms * MS, culled }
@@ -362,7 +378,7 @@ mod tests {
         // Drawing takes 500 ms.
         let mut switch = dear(10_000.0);
         let used = play_all(&mut switch, 2000, always((4.0, 10), (80.0, 25_000)));
-        assert_eq!(switch.kept(), Some(DepthLast));
+        assert_eq!(switch.kept, Some(DepthLast));
         assert!(used.last > 1500 && used.msvbsp < 100 && used.changes == 2, "{used:?}");
     }
 
@@ -370,7 +386,7 @@ mod tests {
     fn large_occluders_are_taken_where_they_pay_more() {
         let mut switch = dear(10_000.0);
         let used = play_all(&mut switch, 5000, always((4.0, 25_000), (80.0, 26_000)));
-        assert_eq!((switch.kept(), used.changes), (Some(Msvbsp), 0), "{used:?}");
+        assert_eq!((switch.kept, used.changes), (Some(Msvbsp), 0), "{used:?}");
         assert!(used.last > 0 && used.last < 100, "it is tried all the same: {used:?}");
     }
 
@@ -380,10 +396,10 @@ mod tests {
         // 454 ms of drawing and culling against 280, and then against 530.
         let mut switch = dear(10_000.0);
         assert!(play_all(&mut switch, 2000, last(30_000)).last > 1000);
-        assert_eq!(switch.kept(), Some(DepthLast));
+        assert_eq!(switch.kept, Some(DepthLast));
         let used = play_all(&mut switch, 2000, last(4_000));
         assert!(used.last < 100 && used.msvbsp > 1500, "{used:?}");
-        assert_eq!(switch.kept(), Some(Msvbsp));
+        assert_eq!(switch.kept, Some(Msvbsp));
         // 454 against 440: not worth a change.
         let mut switch = dear(10_000.0);
         assert_eq!(play_all(&mut switch, 4000, last(14_000)).changes, 0);
@@ -410,7 +426,7 @@ mod tests {
         play_all(&mut switch, 100, outcome);
         let used = play_all(&mut switch, 20_000, outcome);
         let share = used.cost_ns / (20_000.0 * 50.0 * MS);
-        assert_eq!((switch.kept(), used.changes), (None, 0));
+        assert_eq!((switch.kept, used.changes), (None, 0));
         assert!(share > 0.0030 && share < 0.0042, "{share} of the drawing: {used:?}");
         assert!(used.last >= 10 && used.msvbsp >= 150, "in turns: {used:?}");
     }
@@ -429,7 +445,7 @@ mod tests {
             first_frames += u32::from(is_first);
             Outcome { cost_ns: if is_first { 400.0 } else { 80.0 } * MS, culled: 25_000 }
         });
-        assert!(used.last > 400 && switch.kept() == Some(DepthLast), "{used:?}, {first_frames}");
+        assert!(used.last > 400 && switch.kept == Some(DepthLast), "{used:?}, {first_frames}");
         let mut switch = dear(10_000.0);
         let (mut in_a_row, mut longest, mut last_frame) = (0, 0, u32::MAX);
         play_all(&mut switch, 3000, |method, frame| {
@@ -449,8 +465,7 @@ mod tests {
             let used = play_all(&mut switch, 20_000, |_, _| Outcome { cost_ns: 50_000.0, culled: 100 });
             assert_eq!(used.last, 0, "{polygon_ns}");
         }
-        let can = |polygon_ns, method| dear(polygon_ns).can_ever_pay(method);
-        assert!(!can(10.0, DepthLast) && can(1_000.0, DepthLast) && can(10.0, Msvbsp));
+        assert!(!dear(10.0).can_depth_last_pay() && dear(1_000.0).can_depth_last_pay());
     }
 
     #[test]
@@ -496,8 +511,8 @@ mod tests {
     #[test]
     fn where_nothing_could_be_gained_nothing_is_tried() {
         let mut switch = AutoSwitch::new(AutoConfig::default());
-        assert!((0..500).all(|_| switch.decide(1000).is_none()), "10 µs of drawing");
-        assert_eq!(switch.decide(IN_VIEW), Some(Msvbsp));
+        assert!((0..500).all(|_| switch.choose(1000).is_none()), "10 µs of drawing");
+        assert_eq!(switch.choose(IN_VIEW), Some(Msvbsp));
     }
 
     #[test]
@@ -508,7 +523,7 @@ mod tests {
         assert!(!is_on(&switch));
         let mut spent = 0.0;
         for _ in 0..1000 {
-            if switch.decide(IN_VIEW).is_some() {
+            if switch.choose(IN_VIEW).is_some() {
                 switch.note(Outcome { cost_ns: 50_000.0, culled: 0 });
             }
             let ns = switch.idle_budget_ns();

@@ -35,12 +35,12 @@ mod svbsp;
 mod tolerance;
 mod tree;
 
-pub use auto::{AutoConfig, AutoMethod, AutoSwitch, Outcome};
+pub use auto::{AutoConfig, AutoSwitch, Outcome};
 pub use cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest};
 pub use culler::{BuildCounts, OcclusionCuller, Soundness, Tested, Verdict};
 pub use depth::{Coverage, DepthBuffer, DepthConfig};
 pub use frusta::ShadowFrusta;
-pub use kind::CullerKind;
+pub use kind::Occlusion;
 pub use msvbsp_paper::{MsvbspPaper, PaperCaps};
 pub use none::NoOcclusion;
 pub use pool::{Grouping, OccluderPool, PoolConfig};

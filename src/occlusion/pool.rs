@@ -185,7 +185,7 @@ impl OccluderPool {
 
     /// Whether a polygon is among the largest sixteenth, about, of those that this was asked of.
     fn is_large(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
-        let Some(polygon) = geometry.polygon(id) else { return false };
+        let Some(polygon) = geometry.occluder(id) else { return false };
         let area_m2 = 0.5 * polygon.area_vector().length();
         let is_large = area_m2 > self.large_m2;
         // Steps up and down cancel where one in sixteen is larger; small ones, so that a wide stroke stays large for
@@ -246,7 +246,7 @@ impl OccluderPool {
         if self.slot(id) != NONE || !geometry.may_occlude(id) {
             return false;
         }
-        let Some(polygon) = geometry.polygon(id) else { return false };
+        let Some(polygon) = geometry.occluder(id) else { return false };
         // Too small even at full patch size.
         if self.threshold_m2 > 0.0 {
             let enough_m2 = self.threshold_m2 / MAX_PATCH as f32;

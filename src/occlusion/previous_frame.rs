@@ -93,7 +93,7 @@ impl PreviousFrameOccluders {
         self.drawn_in(view);
         let known = &self.drawn[view];
         let occluder = |id: PolygonId| {
-            if known.contains(id) && geometry.may_occlude(id) { geometry.polygon(id) } else { None }
+            if known.contains(id) { geometry.occluder(id) } else { None }
         };
         let pixels_of = self.depth.area_in_pixels(window);
         self.shadows.clear();

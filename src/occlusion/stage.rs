@@ -1,5 +1,5 @@
 use super::{
-    BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
+    BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
     PoolConfig, SelectConfig, SelectCounts, Selector,
 };
 use crate::{
@@ -48,7 +48,7 @@ impl std::fmt::Debug for OcclusionStage {
 
 impl OcclusionStage {
     /// A stage without candidates.
-    pub fn new(kind: CullerKind, config: OcclusionConfig) -> Self {
+    pub fn new(kind: Occlusion, config: OcclusionConfig) -> Self {
         Self::with_culler(kind.create(config.select.occluders), config)
     }
 
@@ -66,7 +66,7 @@ impl OcclusionStage {
     }
 
     /// Changes the most occluders of a frame; the candidates stay.
-    pub fn set_occluders(&mut self, kind: CullerKind, occluders: usize) {
+    pub fn set_occluders(&mut self, kind: Occlusion, occluders: usize) {
         self.config.select.occluders = occluders;
         self.selector = Selector::new(self.config.select);
         self.selector.reserve(2 * self.config.pool.capacity + 1);

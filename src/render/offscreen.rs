@@ -1,11 +1,12 @@
 use std::sync::Arc;
 
 use super::{
-    DrawnCounts, Gpu, GpuOcclusion, GpuTimer, Image, Layer, PassTimes, PyramidLevel, RenderError, Renderer,
+    DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, PassTimes, PyramidLevel, RenderError, Renderer,
     RendererConfig, Target, ViewSlot,
 };
 use crate::{
     frame::{Stage, StageClock},
+    occlusion::Occlusion,
     polygon::{Change, PolygonId},
     recording::Environment,
     scene::Scene,
@@ -75,12 +76,20 @@ impl Offscreen {
         self.target.aspect()
     }
 
-    /// Chooses how hidden polygons are found while drawing.
+    /// Chooses how hidden polygons are culled on the GPU: see [`Renderer::set_occlusion`].
     ///
     /// # Errors
     /// The adapter lacks what that needs.
-    pub fn set_occlusion(&mut self, occlusion: GpuOcclusion) -> Result<(), RenderError> {
+    pub fn set_occlusion(&mut self, occlusion: Occlusion) -> Result<(), RenderError> {
         self.renderer.set_occlusion(&mut self.slot, occlusion)
+    }
+
+    /// The same, with settings for [`Occlusion::Hzb`] and [`Occlusion::Auto`].
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs.
+    pub fn set_occlusion_with(&mut self, occlusion: Occlusion, config: HzbConfig) -> Result<(), RenderError> {
+        self.renderer.set_occlusion_with(&mut self.slot, occlusion, config)
     }
 
     /// Changes light and sky: see [`Renderer::set_environment`].

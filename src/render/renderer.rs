@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use super::{
-    Classes, Gpu, GpuOcclusion, GpuTimer, PyramidLevel, RenderError, Target, ViewSlot,
+    Classes, Gpu, GpuTimer, PyramidLevel, RenderError, Target, ViewSlot,
     backdrop::srgb_from_linear,
     draw_switch::DrawSwitch,
     finish::Finish,
@@ -15,6 +15,7 @@ use super::{
     timer::Ends,
 };
 use crate::{
+    occlusion::Occlusion,
     polygon::{BLOCK, Change, PolygonId, VisibleBlocks},
     recording::Environment,
     scene::Scene,
@@ -191,21 +192,35 @@ impl Renderer {
         bytes
     }
 
-    /// Chooses how a view finds while drawing what is hidden. It does so in frames of which all that is drawn comes in
-    /// one layer in its own colours; others are drawn without.
+    /// Chooses how a view culls hidden polygons on the GPU; a method that culls on the CPU is none here. It does so in
+    /// frames of which all that is drawn comes in one layer in its own colours; others are drawn without.
     ///
     /// # Errors
     /// The adapter lacks what that needs; the view is drawn as before.
-    pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: GpuOcclusion) -> Result<(), RenderError> {
+    pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: Occlusion) -> Result<(), RenderError> {
+        self.set_occlusion_with(slot, occlusion, HzbConfig::default())
+    }
+
+    /// The same, with settings for [`Occlusion::Hzb`] and [`Occlusion::Auto`].
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs; the view is drawn as before.
+    pub fn set_occlusion_with(
+        &mut self,
+        slot: &mut ViewSlot,
+        occlusion: Occlusion,
+        config: HzbConfig,
+    ) -> Result<(), RenderError> {
+        let occlusion = occlusion.on_gpu();
         slot.switch = None;
-        if occlusion == GpuOcclusion::None {
+        if occlusion == Occlusion::None {
             slot.hzb = None;
             return Ok(());
         }
         if self.hzb.is_none() {
             let mut hzb = match Hzb::new(&self.gpu) {
                 // Then drawing all is the fastest way that there is.
-                Err(_) if occlusion == GpuOcclusion::Auto => {
+                Err(_) if occlusion == Occlusion::Auto => {
                     slot.hzb = None;
                     slot.switch = Some(DrawSwitch::default());
                     return Ok(());
@@ -215,15 +230,12 @@ impl Renderer {
             hzb.follow(&self.gpu, &self.scene);
             self.hzb = Some(hzb);
         }
-        let occlusion = match occlusion {
-            GpuOcclusion::Auto => {
-                slot.switch = Some(DrawSwitch::default());
-                GpuOcclusion::Hzb(HzbConfig::default())
-            }
-            occlusion => occlusion,
-        };
+        slot.switch = (occlusion == Occlusion::Auto).then(DrawSwitch::default);
         let view = slot.hzb.get_or_insert_with(|| Box::new(HzbView::new(&self.gpu)));
-        view.set_occlusion(&self.gpu, occlusion);
+        match occlusion {
+            Occlusion::Queries => view.use_queries(&self.gpu),
+            _ => view.use_pyramid(config),
+        }
         Ok(())
     }
 

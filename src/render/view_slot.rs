@@ -2,10 +2,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    DrawOrder, DrawnCounts, Gpu, GpuOcclusion, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
+    DrawOrder, DrawnCounts, Gpu, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
     renderer::MAX_STYLES,
 };
-use crate::{math::rotate, view::View};
+use crate::{math::rotate, occlusion::Occlusion, view::View};
 
 /// What a frame sends for one view: the view itself and the numbers of its polygons. One for each screen and eye.
 #[derive(Debug)]
@@ -93,16 +93,16 @@ impl ViewSlot {
     }
 
     /// How this view finds while drawing what is hidden.
-    pub fn occlusion(&self) -> GpuOcclusion {
+    pub fn occlusion(&self) -> Occlusion {
         match (&self.switch, &self.hzb) {
-            (Some(_), _) => GpuOcclusion::Auto,
+            (Some(_), _) => Occlusion::Auto,
             (None, Some(view)) => view.occlusion(),
-            (None, None) => GpuOcclusion::None,
+            (None, None) => Occlusion::None,
         }
     }
 
     /// Takes what a frame of this view took, at once or some frames later, and whether it was one that looked for what is
-    /// hidden: by it [`GpuOcclusion::Auto`] decides.
+    /// hidden: by it [`Occlusion::Auto`] decides.
     pub fn note_time(&mut self, culled: bool, ns: u64) {
         if let Some(switch) = &mut self.switch {
             switch.note(culled, ns);

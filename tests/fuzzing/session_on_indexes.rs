@@ -159,7 +159,9 @@ fn check_retold(scene: &Scene, told: &[Event]) {
                 assert!(!std::mem::replace(&mut there[id.index()], true), "{id:?} came twice")
             }
             Change::Remove(id) => assert!(std::mem::take(&mut there[id.index()]), "{id:?} was not there"),
-            Change::Update(id) => assert!(there[id.index()], "{id:?} moved and was not there"),
+            Change::Update(id) | Change::Repaint(id) => {
+                assert!(there[id.index()], "{id:?} moved and was not there");
+            }
         }
     }
     for (id, there) in (0..).map(PolygonId).zip(there) {

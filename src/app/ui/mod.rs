@@ -11,6 +11,7 @@ mod plot;
 mod questions;
 mod replay_bar;
 mod tools;
+mod wishes;
 
 pub use interface::Interface;
 pub use keys::{Action, HINTS, SHORTCUTS, Shortcut};

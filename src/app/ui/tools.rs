@@ -1,12 +1,14 @@
 use egui::{Button, Color32, ComboBox, RichText, Slider, Ui, Vec2};
 
-use super::{dialog::Ask, interface::Wishes, questions::ALARM};
+use super::{dialog::Ask, questions::ALARM, wishes::Wishes};
 use crate::{
     app::{
         command::Command,
         document::{Access, Opening},
         pen::{Brush, Snap},
-        studio::{Studio, Subject, ToolChoice},
+        studio::Studio,
+        subject::Subject,
+        tool::ToolChoice,
     },
     recording::Tool,
 };

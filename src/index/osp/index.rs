@@ -15,7 +15,7 @@ use crate::{
         simd::{Backend, Wide},
     },
     math::{Aabb, Frustum, Ray},
-    polygon::{PolygonId, VisibleBlocks},
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
 };
 
 /// The fast form of the OSP tree; see [`crate::index::osp`].
@@ -161,6 +161,10 @@ impl SpatialIndex for Osp {
 
     fn len(&self) -> usize {
         self.len
+    }
+
+    fn announce(&self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.ask_for(geometry, changes);
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {

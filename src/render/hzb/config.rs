@@ -1,34 +1,5 @@
 use std::ops::Add;
 
-use crate::frame::OcclusionChoice;
-
-/// How polygons are found while drawing that others hide.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GpuOcclusion {
-    /// They are not.
-    #[default]
-    None,
-    /// By a hierarchical depth buffer.
-    Hzb(HzbConfig),
-    /// By hardware occlusion queries.
-    Queries,
-    /// By a hierarchical depth buffer in the frames in which that is faster than drawing all; not where the adapter
-    /// lacks what it needs.
-    Auto,
-}
-
-impl GpuOcclusion {
-    /// What a choice asks of whoever draws.
-    pub fn of(choice: OcclusionChoice) -> Self {
-        match choice {
-            OcclusionChoice::Hzb => Self::Hzb(HzbConfig::default()),
-            OcclusionChoice::Queries => Self::Queries,
-            OcclusionChoice::Auto => Self::Auto,
-            _ => Self::None,
-        }
-    }
-}
-
 /// Polygons that are tested as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbGroup {

@@ -22,8 +22,10 @@
 //! sketches are paint under paint, millimetres apart, and seen aslant the nearest corner of a polygon lies before most of
 //! what hides it.
 
+mod buffers;
 mod config;
 mod encode;
+mod frame;
 mod pipelines;
 mod pyramid;
 mod queries;
@@ -31,8 +33,8 @@ mod samples;
 mod span;
 mod state;
 
-pub use config::{DrawnCounts, GpuOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup};
-pub(super) use encode::Frame;
+pub use config::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup};
+pub(super) use frame::Frame;
 pub(super) use pipelines::Hzb;
 pub use pyramid::PyramidLevel;
 pub(super) use state::HzbView;

@@ -12,9 +12,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    encode::Frame,
+    buffers::{LANES, create, grow},
+    frame::Frame,
     pipelines::{Bound, bind, compute, layout},
-    state::{HzbView, LANES, create, grow},
+    span::with_offsets,
 };
 use crate::{
     math::Aabb,
@@ -291,7 +292,7 @@ impl Queries {
         }
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipelines.apply);
-        for (span, offset) in HzbView::spans(view.pages, view.first_page) {
+        for (span, offset) in with_offsets(view.pages, view.first_page) {
             pass.set_bind_group(0, &*apply, &[offset]);
             pass.dispatch_workgroups(span.len().div_ceil(LANES), 1, 1);
         }

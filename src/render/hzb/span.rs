@@ -86,3 +86,8 @@ pub(super) fn counts(args: &[u8], known: DrawnCounts, transparent: u64) -> Drawn
     }
     counts
 }
+
+/// Each of the spans with its offset among all.
+pub(super) fn with_offsets(spans: &[Span], first: u32) -> impl Iterator<Item = (&Span, u32)> {
+    spans.iter().enumerate().map(move |(i, span)| (span, first + i as u32 * SPAN_STRIDE))
+}
