@@ -29,6 +29,18 @@ fn same(a: &Event, b: &Event) -> bool {
     format!("{a:?}") == format!("{b:?}")
 }
 
+fn has_paint(event: &Event) -> bool {
+    matches!(event, Event::Begin { paint: Some(_), .. })
+}
+
+fn without_paint(event: &Event) -> Event {
+    let mut event = event.clone();
+    if let Event::Begin { paint, .. } = &mut event {
+        *paint = None;
+    }
+    event
+}
+
 #[test]
 fn a_file_cut_off_anywhere_gives_what_came_before() {
     let folder = tempfile::tempdir().unwrap();
@@ -54,6 +66,8 @@ fn a_file_cut_off_anywhere_gives_what_came_before() {
                     }
                     for (event, expected) in kept.iter().zip(&whole.events) {
                         // The scale of pressures in .apa is a property of the whole file; this one has it at 1.
+                        // The brushes of a .tilt stand in another entry, which the cut may have taken.
+                        let expected = if has_paint(event) { expected } else { &without_paint(expected) };
                         assert!(same(event, expected), "{name} cut at {length}: {event:?}");
                     }
                     let complete = cut.error.is_none() && cut.notes.warnings.is_empty();

@@ -17,5 +17,6 @@ mod files;
 mod forged;
 mod limits;
 mod messages;
+mod metadata;
 mod tilt;
 mod values;

@@ -146,10 +146,10 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
         Just(NormalRule::Travel),
         Just(NormalRule::Transport),
     ];
-    let paint = prop::option::of(
-        ("[ -~]{0,64}", any::<u32>(), 1e-6f32..1e6, any::<u32>())
-            .prop_map(|(brush, seed, scale, layer)| Box::new(Paint { brush, seed, scale, layer })),
-    );
+    let paint =
+        prop::option::of(("[ -~]{0,64}", any::<u32>(), 1e-6f32..1e6, any::<u32>(), any::<bool>()).prop_map(
+            |(brush, seed, scale, layer, hidden)| Box::new(Paint { brush, seed, scale, layer, hidden }),
+        ));
     let strokes = || prop::collection::vec(stroke(), 0..20);
     let group = || any::<u32>().prop_map(GroupId);
     prop_oneof![
