@@ -15,7 +15,7 @@ use osp::{
     occlusion::Occlusion,
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::{SynthKind, synthesize},
-    render::DrawOrder,
+    render::{Classes, DrawOrder},
     replay::{CameraChoice, CameraPath, Moment},
     rivals::IndexKind,
     scene::Scene,
@@ -63,7 +63,8 @@ impl Variant {
         let record = self.pipeline.frame(scene, changes, view);
         if self.to_bytes {
             self.order.clear();
-            self.order.add(scene, self.pipeline.draw_list(), 0, view.eye_in_world, PAGE, |_| 0);
+            self.order
+                .add(scene, self.pipeline.draw_list(), 0, view.eye_in_world, PAGE, |_| Classes::default());
             self.order.finish(PAGE);
             black_box(self.order.ids());
         }

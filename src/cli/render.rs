@@ -16,6 +16,7 @@ use glam::Vec3;
 use super::{
     Outcome,
     frame_choice::FrameChoice,
+    numbers,
     output::{complain, one_line, say},
     outputs::Outputs,
     parsers::{Size, index_parser, occlusion_parser},
@@ -93,6 +94,9 @@ pub(super) struct RenderArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
+    /// The moment that brushes which move by themselves are seen at, seconds.
+    #[arg(long, default_value_t = 1.0, value_parser = numbers::moment_s)]
+    time: f32,
     #[command(flatten)]
     reading: ReadArgs,
     /// Let a picture replace a file of another kind, but never the session.
@@ -134,6 +138,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
     let mut session = OpenSession::open(&args.file, &args.reading)?;
+    let environment = session.header.environment.clone();
     let mut artist = ArtistSide::default();
     let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
     let (summary, model, read) = summarize(events, args.pace);
@@ -145,11 +150,17 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     drop(model);
     let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &config)?;
     drawer.set_occlusion(args.occlusion)?;
+    drawer.set_environment(environment.as_deref());
+    drawer.set_time(args.time);
     // A second drawer, so that what one remembers cannot hide a fault of the other.
     let mut uncut = match args.check {
         true => Some(Offscreen::on(gpu, width, height, &config)?),
         false => None,
     };
+    if let Some(uncut) = &mut uncut {
+        uncut.set_environment(environment.as_deref());
+        uncut.set_time(args.time);
+    }
     let wanted = Wanted::new(args, &summary)?;
     if let Some(folder) = &args.to {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;

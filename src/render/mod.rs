@@ -19,6 +19,7 @@
 mod backdrop;
 mod draw_switch;
 mod error;
+mod finish;
 mod gpu;
 mod gpu_scene;
 mod hzb;
@@ -26,6 +27,8 @@ mod image;
 mod lines;
 mod offscreen;
 mod order;
+mod paint;
+mod pipelines;
 mod read_back;
 mod read_ring;
 mod record;
@@ -44,7 +47,7 @@ pub use hzb::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel}
 pub use image::Image;
 pub use lines::{Depth, LineBatch, LineColor, LinePass};
 pub use offscreen::{DrawTimes, Offscreen};
-pub use order::{Blend, DrawOrder, Run};
+pub use order::{Blend, Classes, DrawOrder, Run};
 pub use renderer::{Layer, Renderer, RendererConfig, Style};
 pub use shaders::SHADERS;
 pub use show::{Area, Channels, ShowPass, Shown};

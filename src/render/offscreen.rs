@@ -8,6 +8,7 @@ use crate::{
     frame::{Stage, StageClock},
     occlusion::Occlusion,
     polygon::{Change, PolygonId},
+    recording::Environment,
     scene::Scene,
     view::View,
 };
@@ -89,6 +90,16 @@ impl Offscreen {
     /// The adapter lacks what that needs.
     pub fn set_occlusion_with(&mut self, occlusion: Occlusion, config: HzbConfig) -> Result<(), RenderError> {
         self.renderer.set_occlusion_with(&mut self.slot, occlusion, config)
+    }
+
+    /// Changes light and sky: see [`Renderer::set_environment`].
+    pub fn set_environment(&mut self, environment: Option<&Environment>) {
+        self.renderer.set_environment(environment);
+    }
+
+    /// Changes the moment that what moves by itself is seen at, seconds.
+    pub fn set_time(&mut self, time_s: f32) {
+        self.renderer.set_time(time_s);
     }
 
     /// Notes what has changed; to be called with the changes of every frame, drawn or not.

@@ -14,10 +14,21 @@ const NO_PAGE: u32 = u32::MAX;
 /// Whether polygons hide what is behind them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
-    /// They do.
+    /// They do, at least where they are solid.
     Opaque,
+    /// Their light is added to what is behind.
+    Additive,
     /// What is behind shines through.
     Transparent,
+}
+
+/// How 64 polygons are drawn, a bit each; what is neither is opaque.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Classes {
+    /// Those that can be seen through.
+    pub transparent: u64,
+    /// Those whose light is added.
+    pub additive: u64,
 }
 
 /// A part of the list to draw that takes one draw call.
@@ -80,7 +91,8 @@ const LEAST_SPAN: usize = 2048;
 
 /// The order in which polygons are drawn, rebuilt every frame in memory that is kept.
 ///
-/// Opaque polygons go by number, transparent ones by distance, farthest first, then by number. The place of a polygon
+/// Opaque polygons go by number, then those whose light is added by number, then transparent ones by distance, farthest
+/// first, then by number. The place of a polygon
 /// among others does not depend on what else is in the list, nor on the order in which it came in: leaving out what is
 /// hidden leaves the picture as it is.
 #[derive(Clone, Debug, Default)]
@@ -93,6 +105,9 @@ pub struct DrawOrder {
     /// In the order of numbers.
     handles: Vec<Handle>,
     handle_runs: Vec<HandleRun>,
+    /// Like `ids` and `runs`, until the frame ends.
+    additive: Vec<PolygonId>,
+    additive_runs: Vec<Run>,
     /// Distance squared (its bits sort like the number), place in the list of styles, polygon.
     transparent: Vec<(u32, u32, u32)>,
 }
@@ -151,11 +166,13 @@ impl DrawOrder {
         self.runs.clear();
         self.handles.clear();
         self.handle_runs.clear();
+        self.additive.clear();
+        self.additive_runs.clear();
         self.transparent.clear();
     }
 
     /// Adds polygons to be drawn in `style`. Numbers that the scene does not have are left out. `page_len` is a multiple of
-    /// 16; `transparent_of` gives for 64 polygons from a multiple of 64 on which of them can be seen through.
+    /// 16; `classes_of` says of 64 polygons from a multiple of 64 on how they are drawn.
     pub fn add(
         &mut self,
         scene: &Scene,
@@ -163,27 +180,39 @@ impl DrawOrder {
         style: u32,
         eye_in_world: Vec3,
         page_len: usize,
-        transparent_of: impl Fn(usize) -> u64,
+        classes_of: impl Fn(usize) -> Classes,
     ) {
         debug_assert!(page_len.is_multiple_of(BLOCK));
-        let Self { ids, runs, listing, lists_all, handles, handle_runs, transparent } = self;
-        let list = List { scene, polygons, style, eye_in_world, page_len, transparent_of, transparent };
+        let Self { ids, runs, listing, lists_all, handles, handle_runs, .. } = self;
+        let Self { additive, additive_runs, transparent, .. } = self;
+        let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
+        // What is tested while drawing has to be listed.
+        let least_span = if *lists_all || *listing == Listing::Blocks { usize::MAX } else { LEAST_SPAN };
+        let numbers = |ids, runs, blend| Numbers::new(ids, runs, style, blend, least_span);
+        let additive = numbers(additive, additive_runs, Blend::Additive);
         match listing {
             Listing::Ids => {
-                let start = ids.len();
-                let least_span = if *lists_all { usize::MAX } else { LEAST_SPAN };
-                let sink = Numbers { ids, runs, style, start, least_span, full: 0..0 };
-                Walk { list, sink }.run();
+                let sink = numbers(ids, runs, Blend::Opaque);
+                Walk { list, sink, additive }.run();
             }
             Listing::Blocks => {
                 let start = handles.len();
-                Walk { list, sink: Handles { handles, handle_runs, start, polygons: 0 } }.run();
+                let sink = Handles { handles, handle_runs, start, polygons: 0 };
+                Walk { list, sink, additive }.run();
             }
         }
     }
 
-    /// Ends the frame: appends the transparent polygons of all lists.
+    /// Ends the frame: appends the polygons of all lists that are not opaque.
     pub fn finish(&mut self, page_len: usize) {
+        let before = self.ids.len() as u32;
+        self.ids.append(&mut self.additive);
+        self.runs.extend(self.additive_runs.drain(..).map(|mut run| {
+            if run.is_listed {
+                run.range = run.range.start + before..run.range.end + before;
+            }
+            run
+        }));
         self.transparent.sort_unstable_by(|a, b| b.0.cmp(&a.0).then_with(|| (a.2, a.1).cmp(&(b.2, b.1))));
         for &(_, style, id) in &self.transparent {
             let page = id / page_len as u32;
@@ -209,7 +238,7 @@ struct List<'a, F> {
     style: u32,
     eye_in_world: Vec3,
     page_len: usize,
-    transparent_of: F,
+    classes_of: F,
     transparent: &'a mut Vec<(u32, u32, u32)>,
 }
 
@@ -232,12 +261,13 @@ trait Sink {
 struct Walk<'a, F, S> {
     list: List<'a, F>,
     sink: S,
+    additive: Numbers<'a>,
 }
 
-impl<F: Fn(usize) -> u64, S: Sink> Walk<'_, F, S> {
+impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
     #[inline(always)]
     fn run(self) {
-        let Walk { mut list, mut sink } = self;
+        let Walk { mut list, mut sink, mut additive } = self;
         let count = list.scene.polygon_count();
         let (begin, words) = list.polygons.words();
         let mut page = begin / list.page_len;
@@ -247,7 +277,10 @@ impl<F: Fn(usize) -> u64, S: Sink> Walk<'_, F, S> {
             let end = start + chunk.len() * WORD;
             let (all, any) =
                 chunk.as_flattened().iter().fold((u16::MAX, 0), |(all, any), mask| (all & mask, any | mask));
-            let is_opaque = |first| (list.transparent_of)(first) == 0;
+            let is_opaque = |first| {
+                let Classes { additive, transparent } = (list.classes_of)(first);
+                additive | transparent == 0
+            };
             if any == 0 {
                 continue;
             }
@@ -265,23 +298,30 @@ impl<F: Fn(usize) -> u64, S: Sink> Walk<'_, F, S> {
                     left if left < WORD => seen & ((1 << left) - 1),
                     _ => seen,
                 };
-                let transparent = known & (list.transparent_of)(first);
+                let classes = (list.classes_of)(first);
+                let transparent = known & classes.transparent;
                 if transparent != 0 {
                     note_transparent(&mut list, first, transparent);
                 }
-                let mut opaque = known & !transparent;
+                let mut added = known & classes.additive & !transparent;
+                let mut opaque = known & !(transparent | added);
                 while first + WORD > page_end {
                     let before = (1 << page_end.saturating_sub(first)) - 1;
                     sink.add(first, opaque & before);
+                    additive.add(first, added & before);
                     opaque &= !before;
+                    added &= !before;
                     sink.end_page(page);
+                    additive.end_page(page);
                     page += 1;
                     page_end += list.page_len;
                 }
                 sink.add(first, opaque);
+                additive.add(first, added);
             }
         }
         sink.end_page(page);
+        additive.end_page(page);
     }
 }
 
@@ -290,6 +330,7 @@ struct Numbers<'a> {
     ids: &'a mut Vec<PolygonId>,
     runs: &'a mut Vec<Run>,
     style: u32,
+    blend: Blend,
     /// What is listed from here on is of no run yet.
     start: usize,
     /// A span of so many is not listed.
@@ -298,7 +339,18 @@ struct Numbers<'a> {
     full: Range<usize>,
 }
 
-impl Numbers<'_> {
+impl<'a> Numbers<'a> {
+    fn new(
+        ids: &'a mut Vec<PolygonId>,
+        runs: &'a mut Vec<Run>,
+        style: u32,
+        blend: Blend,
+        least_span: usize,
+    ) -> Self {
+        let start = ids.len();
+        Self { ids, runs, style, blend, start, least_span, full: 0..0 }
+    }
+
     #[inline(always)]
     fn end_span(&mut self) {
         let Range { start, end } = std::mem::take(&mut self.full);
@@ -321,7 +373,7 @@ impl Numbers<'_> {
     fn push_run(&mut self, range: Range<usize>, is_listed: bool) {
         let range = range.start as u32..range.end as u32;
         // The page is filled in when it ends.
-        self.runs.push(Run { range, is_listed, page: NO_PAGE, style: self.style, blend: Blend::Opaque });
+        self.runs.push(Run { range, is_listed, page: NO_PAGE, style: self.style, blend: self.blend });
     }
 }
 
@@ -433,8 +485,12 @@ mod tests {
         let ids: VisibleBlocks = ids.iter().map(|&i| PolygonId(i)).collect();
         let mut order = DrawOrder::new();
         order.clear_for(listing);
-        let transparent = if blend == Blend::Opaque { 0 } else { u64::MAX };
-        order.add(&scene, &ids, 0, Vec3::ZERO, page_len, |_| transparent);
+        let all_if = |is_so| if is_so { u64::MAX } else { 0 };
+        let classes = Classes {
+            transparent: all_if(blend == Blend::Transparent),
+            additive: all_if(blend == Blend::Additive),
+        };
+        order.add(&scene, &ids, 0, Vec3::ZERO, page_len, |_| classes);
         order.finish(page_len);
         order
     }
@@ -451,10 +507,50 @@ mod tests {
     }
 
     #[test]
+    fn opaque_polygons_come_first_then_additive_and_transparent_ones() {
+        let scene = scene_of(200);
+        let ids: VisibleBlocks = (0..200).map(PolygonId).collect();
+        for listing in [Listing::Ids, Listing::Blocks] {
+            let mut order = DrawOrder::new();
+            order.clear_for(listing);
+            // Every third is transparent, of the others the odd ones are additive.
+            let class = |i: u32| if i.is_multiple_of(3) { 2 } else { i % 2 };
+            let of = |wanted| {
+                move |first: usize| {
+                    let bits = (0..64).filter(|bit| class(first as u32 + bit) == wanted);
+                    bits.fold(0, |word, bit| word | 1 << bit)
+                }
+            };
+            order.add(&scene, &ids, 0, Vec3::ZERO, 64, |first| Classes {
+                transparent: of(2)(first),
+                additive: of(1)(first),
+            });
+            order.finish(64);
+            let listed: Vec<u32> = (0..3)
+                .filter(|&wanted| wanted > 0 || listing == Listing::Ids)
+                .flat_map(|wanted| {
+                    let ids = (0..200).filter(move |&i| class(i) == wanted);
+                    // Back to front: the later, the farther.
+                    if wanted == 2 { ids.rev().collect::<Vec<_>>() } else { ids.collect() }
+                })
+                .collect();
+            assert_eq!(order.ids(), listed);
+            let blends = order.runs().iter().map(|run| run.blend as u8);
+            assert!(blends.is_sorted(), "{:?}", order.runs());
+            let mut at = 0;
+            for run in order.runs() {
+                assert!(run.is_listed && run.range.start == at);
+                at = run.range.end;
+            }
+            assert_eq!(at as usize, listed.len());
+        }
+    }
+
+    #[test]
     fn the_place_of_a_polygon_does_not_depend_on_the_others() {
         let all: Vec<u32> = (0..200).rev().collect();
         let some: Vec<u32> = (0..200).filter(|i| i % 3 != 0).collect();
-        for blend in [Blend::Opaque, Blend::Transparent] {
+        for blend in [Blend::Opaque, Blend::Additive, Blend::Transparent] {
             let mut of_all = order_of(&all, 1024, blend).ids().to_vec();
             of_all.retain(|i| i % 3 != 0);
             assert_eq!(of_all, order_of(&some, 1024, blend).ids());
@@ -514,7 +610,7 @@ mod tests {
         for lists_all in [false, true] {
             order.list_all(lists_all);
             order.clear();
-            order.add(&scene, &polygons, 0, Vec3::ZERO, page_len, |_| 0);
+            order.add(&scene, &polygons, 0, Vec3::ZERO, page_len, |_| Classes::default());
             order.finish(page_len);
             let all: Vec<u32> = order.runs().iter().flat_map(|run| drawn(&order, run)).collect();
             assert_eq!(all, (0..count).filter(|&i| i != gap && i != 7).collect::<Vec<_>>());

@@ -1,10 +1,11 @@
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
 use super::{
     DrawOrder, DrawnCounts, Gpu, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
     renderer::MAX_STYLES,
 };
-use crate::{occlusion::Occlusion, view::View};
+use crate::{math::rotate, occlusion::Occlusion, view::View};
 
 /// What a frame sends for one view: the view itself and the numbers of its polygons. One for each screen and eye.
 #[derive(Debug)]
@@ -28,6 +29,8 @@ struct Uniforms {
     clip_from_eye: [[f32; 4]; 4],
     eye_in_world: [f32; 4],
     styles: [[[f32; 4]; 2]; MAX_STYLES],
+    up_in_world: [f32; 4],
+    corners: [[f32; 4]; 3],
 }
 
 impl ViewSlot {
@@ -133,11 +136,14 @@ impl ViewSlot {
         view: &View,
         styles: &[Style; MAX_STYLES],
     ) -> u64 {
-        let from_eye = View { eye_in_world: glam::Vec3::ZERO, ..*view };
+        let from_eye = View { eye_in_world: Vec3::ZERO, ..*view };
+        let [from, right, _, up] = view.corner_directions();
         let uniforms = Uniforms {
             clip_from_eye: from_eye.clip_from_world().to_cols_array_2d(),
             eye_in_world: view.eye_in_world.extend(1.0).to_array(),
             styles: styles.map(|style| style.words()),
+            up_in_world: rotate(view.world_from_view, Vec3::Y).extend(0.0).to_array(),
+            corners: [from, right - from, up - from].map(|way| way.extend(0.0).to_array()),
         };
         gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
         // Opaque polygons that are handed over as blocks are listed on the GPU, before the others.

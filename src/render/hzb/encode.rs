@@ -142,8 +142,7 @@ impl HzbView {
         drop(pass);
         let stamps = timer.stamps(0, Ends::End).map(|stamps| stamps.of_render());
         let mut pass = frame.target.begin_depth(encoder, stamps);
-        pass.set_pipeline(&frame.pipelines.depth);
-        pass.set_bind_group(0, &groups.draw_recalled, &[]);
+        frame.pipelines.begin_depth(&mut pass, &groups.draw_recalled);
         for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
             let Some(page) = frame.scene.page(run.page as usize) else { continue };
             pass.set_bind_group(1, page, &[]);
@@ -225,9 +224,9 @@ impl HzbView {
         timer: &GpuTimer,
         more: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
-        let stamps = timer.stamps(2, Ends::Both).map(|stamps| stamps.of_render());
+        let stamps = timer.stamps(2, Ends::Begin).map(|stamps| stamps.of_render());
         let mut pass = frame.target.begin(encoder, frame.background, DepthBefore::Kept, stamps);
-        pass.set_bind_group(0, frame.draw, &[]);
+        frame.pipelines.begin(&mut pass, frame.draw);
         pass.set_pipeline(frame.pipelines.with_colors(Blend::Opaque));
         for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
             let Some(page) = frame.scene.page(run.page as usize) else { continue };
@@ -237,6 +236,9 @@ impl HzbView {
         let first = frame.order.opaque_count();
         frame.pipelines.draw_runs(&mut pass, frame.scene, frame.order.runs(), first, first);
         more(&mut pass);
+        drop(pass);
+        let stamps = timer.stamps(2, Ends::End).map(|stamps| stamps.of_render());
+        frame.finish.encode(frame.gpu, encoder, frame.target, frame.spreads, stamps);
     }
 
     /// The pyramid of the last frame.
