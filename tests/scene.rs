@@ -11,6 +11,8 @@ use osp::{
 mod editor;
 #[path = "scene/groups.rs"]
 mod groups;
+#[path = "scene/hidden.rs"]
+mod hidden;
 #[path = "scene/history.rs"]
 mod history;
 #[path = "scene/strokes.rs"]
