@@ -20,7 +20,7 @@ fn environment() -> Environment {
     }
 }
 
-fn header() -> Header {
+pub(crate) fn header() -> Header {
     Header {
         environment: Some(Box::new(environment())),
         layers: vec![
