@@ -7,6 +7,8 @@ use osp::{
     scene::Scene,
 };
 
+#[path = "scene/brushes_ribbons.rs"]
+mod brushes_ribbons;
 #[path = "support/edits.rs"]
 mod editor;
 #[path = "scene/groups.rs"]

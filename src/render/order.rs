@@ -4,9 +4,16 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::{
-    polygon::{BLOCK, PolygonId, VisibleBlocks, ids_of},
+    index::{
+        Backend,
+        simd::{IdWriter, Kernel, WithKernel},
+    },
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
     scene::Scene,
 };
+
+/// The page of a run whose page is not over.
+const NO_PAGE: u32 = u32::MAX;
 
 /// Whether polygons hide what is behind them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,8 +27,11 @@ pub enum Blend {
 /// A part of the list to draw that takes one draw call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Places in [`DrawOrder::ids`].
+    /// Places in [`DrawOrder::ids`], or numbers of polygons.
     pub range: Range<u32>,
+    /// Whether the range is of places in the list. If not, it is of numbers: every polygon from the first to the last is
+    /// drawn.
+    pub is_listed: bool,
     /// Which polygons of the scene it reaches: those from `page` times the page's length.
     pub page: u32,
     /// Which style they are drawn in.
@@ -30,15 +40,10 @@ pub struct Run {
     pub blend: Blend,
 }
 
-/// Blocks of opaque polygons are sorted into this many steps of distance; a step is about 6 % of the distance.
-const STEPS: usize = 1 << (32 - STEP_SHIFT);
-/// Bits of a squared distance that do not matter: sign and exponent and three bits of the mantissa stay.
-const STEP_SHIFT: u32 = 20;
-
 /// What is kept of a list of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Listing {
-    /// The number of every polygon.
+    /// The number of every polygon, but for long spans without a gap.
     #[default]
     Ids,
     /// Blocks with a mask for the opaque polygons, the numbers of the transparent ones.
@@ -68,26 +73,32 @@ pub(super) struct HandleRun {
     pub(super) polygons: u32,
 }
 
+/// Polygons that are looked at together.
+const WORD: usize = 64;
+
+/// Words that are looked at together, where all of their polygons are to be drawn or none.
+const CHUNK_WORDS: usize = 8;
+
+/// As many polygons without a gap are a run of their own, which sends no list. Fewer: more draw calls.
+const LEAST_SPAN: usize = 2048;
+
 /// The order in which polygons are drawn, rebuilt every frame in memory that is kept.
 ///
-/// Opaque polygons go by block: by the step of distance from the eye to the block's first polygon, drawn or not, then
-/// by number; transparent ones by distance, farthest first, then by number. The place of a polygon among others does
-/// not depend on what else is in the list, nor on the order in which it came in: leaving out what is hidden leaves the
-/// picture as it is.
+/// Opaque polygons go by number, transparent ones by distance, farthest first, then by number. The place of a polygon
+/// among others does not depend on what else is in the list, nor on the order in which it came in: leaving out what is
+/// hidden leaves the picture as it is.
 #[derive(Clone, Debug, Default)]
 pub struct DrawOrder {
-    ids: Vec<u32>,
+    ids: Vec<PolygonId>,
     runs: Vec<Run>,
     listing: Listing,
+    /// Whether every run is listed.
+    lists_all: bool,
     /// In the order of numbers.
     handles: Vec<Handle>,
     handle_runs: Vec<HandleRun>,
-    /// Blocks of the page at hand, in the order of numbers: number, mask, step.
-    blocks: Vec<(u32, u16, u16)>,
-    sorted: Vec<(u32, u16)>,
     /// Distance squared (its bits sort like the number), place in the list of styles, polygon.
     transparent: Vec<(u32, u32, u32)>,
-    steps: Vec<u32>,
 }
 
 impl DrawOrder {
@@ -96,9 +107,9 @@ impl DrawOrder {
         Self::default()
     }
 
-    /// The polygons' numbers in the order of drawing.
+    /// The polygons' numbers in the order of drawing, without those of runs that are not listed.
     pub fn ids(&self) -> &[u32] {
-        &self.ids
+        bytemuck::cast_slice(&self.ids)
     }
 
     /// The draw calls, in order: all opaque ones first.
@@ -124,6 +135,12 @@ impl DrawOrder {
     /// What is kept of the frame at hand.
     pub(super) fn listing(&self) -> Listing {
         self.listing
+    }
+
+    /// Says whether every run is to be listed, long spans, too: for who cannot draw them without a list. From the next
+    /// frame on.
+    pub fn list_all(&mut self, lists_all: bool) {
+        self.lists_all = lists_all;
     }
 
     /// Starts a new frame.
@@ -153,97 +170,21 @@ impl DrawOrder {
         transparent_of: impl Fn(usize) -> u64,
     ) {
         debug_assert!(page_len.is_multiple_of(BLOCK));
-        let count = scene.polygon_count();
-        // A distance that is not a number sorts as the farthest; it is drawn all the same.
-        let distance_squared =
-            |id: usize| scene.bounds(PolygonId(id as u32)).center().distance_squared(eye_in_world).to_bits();
-        let mut page = 0;
-        // The transparent ones of four blocks are looked up at once.
-        let (mut looked_up, mut transparent_there) = (usize::MAX, 0);
-        for (block, mask) in polygons.blocks() {
-            let first = block * BLOCK;
-            let known = match count.saturating_sub(first) {
-                0 => break,
-                left if left < BLOCK => mask & ((1 << left) - 1),
-                _ => mask,
-            };
-            if first / 64 != looked_up {
-                (looked_up, transparent_there) = (first / 64, transparent_of(first / 64 * 64));
+        let Self { ids, runs, listing, lists_all, handles, handle_runs, transparent } = self;
+        let list = List { scene, polygons, style, eye_in_world, page_len, transparent_of, transparent };
+        match listing {
+            Listing::Ids => {
+                let start = ids.len();
+                let least_span = if *lists_all { usize::MAX } else { LEAST_SPAN };
+                let sink = Numbers { ids: IdWriter::new(ids), runs, style, start, least_span, full: 0..0 };
+                Backend::detect().run(Walk { list, sink });
             }
-            let transparent = known & (transparent_there >> (first % 64)) as u16;
-            let opaque = known & !transparent;
-            if opaque != 0 {
-                if first / page_len != page {
-                    self.end_page(page, style);
-                    page = first / page_len;
-                }
-                let step = (distance_squared(first) >> STEP_SHIFT) as u16;
-                self.blocks.push((block as u32, opaque, step));
-            }
-            for id in ids_of(block, transparent) {
-                self.transparent.push((distance_squared(id.index()), style, id.0));
+            Listing::Blocks => {
+                let start = handles.len();
+                Backend::detect()
+                    .run(Walk { list, sink: Handles { handles, handle_runs, start, polygons: 0 } });
             }
         }
-        self.end_page(page, style);
-    }
-
-    /// Sorts the blocks of one page by steps (a counting sort: equal steps keep the order of numbers).
-    fn end_page(&mut self, page: usize, style: u32) {
-        if self.blocks.is_empty() {
-            return;
-        }
-        self.steps.clear();
-        self.steps.resize(STEPS, 0);
-        for (.., step) in &self.blocks {
-            self.steps[*step as usize] += 1;
-        }
-        let mut at = 0;
-        for step in &mut self.steps {
-            at += std::mem::replace(step, at);
-        }
-        match self.listing {
-            Listing::Ids => self.list_ids(page, style),
-            Listing::Blocks => self.list_blocks(page),
-        }
-    }
-
-    fn list_ids(&mut self, page: usize, style: u32) {
-        self.sorted.clear();
-        self.sorted.resize(self.blocks.len(), (0, 0));
-        for (block, mask, step) in self.blocks.drain(..) {
-            let place = &mut self.steps[step as usize];
-            self.sorted[*place as usize] = (block, mask);
-            *place += 1;
-        }
-        let first = self.ids.len() as u32;
-        for &(block, mask) in &self.sorted {
-            let id = block * BLOCK as u32;
-            if mask == u16::MAX {
-                // Most blocks: sixteen numbers are written at once.
-                let all: [u32; BLOCK] = std::array::from_fn(|bit| id + bit as u32);
-                self.ids.extend_from_slice(&all);
-                continue;
-            }
-            let mut bits = u32::from(mask);
-            while bits != 0 {
-                self.ids.push(id + bits.trailing_zeros());
-                bits &= bits - 1;
-            }
-        }
-        let range = first..self.ids.len() as u32;
-        self.runs.push(Run { range, page: page as u32, style, blend: Blend::Opaque });
-    }
-
-    fn list_blocks(&mut self, page: usize) {
-        let (first, mut polygons) = (self.handles.len() as u32, 0);
-        for (block, mask, step) in self.blocks.drain(..) {
-            let place = &mut self.steps[step as usize];
-            self.handles.push(Handle { block, mask: u32::from(mask), place: first + *place });
-            *place += 1;
-            polygons += mask.count_ones();
-        }
-        let range = first..self.handles.len() as u32;
-        self.handle_runs.push(HandleRun { range, page: page as u32, polygons });
     }
 
     /// Ends the frame: appends the transparent polygons of all lists.
@@ -252,14 +193,238 @@ impl DrawOrder {
         for &(_, style, id) in &self.transparent {
             let page = id / page_len as u32;
             let at = self.ids.len() as u32;
-            self.ids.push(id);
+            self.ids.push(PolygonId(id));
             match self.runs.last_mut() {
                 Some(run) if run.blend == Blend::Transparent && run.page == page && run.style == style => {
                     run.range.end = at + 1;
                 }
-                _ => self.runs.push(Run { range: at..at + 1, page, style, blend: Blend::Transparent }),
+                _ => {
+                    let blend = Blend::Transparent;
+                    self.runs.push(Run { range: at..at + 1, is_listed: true, page, style, blend });
+                }
             }
         }
+    }
+}
+
+/// A list on its way into the order.
+struct List<'a, F> {
+    scene: &'a Scene,
+    polygons: &'a VisibleBlocks,
+    style: u32,
+    eye_in_world: Vec3,
+    page_len: usize,
+    transparent_of: F,
+    transparent: &'a mut Vec<(u32, u32, u32)>,
+}
+
+/// Takes the opaque polygons of a list, by number.
+trait Sink {
+    /// Polygons `first + bit`, of one page.
+    fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64);
+
+    /// All polygons of a range of whole words, of one page.
+    #[inline(always)]
+    fn add_full<K: Kernel>(&mut self, kernel: K, polygons: Range<usize>) {
+        polygons.step_by(WORD).for_each(|first| self.add(kernel, first, u64::MAX));
+    }
+
+    /// What was added since the page before is all of this page.
+    fn end_page<K: Kernel>(&mut self, kernel: K, page: usize);
+
+    /// There is no more.
+    fn finish(self);
+}
+
+/// A list and what takes it.
+struct Walk<'a, F, S> {
+    list: List<'a, F>,
+    sink: S,
+}
+
+impl<F: Fn(usize) -> u64, S: Sink> WithKernel for Walk<'_, F, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) {
+        let Walk { mut list, mut sink } = self;
+        let count = list.scene.polygon_count();
+        let (begin, words) = list.polygons.words();
+        let mut page = begin / list.page_len;
+        let mut page_end = (page + 1) * list.page_len;
+        'words: for (i, chunk) in words.chunks(CHUNK_WORDS).enumerate() {
+            let start = begin + i * CHUNK_WORDS * WORD;
+            let end = start + chunk.len() * WORD;
+            let (all, any) =
+                chunk.as_flattened().iter().fold((u16::MAX, 0), |(all, any), mask| (all & mask, any | mask));
+            let is_opaque = |first| (list.transparent_of)(first) == 0;
+            if any == 0 {
+                continue;
+            }
+            if all == u16::MAX && end <= page_end.min(count) && (start..end).step_by(WORD).all(is_opaque) {
+                sink.add_full(kernel, start..end);
+                continue;
+            }
+            for (first, masks) in (start..).step_by(WORD).zip(chunk) {
+                let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
+                if seen == 0 {
+                    continue;
+                }
+                let known = match count.saturating_sub(first) {
+                    0 => break 'words,
+                    left if left < WORD => seen & ((1 << left) - 1),
+                    _ => seen,
+                };
+                let transparent = known & (list.transparent_of)(first);
+                if transparent != 0 {
+                    note_transparent(&mut list, first, transparent);
+                }
+                let mut opaque = known & !transparent;
+                while first + WORD > page_end {
+                    let before = (1 << page_end.saturating_sub(first)) - 1;
+                    sink.add(kernel, first, opaque & before);
+                    opaque &= !before;
+                    sink.end_page(kernel, page);
+                    page += 1;
+                    page_end += list.page_len;
+                }
+                sink.add(kernel, first, opaque);
+            }
+        }
+        sink.end_page(kernel, page);
+        sink.finish();
+    }
+}
+
+/// Takes the polygons as numbers.
+struct Numbers<'a> {
+    ids: IdWriter<'a>,
+    runs: &'a mut Vec<Run>,
+    style: u32,
+    /// What is listed from here on is of no run yet.
+    start: usize,
+    /// A span of so many is not listed.
+    least_span: usize,
+    /// All polygons of this range came last, and are of no run yet.
+    full: Range<usize>,
+}
+
+impl Numbers<'_> {
+    #[inline(always)]
+    fn end_span<K: Kernel>(&mut self, kernel: K) {
+        let Range { start, end } = std::mem::take(&mut self.full);
+        if end - start >= self.least_span {
+            self.end_listed();
+            self.push_run(start..end, false);
+        } else if start < end {
+            self.ids.push_span(kernel, start as u32, end - start);
+        }
+    }
+
+    fn end_listed(&mut self) {
+        let listed = self.start..self.ids.len();
+        self.start = listed.end;
+        if !listed.is_empty() {
+            self.push_run(listed, true);
+        }
+    }
+
+    fn push_run(&mut self, range: Range<usize>, is_listed: bool) {
+        let range = range.start as u32..range.end as u32;
+        // The page is filled in when it ends.
+        self.runs.push(Run { range, is_listed, page: NO_PAGE, style: self.style, blend: Blend::Opaque });
+    }
+}
+
+impl Sink for Numbers<'_> {
+    #[inline(always)]
+    fn add_full<K: Kernel>(&mut self, kernel: K, polygons: Range<usize>) {
+        if self.full.end != polygons.start || self.full.is_empty() {
+            self.end_span(kernel);
+            self.full.start = polygons.start;
+        }
+        self.full.end = polygons.end;
+    }
+
+    #[inline(always)]
+    fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64) {
+        if opaque == 0 {
+            return;
+        }
+        if opaque == u64::MAX {
+            self.add_full(kernel, first..first + WORD);
+            return;
+        }
+        self.end_span(kernel);
+        for block in 0..WORD / BLOCK {
+            let mask = opaque >> (block * BLOCK) & 0xFFFF;
+            if mask != 0 {
+                self.ids.push(kernel, (first + block * BLOCK) as u32, mask as u32);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn end_page<K: Kernel>(&mut self, kernel: K, page: usize) {
+        self.end_span(kernel);
+        self.end_listed();
+        for run in self.runs.iter_mut().rev().take_while(|run| run.page == NO_PAGE) {
+            run.page = page as u32;
+        }
+    }
+
+    #[inline(always)]
+    fn finish(self) {
+        self.ids.finish();
+    }
+}
+
+/// Takes the polygons as blocks.
+struct Handles<'a> {
+    handles: &'a mut Vec<Handle>,
+    handle_runs: &'a mut Vec<HandleRun>,
+    /// The first of no run yet, and polygons since then.
+    start: usize,
+    polygons: u32,
+}
+
+impl Sink for Handles<'_> {
+    #[inline(always)]
+    fn add<K: Kernel>(&mut self, _kernel: K, first: usize, opaque: u64) {
+        for block in 0..WORD / BLOCK {
+            let mask = (opaque >> (block * BLOCK) & 0xFFFF) as u32;
+            if mask != 0 {
+                let (block, place) = ((first / BLOCK + block) as u32, self.handles.len() as u32);
+                self.handles.push(Handle { block, mask, place });
+                self.polygons += mask.count_ones();
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn end_page<K: Kernel>(&mut self, _kernel: K, page: usize) {
+        let range = self.start as u32..self.handles.len() as u32;
+        self.start = self.handles.len();
+        let polygons = std::mem::take(&mut self.polygons);
+        if !range.is_empty() {
+            self.handle_runs.push(HandleRun { range, page: page as u32, polygons });
+        }
+    }
+
+    #[inline(always)]
+    fn finish(self) {}
+}
+
+/// Notes polygons that can be seen through.
+#[inline(never)]
+fn note_transparent<F>(list: &mut List<'_, F>, first: usize, transparent: u64) {
+    let mut left = transparent;
+    while left != 0 {
+        let id = PolygonId((first + left.trailing_zeros() as usize) as u32);
+        left &= left - 1;
+        let distance_squared = list.scene.bounds(id).center().distance_squared(list.eye_in_world);
+        // A distance that is not a number sorts as the farthest; it is drawn all the same.
+        list.transparent.push((distance_squared.to_bits(), list.style, id.0));
     }
 }
 
@@ -298,7 +463,7 @@ mod tests {
     }
 
     #[test]
-    fn opaque_polygons_go_front_to_back_and_transparent_ones_back_to_front() {
+    fn opaque_polygons_go_by_number_and_transparent_ones_back_to_front() {
         let near_and_far = [150, 3, 70, 20, 3];
         assert_eq!(order_of(&near_and_far, 1024, Blend::Opaque).ids(), [3, 20, 70, 150]);
         assert_eq!(order_of(&near_and_far, 1024, Blend::Transparent).ids(), [150, 70, 20, 3]);
@@ -347,6 +512,37 @@ mod tests {
             for (run, of_ids) in runs.iter().zip(listed.runs()) {
                 assert_eq!((run.page, run.polygons), (of_ids.page, of_ids.range.len() as u32));
             }
+        }
+    }
+
+    /// What a run draws.
+    fn drawn(order: &DrawOrder, run: &Run) -> Vec<u32> {
+        match run.is_listed {
+            true => order.ids()[run.range.start as usize..run.range.end as usize].to_vec(),
+            false => run.range.clone().collect(),
+        }
+    }
+
+    #[test]
+    fn long_spans_without_a_gap_are_not_listed() {
+        let count = 4 * LEAST_SPAN as u32;
+        let scene = scene_of(count);
+        let (gap, page_len) = (LEAST_SPAN as u32 + 1000, 3 * LEAST_SPAN);
+        let polygons: VisibleBlocks = (0..count).filter(|&i| i != gap && i != 7).map(PolygonId).collect();
+        let mut order = DrawOrder::new();
+        for lists_all in [false, true] {
+            order.list_all(lists_all);
+            order.clear();
+            order.add(&scene, &polygons, 0, Vec3::ZERO, page_len, |_| 0);
+            order.finish(page_len);
+            let all: Vec<u32> = order.runs().iter().flat_map(|run| drawn(&order, run)).collect();
+            assert_eq!(all, (0..count).filter(|&i| i != gap && i != 7).collect::<Vec<_>>());
+            for run in order.runs() {
+                assert!(drawn(&order, run).iter().all(|id| id / page_len as u32 == run.page));
+            }
+            let listed = order.ids().len();
+            assert_eq!(listed == all.len(), lists_all, "{listed} of {} are listed", all.len());
+            assert!(lists_all || listed < LEAST_SPAN, "{listed} of {}", all.len());
         }
     }
 

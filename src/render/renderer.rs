@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use super::{
-    Blend, Gpu, GpuOcclusion, GpuTimer, PyramidLevel, RenderError, Run, Target, ViewSlot,
+    Blend, Gpu, GpuTimer, PyramidLevel, RenderError, Run, Target, ViewSlot,
     draw_switch::DrawSwitch,
     gpu_scene::GpuScene,
     hzb::{Frame, Hzb, HzbConfig, HzbView},
@@ -11,6 +11,7 @@ use super::{
     timer::Ends,
 };
 use crate::{
+    occlusion::Occlusion,
     polygon::{BLOCK, Change, PolygonId, VisibleBlocks},
     scene::Scene,
     view::View,
@@ -133,21 +134,35 @@ impl Renderer {
         bytes
     }
 
-    /// Chooses how a view finds while drawing what is hidden. It does so in frames of which all that is drawn comes in
-    /// one layer in its own colours; others are drawn without.
+    /// Chooses how a view culls hidden polygons on the GPU; a method that culls on the CPU is none here. It does so in
+    /// frames of which all that is drawn comes in one layer in its own colours; others are drawn without.
     ///
     /// # Errors
     /// The adapter lacks what that needs; the view is drawn as before.
-    pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: GpuOcclusion) -> Result<(), RenderError> {
+    pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: Occlusion) -> Result<(), RenderError> {
+        self.set_occlusion_with(slot, occlusion, HzbConfig::default())
+    }
+
+    /// The same, with settings for [`Occlusion::Hzb`] and [`Occlusion::Auto`].
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs; the view is drawn as before.
+    pub fn set_occlusion_with(
+        &mut self,
+        slot: &mut ViewSlot,
+        occlusion: Occlusion,
+        config: HzbConfig,
+    ) -> Result<(), RenderError> {
+        let occlusion = occlusion.on_gpu();
         slot.switch = None;
-        if occlusion == GpuOcclusion::None {
+        if occlusion == Occlusion::None {
             slot.hzb = None;
             return Ok(());
         }
         if self.hzb.is_none() {
             let mut hzb = match Hzb::new(&self.gpu) {
                 // Then drawing all is the fastest way that there is.
-                Err(_) if occlusion == GpuOcclusion::Auto => {
+                Err(_) if occlusion == Occlusion::Auto => {
                     slot.hzb = None;
                     slot.switch = Some(DrawSwitch::default());
                     return Ok(());
@@ -157,15 +172,12 @@ impl Renderer {
             hzb.follow(&self.gpu, &self.scene);
             self.hzb = Some(hzb);
         }
-        let occlusion = match occlusion {
-            GpuOcclusion::Auto => {
-                slot.switch = Some(DrawSwitch::default());
-                GpuOcclusion::Hzb(HzbConfig::default())
-            }
-            occlusion => occlusion,
-        };
+        slot.switch = (occlusion == Occlusion::Auto).then(DrawSwitch::default);
         let view = slot.hzb.get_or_insert_with(|| Box::new(HzbView::new(&self.gpu)));
-        view.set_occlusion(&self.gpu, occlusion);
+        match occlusion {
+            Occlusion::Queries => view.use_queries(&self.gpu),
+            _ => view.use_pyramid(config),
+        }
         Ok(())
     }
 
@@ -217,6 +229,7 @@ impl Renderer {
         let in_view = layers.first().map_or(0, |layer| layer.polygons.len());
         let culls = can_cull && slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
         slot.order.clear_for(if culls { Listing::Blocks } else { Listing::Ids });
+        slot.order.list_all(!ViewSlot::can_hold_all(&self.gpu, scene.polygon_count()));
         for (i, layer) in layers.iter().enumerate() {
             let style = i.min(MAX_STYLES - 1);
             styles[style] = layer.style;
@@ -266,7 +279,7 @@ impl Renderer {
         let stamps = timer.stamps(0, Ends::Both).map(|stamps| stamps.of_render());
         let mut pass = target.begin(encoder, self.background, DepthBefore::Nothing, stamps);
         pass.set_bind_group(0, slot.bind_group(), &[]);
-        self.pipelines.draw_runs(&mut pass, &self.scene, slot.order.runs(), 0);
+        self.pipelines.draw_runs(&mut pass, &self.scene, slot.order.runs(), 0, slot.all_from());
         more(&mut pass);
         drop(pass);
         timer.end(encoder, 1);
@@ -315,13 +328,14 @@ impl Pipelines {
         }
     }
 
-    /// Draws runs of a list; their places count from `first`.
+    /// Draws runs of a list; their places count from `first`, and the numbers of those that are not listed from `all_from`.
     pub(super) fn draw_runs(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         scene: &GpuScene,
         runs: &[Run],
         first: u32,
+        all_from: u32,
     ) {
         let mut bound = None;
         for run in runs {
@@ -331,7 +345,8 @@ impl Pipelines {
                 pass.set_bind_group(1, page, &[]);
                 bound = Some((run.page, run.blend));
             }
-            let vertices = (first + run.range.start) * 6..(first + run.range.end) * 6;
+            let from = if run.is_listed { first } else { all_from };
+            let vertices = (from + run.range.start) * 6..(from + run.range.end) * 6;
             pass.draw(vertices, run.style..run.style + 1);
         }
     }

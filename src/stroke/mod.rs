@@ -7,8 +7,10 @@
 //! Knows [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](crate::polygon).
 
 mod frame;
+mod knots;
 mod pieces;
 mod polygon;
+mod quad_strip;
 #[cfg_attr(not(test), expect(dead_code, reason = "for the brushes"))]
 mod random;
 mod ribbon;
@@ -16,7 +18,8 @@ mod triangulate;
 mod tube;
 mod wall;
 
-pub use pieces::{Piece, Pieces};
+pub use pieces::{Piece, Pieces, QuadPieces};
+pub use quad_strip::QuadStripBuilder;
 pub use ribbon::RibbonBuilder;
 pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
@@ -25,7 +28,7 @@ pub use wall::WallBuilder;
 use glam::{Quat, Vec3};
 
 use crate::{
-    brush::{self, Surface},
+    brush::{Brush, Family, Surface},
     recording::{NormalRule, Tool},
 };
 
@@ -44,7 +47,7 @@ pub struct Sample {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeSettings {
     /// The brush; without one, the samples become what `tool` says.
-    pub brush: Option<&'static brush::Brush>,
+    pub brush: Option<&'static Brush>,
     /// What the samples become without a brush.
     pub tool: Tool,
     /// Full width at full pressure, metres.
@@ -89,15 +92,29 @@ pub enum StrokeBuilder {
     Wall(WallBuilder),
     /// [`Tool::Tube`].
     Tube(TubeBuilder),
+    /// [`Family::QuadStrip`].
+    QuadStrip(QuadStripBuilder),
 }
 
 impl StrokeBuilder {
     /// A builder for these settings.
     pub fn new(settings: StrokeSettings) -> Self {
+        if let Some(brush) = settings.brush
+            && let Some(builder) = Self::of_brush(settings, brush)
+        {
+            return builder;
+        }
         match settings.tool {
             Tool::Ribbon => Self::Ribbon(RibbonBuilder::new(settings)),
             Tool::Wall => Self::Wall(WallBuilder::new()),
             Tool::Tube => Self::Tube(TubeBuilder::new(settings)),
+        }
+    }
+
+    fn of_brush(settings: StrokeSettings, brush: &'static Brush) -> Option<Self> {
+        match brush.family {
+            Family::QuadStrip(uv) => Some(Self::QuadStrip(QuadStripBuilder::new(settings, brush, uv))),
+            _ => None,
         }
     }
 
@@ -107,6 +124,7 @@ impl StrokeBuilder {
             Self::Ribbon(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
             Self::Wall(b) => b.push(sample, drops),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
+            Self::QuadStrip(b) => b.push(sample, out, drops),
         }
     }
 
@@ -116,6 +134,7 @@ impl StrokeBuilder {
             Self::Ribbon(_) => {}
             Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
+            Self::QuadStrip(b) => b.finish(out),
         }
     }
 
@@ -123,6 +142,9 @@ impl StrokeBuilder {
     /// length of the whole stroke, or on the distance from its end. Appends places, ascending, and how those are painted.
     /// To be called once a frame, and after [`StrokeBuilder::finish`].
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
-        let _ = out;
+        match self {
+            Self::Ribbon(_) | Self::Wall(_) | Self::Tube(_) => {}
+            Self::QuadStrip(b) => b.repaint(out),
+        }
     }
 }

@@ -167,7 +167,7 @@ fn check_retold(scene: &Scene, told: &[Event]) {
             }
             Change::Remove(id) => assert!(std::mem::take(&mut there[id.index()]), "{id:?} was not there"),
             Change::Update(id) | Change::Repaint(id) => {
-                assert!(there[id.index()], "{id:?} changed and was not there");
+                assert!(there[id.index()], "{id:?} moved and was not there");
             }
         }
     }
