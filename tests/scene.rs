@@ -13,6 +13,8 @@ mod brushes_ribbons;
 mod editor;
 #[path = "scene/groups.rs"]
 mod groups;
+#[path = "scene/hidden.rs"]
+mod hidden;
 #[path = "scene/history.rs"]
 mod history;
 #[path = "scene/strokes.rs"]

@@ -5,6 +5,7 @@
 //! Knows everything; nothing knows it.
 
 mod allocations;
+mod brush_rows;
 mod new_recording;
 #[cfg(not(feature = "window"))]
 mod not_built;
