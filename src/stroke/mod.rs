@@ -6,6 +6,7 @@
 //!
 //! Knows [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](crate::polygon).
 
+mod bolt;
 mod frame;
 mod knots;
 mod pieces;
@@ -14,16 +15,22 @@ mod quad_strip;
 #[cfg_attr(not(test), expect(dead_code, reason = "for the brushes"))]
 mod random;
 mod ribbon;
+mod sections;
+mod slices;
+mod track;
 mod triangulate;
 mod tube;
 mod wall;
+mod welded;
 
 pub use pieces::{Piece, Pieces, QuadPieces};
 pub use quad_strip::QuadStripBuilder;
 pub use ribbon::RibbonBuilder;
+pub use slices::SlicesBuilder;
 pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
 pub use wall::WallBuilder;
+pub use welded::WeldedBuilder;
 
 use glam::{Quat, Vec3};
 
@@ -94,6 +101,10 @@ pub enum StrokeBuilder {
     Tube(TubeBuilder),
     /// [`Family::QuadStrip`].
     QuadStrip(QuadStripBuilder),
+    /// [`Family::Welded`], [`Family::ThickRibbon`], [`Family::BoxSection`].
+    Welded(WeldedBuilder),
+    /// [`Family::Slices`].
+    Slices(SlicesBuilder),
 }
 
 impl StrokeBuilder {
@@ -114,6 +125,12 @@ impl StrokeBuilder {
     fn of_brush(settings: StrokeSettings, brush: &'static Brush) -> Option<Self> {
         match brush.family {
             Family::QuadStrip(uv) => Some(Self::QuadStrip(QuadStripBuilder::new(settings, brush, uv))),
+            Family::Welded { uv, shape } => {
+                Some(Self::Welded(WeldedBuilder::new(settings, brush, uv, shape)))
+            }
+            Family::ThickRibbon => Some(Self::Welded(WeldedBuilder::thick(settings, brush))),
+            Family::BoxSection => Some(Self::Welded(WeldedBuilder::bar(settings, brush))),
+            Family::Slices => Some(Self::Slices(SlicesBuilder::new(settings, brush))),
             _ => None,
         }
     }
@@ -125,16 +142,19 @@ impl StrokeBuilder {
             Self::Wall(b) => b.push(sample, drops),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
             Self::QuadStrip(b) => b.push(sample, out, drops),
+            Self::Welded(b) => b.push(sample, out, drops),
+            Self::Slices(b) => b.push(sample, out, drops),
         }
     }
 
     /// Ends the stroke; `out` says what that does to its polygons.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         match self {
-            Self::Ribbon(_) => {}
+            Self::Ribbon(_) | Self::Slices(_) => {}
             Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::QuadStrip(b) => b.finish(out),
+            Self::Welded(b) => b.finish(out, drops),
         }
     }
 
@@ -143,7 +163,8 @@ impl StrokeBuilder {
     /// To be called once a frame, and after [`StrokeBuilder::finish`].
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         match self {
-            Self::Ribbon(_) | Self::Wall(_) | Self::Tube(_) => {}
+            Self::Ribbon(_) | Self::Wall(_) | Self::Tube(_) | Self::Slices(_) => {}
+            Self::Welded(b) => b.repaint(out),
             Self::QuadStrip(b) => b.repaint(out),
         }
     }
