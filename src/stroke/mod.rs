@@ -7,6 +7,8 @@
 //! Knows [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](crate::polygon).
 
 mod frame;
+#[cfg_attr(not(test), expect(dead_code, reason = "for the brushes"))]
+mod knots;
 mod pieces;
 mod polygon;
 #[cfg_attr(not(test), expect(dead_code, reason = "for the brushes"))]

@@ -1,0 +1,158 @@
+use glam::Vec3;
+
+use super::{Drops, Sample, StrokeSettings};
+use crate::brush::Brush;
+
+/// How far the hand has to travel from the last kept sample until another one is kept.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spacing {
+    /// Metres at scale 1.
+    pub length_m: f32,
+    /// In addition: this part of the width at the sample.
+    pub part_of_size: f32,
+}
+
+/// A control point of a stroke as its brush sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Knot {
+    /// As recorded, with the recorded pressure.
+    pub sample: Sample,
+    /// The pressure, smoothed along the stroke.
+    pub smoothed: f32,
+    /// Full width at the smoothed pressure, metres.
+    pub size_m: f32,
+}
+
+/// A move of the hand from the last kept sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Step {
+    /// The last kept sample.
+    pub from: Knot,
+    /// The sample that has come.
+    pub to: Knot,
+    /// From one to the other, metres; finite.
+    pub length_m: f32,
+    /// The unit direction of the move; zero if there is none.
+    pub travel: Vec3,
+    /// Whether the new sample stays. If not, it is a provisional end of the stroke, which the next sample replaces.
+    pub is_kept: bool,
+}
+
+/// Tells the samples of a stroke that a brush keeps from provisional ends, and smooths their pressure.
+///
+/// Most brushes ask for some distance between the samples that they keep. A sample nearer than that to the last kept one is
+/// drawn as the stroke's end, and replaced by the next one.
+#[derive(Clone, Debug)]
+pub(super) struct Knots {
+    brush: &'static Brush,
+    width_m: f32,
+    scale: f32,
+    spacing: Spacing,
+    last: Option<Knot>,
+}
+
+impl Knots {
+    pub(super) fn new(settings: &StrokeSettings, brush: &'static Brush, spacing: Spacing) -> Self {
+        // A scale of zero would be no length to smooth over.
+        let scale = settings.scale.max(f32::MIN_POSITIVE);
+        Self { brush, width_m: settings.width_m, scale, spacing, last: None }
+    }
+
+    /// Takes a sample. `None` for the first one, which is always kept, and for one that is too far away to be drawn.
+    pub(super) fn push(&mut self, sample: Sample, drops: &mut Drops) -> Option<Step> {
+        let Some(from) = self.last else {
+            self.last = Some(self.knot(sample, sample.pressure));
+            return None;
+        };
+        let step = sample.position - from.sample.position;
+        let length_m = step.length();
+        if !length_m.is_finite() {
+            drops.out_of_range += 1;
+            return None;
+        }
+        let to = self.knot(sample, self.smoothed(&from, sample.pressure, length_m));
+        let spacing_m = self.spacing.length_m * self.scale + self.spacing.part_of_size * to.size_m;
+        let is_kept = length_m >= spacing_m && length_m > 0.0;
+        if is_kept {
+            self.last = Some(to);
+        }
+        Some(Step { from, to, length_m, travel: step.normalize_or_zero(), is_kept })
+    }
+
+    fn knot(&self, sample: Sample, smoothed: f32) -> Knot {
+        Knot { sample, smoothed, size_m: self.width_m * self.brush.size(smoothed) }
+    }
+
+    /// The old pressure fades to a tenth over a length of the brush.
+    fn smoothed(&self, from: &Knot, pressure: f32, length_m: f32) -> f32 {
+        let window_m = if self.brush.has_short_pressure_window { 0.1 } else { 0.2 };
+        let old = libm::powf(0.1, length_m / (window_m * self.scale));
+        old * from.smoothed + (1.0 - old) * pressure
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+
+    use super::*;
+    use crate::{
+        brush,
+        recording::{NormalRule, Tool},
+    };
+
+    fn knots(scale: f32) -> Knots {
+        let brush = brush::find("TaperedMarker").expect("a brush of the table");
+        let settings = StrokeSettings {
+            brush: Some(brush),
+            tool: Tool::Ribbon,
+            width_m: 0.1,
+            thinnest: 0.0,
+            normal: NormalRule::Travel,
+            seed: 0,
+            scale,
+        };
+        Knots::new(&settings, brush, Spacing { length_m: 0.0015, part_of_size: 0.2 })
+    }
+
+    fn at(x: f32, pressure: f32) -> Sample {
+        Sample { position: Vec3::X * x, orientation: Quat::IDENTITY, pressure }
+    }
+
+    #[test]
+    fn a_sample_near_the_last_kept_one_is_replaced_by_the_next() {
+        let (mut knots, mut drops) = (knots(1.0), Drops::default());
+        assert_eq!(knots.push(at(0.0, 1.0), &mut drops), None);
+        // The spacing is 0.0015 m + 0.2 * 0.1 m.
+        let kept: Vec<bool> = [0.01, 0.02, 0.022, 0.03, 0.0434, 0.0436]
+            .iter()
+            .map(|&x| knots.push(at(x, 1.0), &mut drops).expect("in range").is_kept)
+            .collect();
+        assert_eq!(kept, [false, false, true, false, false, true]);
+        let step = knots.push(at(0.0536, 1.0), &mut drops).expect("in range");
+        assert_eq!((step.from.sample.position.x, step.travel, step.is_kept), (0.0436, Vec3::X, false));
+        assert!((step.length_m - 0.01).abs() < 1.0e-6, "{}", step.length_m);
+        assert_eq!(drops, Drops::default());
+    }
+
+    #[test]
+    fn pressure_follows_over_a_fifth_of_a_metre() {
+        for scale in [1.0, 0.25] {
+            let (mut knots, mut drops) = (knots(scale), Drops::default());
+            knots.push(at(0.0, 0.0), &mut drops);
+            let step = knots.push(at(0.2 * scale, 1.0), &mut drops).expect("in range");
+            assert!((step.to.smoothed - 0.9).abs() < 1.0e-5, "{}", step.to.smoothed);
+            assert_eq!(step.to.sample.pressure, 1.0);
+            assert_eq!(step.to.size_m, 0.1 * knots.brush.size(step.to.smoothed));
+        }
+    }
+
+    #[test]
+    fn samples_without_a_move_and_beyond_all_bounds_are_no_steps() {
+        let (mut knots, mut drops) = (knots(0.0), Drops::default());
+        knots.push(at(0.0, 1.0), &mut drops);
+        let step = knots.push(at(0.0, 0.5), &mut drops).expect("in range");
+        assert!(!step.is_kept && step.travel == Vec3::ZERO && step.to.smoothed == 1.0);
+        assert_eq!((knots.push(at(3.0e38, 1.0), &mut drops), drops.out_of_range), (None, 1));
+    }
+}
