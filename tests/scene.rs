@@ -7,6 +7,8 @@ use osp::{
     scene::Scene,
 };
 
+#[path = "scene/brushes_solids.rs"]
+mod brushes_solids;
 #[path = "support/edits.rs"]
 mod editor;
 #[path = "scene/groups.rs"]

@@ -48,6 +48,7 @@ pub(super) struct Knots {
     width_m: f32,
     scale: f32,
     spacing: Spacing,
+    is_smooth: bool,
     last: Option<Knot>,
 }
 
@@ -55,7 +56,12 @@ impl Knots {
     pub(super) fn new(settings: &StrokeSettings, brush: &'static Brush, spacing: Spacing) -> Self {
         // A scale of zero would be no length to smooth over.
         let scale = settings.scale.max(f32::MIN_POSITIVE);
-        Self { brush, width_m: settings.width_m, scale, spacing, last: None }
+        Self { brush, width_m: settings.width_m, scale, spacing, is_smooth: true, last: None }
+    }
+
+    /// For brushes that take the pressure as it is recorded.
+    pub(super) fn without_smoothing(self) -> Self {
+        Self { is_smooth: false, ..self }
     }
 
     /// Takes a sample. `None` for the first one, which is always kept, and for one that is too far away to be drawn.
@@ -85,6 +91,9 @@ impl Knots {
 
     /// The old pressure fades to a tenth over a length of the brush.
     fn smoothed(&self, from: &Knot, pressure: f32, length_m: f32) -> f32 {
+        if !self.is_smooth {
+            return pressure;
+        }
         let window_m = if self.brush.has_short_pressure_window { 0.1 } else { 0.2 };
         let old = libm::powf(0.1, length_m / (window_m * self.scale));
         old * from.smoothed + (1.0 - old) * pressure

@@ -6,20 +6,25 @@
 //!
 //! Knows [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](crate::polygon).
 
+mod convex_hull;
 mod frame;
-#[cfg_attr(not(test), expect(dead_code, reason = "for the brushes"))]
+mod hull;
 mod knots;
+mod particles;
 mod pieces;
 mod polygon;
-#[cfg_attr(not(test), expect(dead_code, reason = "for the brushes"))]
 mod random;
 mod ribbon;
+mod spray;
 mod triangulate;
 mod tube;
 mod wall;
 
+pub use hull::HullBuilder;
+pub use particles::ParticlesBuilder;
 pub use pieces::{Piece, Pieces};
 pub use ribbon::RibbonBuilder;
+pub use spray::SprayBuilder;
 pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
 pub use wall::WallBuilder;
@@ -27,7 +32,7 @@ pub use wall::WallBuilder;
 use glam::{Quat, Vec3};
 
 use crate::{
-    brush::{self, Surface},
+    brush::{self, Family, Surface},
     recording::{NormalRule, Tool},
 };
 
@@ -69,6 +74,10 @@ impl StrokeSettings {
     }
 }
 
+/// Most particles, and most squares of a spray, on the way from a sample to the next. More: longer leaps of the hand are
+/// drawn whole, and a made-up file of leaps fills more memory.
+pub const MAX_SCATTERED: u64 = 500;
+
 /// What was dropped while polygons were made, and why.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drops {
@@ -80,6 +89,8 @@ pub struct Drops {
     pub out_of_range: u64,
     /// Corners of a wall beyond [`crate::recording::Event::MAX_VERTICES`]: each replaces the one before it.
     pub excess_corners: u64,
+    /// Particles and squares of a spray beyond [`MAX_SCATTERED`] on the way to one sample.
+    pub excess_pieces: u64,
 }
 
 /// A stroke in the making, whatever its tool.
@@ -91,11 +102,27 @@ pub enum StrokeBuilder {
     Wall(WallBuilder),
     /// [`Tool::Tube`].
     Tube(TubeBuilder),
+    /// [`Family::Hull`].
+    Hull(HullBuilder),
+    /// [`Family::Particles`].
+    Particles(ParticlesBuilder),
+    /// [`Family::Spray`].
+    Spray(SprayBuilder),
 }
 
 impl StrokeBuilder {
     /// A builder for these settings.
     pub fn new(settings: StrokeSettings) -> Self {
+        if let Some(brush) = settings.brush {
+            match brush.family {
+                Family::Hull { faceted } => return Self::Hull(HullBuilder::new(&settings, brush, faceted)),
+                Family::Particles => return Self::Particles(ParticlesBuilder::new(&settings, brush)),
+                Family::Spray { midpoint } => {
+                    return Self::Spray(SprayBuilder::new(&settings, brush, midpoint));
+                }
+                _ => {}
+            }
+        }
         match settings.tool {
             Tool::Ribbon => Self::Ribbon(RibbonBuilder::new(settings)),
             Tool::Wall => Self::Wall(WallBuilder::new()),
@@ -109,15 +136,19 @@ impl StrokeBuilder {
             Self::Ribbon(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
             Self::Wall(b) => b.push(sample, drops),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
+            Self::Hull(b) => b.push(sample, out, drops),
+            Self::Particles(b) => b.push(sample, out, drops),
+            Self::Spray(b) => b.push(sample, out, drops),
         }
     }
 
     /// Ends the stroke; `out` says what that does to its polygons.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         match self {
-            Self::Ribbon(_) => {}
+            Self::Ribbon(_) | Self::Particles(_) | Self::Spray(_) => {}
             Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
+            Self::Hull(b) => b.finish(out, drops),
         }
     }
 
