@@ -9,6 +9,8 @@ use osp::{
 
 #[path = "scene/brushes_ribbons.rs"]
 mod brushes_ribbons;
+#[path = "scene/brushes_solids.rs"]
+mod brushes_solids;
 #[path = "support/edits.rs"]
 mod editor;
 #[path = "scene/groups.rs"]
