@@ -49,9 +49,9 @@ impl ViewSlot {
     }
 
     pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-        let entry = |binding, ty, size: u64| wgpu::BindGroupLayoutEntry {
+        let entry = |binding, visibility, ty, size: u64| wgpu::BindGroupLayoutEntry {
             binding,
-            visibility: wgpu::ShaderStages::VERTEX,
+            visibility,
             ty: wgpu::BindingType::Buffer {
                 ty,
                 has_dynamic_offset: false,
@@ -62,8 +62,13 @@ impl ViewSlot {
         gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("view"),
             entries: &[
-                entry(0, wgpu::BufferBindingType::Uniform, size_of::<Uniforms>() as u64),
-                entry(1, wgpu::BufferBindingType::Storage { read_only: true }, 4),
+                entry(
+                    0,
+                    wgpu::ShaderStages::VERTEX_FRAGMENT,
+                    wgpu::BufferBindingType::Uniform,
+                    size_of::<Uniforms>() as u64,
+                ),
+                entry(1, wgpu::ShaderStages::VERTEX, wgpu::BufferBindingType::Storage { read_only: true }, 4),
             ],
         })
     }
