@@ -1,8 +1,8 @@
 //! A frame from the changes to the bytes that a renderer sends, beside the bare query of the index.
 //!
-//! `cargo bench --bench frame --features render [-- --quick] [NAME ...]`, all variants or only those named. The model stands; each frame sixteen polygons are removed and
-//! sixteen others that were removed before come back, so every stage has work. All variants take turns, frame by frame;
-//! figures are medians.
+//! `cargo bench --bench frame --features render [-- --quick] [NAME ...]`, all variants or only those named. The model
+//! stands; each frame sixteen polygons are removed and sixteen others that were removed before come back, so every stage
+//! has work. All variants take turns, frame by frame; figures are medians.
 
 #![expect(clippy::print_stdout, reason = "a bench prints its table")]
 

@@ -5,10 +5,10 @@ use super::{
 };
 use crate::{
     atomic_file::AtomicFile,
-    export::{ExportError, GltfCounts, write_glb},
+    export::{ExportError, ExportOptions, GltfCounts, write_glb},
     occlusion::Occlusion,
     output_file::{OutputKind, check_output},
-    recording::Event,
+    recording::{Event, Tool},
     rivals::IndexKind,
 };
 
@@ -38,6 +38,11 @@ impl Studio {
                 self.brush.width_m = width_m.clamp(narrowest, widest);
             }
             Command::Width(_) => {}
+            Command::Paint(paint) => {
+                self.finish_gestures();
+                self.tool = super::tool::ToolChoice::Draw(Tool::Ribbon);
+                (self.brush.tool, self.brush.paint) = (Tool::Ribbon, paint);
+            }
             Command::Color(color) => self.brush.color = color.map(|c| c.clamp(0.0, 1.0)),
             Command::Snap(snap) => self.snap = snap,
             Command::EraseSelected => {
@@ -131,9 +136,10 @@ impl Studio {
             return;
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let options = ExportOptions { eye_in_world: Some(self.navigator.eye()), ..Default::default() };
         let export = || -> Result<GltfCounts, ExportError> {
             let mut file = AtomicFile::create(path)?;
-            let counts = write_glb(self.subject.scene(), &name, &mut file)?;
+            let counts = write_glb(self.subject.scene(), &name, &options, &mut file)?;
             file.commit()?;
             Ok(counts)
         };

@@ -14,10 +14,10 @@ use crate::{
     view::Stereo,
 };
 
-/// How polygons look that are out of view.
+/// Style of polygons outside of the view.
 const LEFT_OUT: Style = Style { tint: [0.9, 0.12, 0.1], amount: 0.8, opacity: 0.35, glow: 0.0 };
 
-/// How polygons look that others hide.
+/// Style of hidden polygons.
 const HIDDEN: Style = Style { tint: [0.65, 0.2, 0.95], amount: 0.85, opacity: 0.5, glow: 0.0 };
 
 /// What egui wants on the window.
@@ -28,12 +28,12 @@ pub(super) struct Panels {
     pub(super) pixels_per_point: f32,
 }
 
-/// What painting a frame took, nanoseconds.
+/// Times of painting a frame, nanoseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PaintTimes {
     /// Sending new polygons, sorting, sending the lists.
     pub(super) send_ns: u64,
-    /// What the GPU took for the model, or, where it cannot tell, the time to hand over and show the frame.
+    /// GPU time of the model; on an adapter without time stamps, the time to hand over and show the frame.
     pub(super) draw_ns: u64,
     /// The frame reached the screen.
     pub(super) is_shown: bool,
@@ -86,7 +86,7 @@ pub(super) struct Painter {
     /// From then on goes the time of what moves by itself.
     opened: Reading,
     draw_ns: u64,
-    /// Why the adapter cannot find what is hidden while it draws; it is asked once.
+    /// Why the adapter cannot cull hidden polygons; it is asked once.
     cannot_cull: Option<String>,
 }
 
@@ -230,7 +230,7 @@ impl Painter {
         Ok(PaintTimes { send_ns, draw_ns: self.draw_ns, is_shown })
     }
 
-    /// Tells the studio what culling while drawing did.
+    /// Reports to the studio what the GPU culled.
     fn tell_counts(&mut self, studio: &mut Studio, times: Option<PassTimes>) {
         if !self.panes.iter().all(|pane| pane.slot.culls()) {
             studio.note_drawn(None);

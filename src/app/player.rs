@@ -20,7 +20,7 @@ const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 pub struct Jump {
     /// For the index: from the model before to the model now.
     pub changes: Vec<Change>,
-    /// Polygons that are elsewhere now, or were elsewhere before without anybody being told; visible or not.
+    /// Polygons, visible or not, that have moved, also those that had moved before without a change that said so.
     pub moved: Vec<PolygonId>,
     /// Polygons that exist now; numbers from here on will be given out again.
     pub polygon_count: usize,

@@ -35,13 +35,13 @@ use crate::{
 
 mod overlay;
 
-/// What a hand hears that draws where it may not.
+/// The message for somebody who draws on a read-only session.
 const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
 
-/// What a frame was.
+/// Times and counts of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrameReport {
-    /// What the index did.
+    /// Times and counts of the index.
     pub record: FrameRecord,
     /// Making polygons of what came since the last frame, nanoseconds.
     pub strokes_ns: u64,
@@ -160,12 +160,11 @@ impl Studio {
         studio
     }
 
-    /// Files a new subject and looks at it.
+    /// Inserts a new subject's model into the index, and shows all of it.
     pub(super) fn meet_subject(&mut self) {
-        // Everything is filed at once; what the subject reports of how it came to be is not needed.
+        // The whole model is inserted at once: the changes that led to it are not needed.
         if let Subject::Sketch(document) = &mut self.subject {
-            let mut filed = Vec::new();
-            document.take_changes(&mut filed);
+            document.take_changes(&mut Vec::new());
         }
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
         self.selection = Selection::default();
@@ -242,7 +241,7 @@ impl Studio {
         self.tracker = Some(tracker);
     }
 
-    /// Takes the sets of what can be seen from where in the finished model.
+    /// Takes potentially visible sets of the finished model.
     pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
         self.culling.set_pvs(pvs);
     }
@@ -277,7 +276,7 @@ impl Studio {
         &self.culling
     }
 
-    /// Takes what drawing the last frame took, nanoseconds.
+    /// Takes the time to draw the last frame, nanoseconds.
     pub fn note_drawing(&mut self, ns: u64) {
         self.culling.note_drawing(self.report.drawn, ns);
     }
@@ -332,12 +331,12 @@ impl Studio {
         self.follows_replay_camera = follow;
     }
 
-    /// What there is to tell, oldest first.
+    /// Messages to the person, oldest first.
     pub fn messages(&self) -> &[String] {
         &self.messages
     }
 
-    /// Adds something to tell.
+    /// Adds a message.
     pub fn say(&mut self, message: String) {
         /// Messages kept.
         const KEPT: usize = 50;
@@ -347,25 +346,25 @@ impl Studio {
         self.messages.push(message);
     }
 
-    /// Adds something to tell, unless it was told last.
+    /// Adds a message unless it is the last one already.
     fn say_once(&mut self, message: &str) {
         if self.messages.last().is_none_or(|last| last != message) {
             self.say(message.to_owned());
         }
     }
 
-    /// What the last frame was.
+    /// Times and counts of the last frame.
     pub fn report(&self) -> FrameReport {
         self.report
     }
 
-    /// What culling while drawing did in the latest frame that is known of, all views together, and what the GPU took;
-    /// `None` where there is none.
+    /// Counts of culling on the GPU, all views together, and times of the GPU, of the latest frame whose results have
+    /// arrived; `None` where there is none.
     pub fn while_drawing(&self) -> Option<(DrawnCounts, Option<PassTimes>)> {
         self.while_drawing
     }
 
-    /// Whoever draws tells what it left out.
+    /// The painter reports what the GPU culled.
     pub(super) fn note_drawn(&mut self, counts: Option<(DrawnCounts, Option<PassTimes>)>) {
         self.while_drawing = counts;
     }
@@ -462,8 +461,8 @@ impl Studio {
         self.culling.pick(self.subject.scene(), waiting, ray, without)
     }
 
-    /// One frame for a window of this size in pixels: takes what has come, files it, culls, and leaves the views and
-    /// what to draw in each.
+    /// One frame for a window of this size in pixels: takes the input, updates the index, culls, and leaves the
+    /// views and what to draw in each.
     pub fn frame(&mut self, size_px: Vec2, frame_secs: f32) -> FrameReport {
         self.listen();
         self.tend();

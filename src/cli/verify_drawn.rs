@@ -54,7 +54,7 @@ impl Trial {
             None => drawn.extend_from_slice(ids),
             Some(opaque) => {
                 drawn.extend_from_slice(&opaque);
-                // Which transparent ones were left out is not told.
+                // The drawer does not say which transparent polygons it left out.
                 let is_transparent = |id: &&_| scene.stroke_of(**id).color().3 < 1.0;
                 let mut others: Vec<_> = ids.iter().filter(is_transparent).copied().collect();
                 let listed: HashSet<_> = opaque.iter().collect();

@@ -9,6 +9,7 @@ mod pass;
 mod pipeline;
 mod previous_frame_pass;
 mod record;
+mod rest;
 
 pub use clock::{Reading, Stage, StageClock};
 pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};

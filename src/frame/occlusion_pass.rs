@@ -1,5 +1,5 @@
 use crate::{
-    frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass},
+    frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, rest::Rest},
     occlusion::{
         AutoConfig, AutoSwitch, CullConfig, Occlusion, OcclusionConfig, OcclusionStage, Outcome,
         SelectConfig, ShadowVolume, work_ns,
@@ -58,6 +58,8 @@ pub struct OcclusionPass {
     config: PassConfig,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
+    /// Where there is no switch.
+    rest: Rest,
     /// What else the switch chooses, where it can ever pay.
     last: Option<PreviousFramePass>,
     /// Frames since `last` was used.
@@ -85,6 +87,7 @@ impl OcclusionPass {
         Self {
             stage,
             switch,
+            rest: Rest::default(),
             last: has_last.then(|| PreviousFramePass::new(capacity)),
             since_last: u32::MAX,
             by_last: false,
@@ -143,7 +146,7 @@ impl OcclusionPass {
         number: usize,
         record: &mut OcclusionRecord,
     ) -> f64 {
-        let PassInput { index, geometry, clock, .. } = *frame;
+        let PassInput { index, geometry, clock, in_view, .. } = *frame;
         let start = clock.start();
         let select = self.stage.select(geometry, window);
         record.select += clock.since(start);
@@ -154,8 +157,7 @@ impl OcclusionPass {
 
         let start = clock.start();
         let drawn = &mut self.drawn[number];
-        drawn.clear();
-        let (cull, _) = self.stage.cull(index, geometry, &view.frustum(), drawn);
+        let cull = self.stage.thin_out(index, geometry, &view.frustum(), &in_view[number], drawn);
         record.query += clock.since(start);
 
         record.occluders += u64::from(select.chosen);
@@ -181,6 +183,15 @@ impl Pass for OcclusionPass {
         let mut record = OcclusionRecord::default();
         let seen = in_view.iter().map(|list| list.len() as u64).sum();
         let start = clock.start();
+        if self.switch.is_none() {
+            let stage = &self.stage;
+            let comes_large = || stage.comes_large(geometry, changes, views);
+            if self.rest.leaves_out(seen, views, comes_large) {
+                self.stage.follow_roughly(geometry, changes, 0.0);
+                record.select = clock.since(start);
+                return record;
+            }
+        }
         let decided = match &mut self.switch {
             Some(switch) => switch.decide(seen),
             None => self.config.choice,
@@ -192,7 +203,7 @@ impl Pass for OcclusionPass {
         self.by_last = false;
         // A try makes do with the candidates that there are.
         match self.switch.as_ref().is_none_or(|switch| switch.kept() == Occlusion::Msvbsp) {
-            true if !is_off && !is_by_last => self.stage.follow(geometry, changes),
+            true if !is_off && !is_by_last => self.stage.follow_in_steps(geometry, changes),
             _ => self.follow_roughly(geometry, changes),
         }
         record.select = clock.since(start);
@@ -224,6 +235,7 @@ impl Pass for OcclusionPass {
         record.used = true;
         let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
         record.occluded = seen - drawn.min(seen);
+        self.rest.note(record.occluded, seen, views);
         self.note(&record, work_cost_ns);
         record
     }
@@ -234,6 +246,7 @@ impl Pass for OcclusionPass {
 
     fn set_occluders(&mut self, occluders: Option<usize>) {
         self.config.occluders = occluders;
+        self.rest = Rest::default();
         self.stage.set_occluders(self.config.choice, self.config.occluders());
     }
 

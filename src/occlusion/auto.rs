@@ -1,22 +1,22 @@
-use super::Occlusion;
+use super::{Occlusion, TryBudget};
 
-/// What an occluded polygon saves and what the stages cost: the basis on which occlusion is switched.
+/// Settings of [`AutoSwitch`]: when a method of occlusion culling is worth its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AutoConfig {
     /// What drawing one polygon costs, nanoseconds. A renderer measures it: frame time over polygons drawn.
     pub polygon_ns: f64,
-    /// It pays if it saves at least this many times what it costs.
+    /// A method pays if the drawing time that it saves is at least this many times its own time.
     pub least_ratio: f64,
-    /// Another method is taken if a frame takes less than this part of the time with it.
+    /// A method that is tried replaces the one in use if a frame takes less than this part of the time with it.
     pub faster: f64,
-    /// Frames in a row in which it does not pay before it is switched off.
+    /// After this many frames in a row that do not pay, the method in use is switched off.
     pub patience: u32,
-    /// At most one frame in this many tries a method that is not in use.
+    /// A method that is not in use is tried at most once in this many frames.
     pub probe_every: u32,
-    /// Tries may cost this part of what drawing costs, in the long run, shared by the methods that are not in use.
+    /// All tries together may take this part of the drawing time, in the long run.
     pub probe_share: f64,
-    /// While they are not in use, keeping candidates for large occluders may cost this part of what drawing costs, in the
-    /// long run.
+    /// While large occluders are not in use, following the candidates for them may take this part of the drawing time,
+    /// in the long run.
     pub keep_share: f64,
 }
 
@@ -36,7 +36,7 @@ impl Default for AutoConfig {
     }
 }
 
-/// What is chosen among, besides none.
+/// The methods to choose from, besides frustum culling alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Method {
     /// [`Occlusion::Msvbsp`].
@@ -58,8 +58,8 @@ impl From<Option<Method>> for Occlusion {
 impl Method {
     const ALL: [Self; 2] = [Self::Msvbsp, Self::DepthLast];
 
-    /// About the least that a frame costs, nanoseconds, whatever is in view: for large occluders choosing among the
-    /// candidates and building from few of them, for what was visible last a test of each four polygons.
+    /// About the least time that this method takes in a frame, nanoseconds. Large occluders: to select them and to build
+    /// the tree. Previous-frame occluders: that, and a test for every four polygons in view.
     fn least_ns(self, in_view: u64) -> f64 {
         match self {
             Self::Msvbsp => 30_000.0,
@@ -67,23 +67,23 @@ impl Method {
         }
     }
 
-    /// Whether the first frame of a try is another than those to come: what was visible last is then not known, and
-    /// everything in view is taken for it.
+    /// Whether the first frame of a try says little about the next ones: nothing is known yet of the previous frame, so
+    /// everything in view is filled into the depth buffer.
     fn has_to_start(self) -> bool {
         self == Self::DepthLast
     }
 }
 
-/// What one frame's occlusion culling cost, over culling by the frustum alone, and what it brought.
+/// Time and result of one frame's occlusion culling, compared with frustum culling alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Following the candidates, choosing among them, building, and testing, nanoseconds.
+    /// Time to follow the candidates, select occluders, build the culler and test, nanoseconds.
     pub cost_ns: f64,
-    /// Polygons not drawn because of it.
+    /// Polygons culled.
     pub culled: u64,
 }
 
-/// Part of the new value in a moving average.
+/// Weight of the newest value in a moving average.
 const WEIGHT: f64 = 0.2;
 
 /// A frame that gains less than this part of what it costs counts as [`HOPELESS_FRAMES`] that do not pay.
@@ -91,45 +91,43 @@ const HOPELESS: f64 = 0.25;
 /// See [`HOPELESS`].
 const HOPELESS_FRAMES: u32 = 3;
 
-/// What a try of what was visible last costs for each polygon in view before there was one, nanoseconds: the outlines of
-/// all of them, and then of what is left.
+/// Assumed time of the first try of previous-frame occluders, nanoseconds for each polygon in view: its first frame fills
+/// the outlines of all of them, its second frame of those that were left.
 const FIRST_PRICE_NS: f64 = 6_000.0;
 
-/// What would take more frames to earn than this, or twice as many where another method is tried, too, is not tried.
+/// A try that takes more frames than this to save for is not made; twice as many where two methods take turns.
 const MOST_FRAMES_FOR_A_TRY: f64 = 2048.0;
 
-/// Most that is put aside for keeping candidates, nanoseconds: the longest frame that it makes.
+/// Most time that is saved for following candidates, nanoseconds: one frame may spend all of it.
 const MOST_IDLE_NS: f64 = 300_000.0;
 
 /// What is known of a method.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
-    /// While it is in use a moving average, else what its last try found.
+    /// A moving average while the method is in use, else what its last try measured.
     cost_ns: f64,
     gain_ns: f64,
-    /// What its last try cost for each polygon in view, nanoseconds.
+    /// Time of its last try, nanoseconds for each polygon in view.
     price_ns: Option<f64>,
-    /// Frames since its last try, while it is not in use.
-    waited: u32,
-    /// What may be spent on its next try, nanoseconds.
-    saved_ns: f64,
+    /// For its next try, while it is not in use.
+    budget: TryBudget,
 }
 
-/// A try that goes on.
+/// A try that has begun.
 #[derive(Clone, Copy, Debug)]
 struct Try {
     method: Method,
-    /// What its frames have cost.
+    /// Time of its frames so far, nanoseconds.
     spent_ns: f64,
-    /// It is in the first frame of two.
+    /// The first of its two frames has not been measured yet.
     is_first: bool,
 }
 
-/// Decides for every frame by which method to cull, or that culling by the frustum is enough: each method that is not in
-/// use gets a try at intervals, and the one is kept with which a frame takes least.
+/// Decides for every frame which method of occlusion culling to use, if any. Methods that are not in use are tried at
+/// intervals; the one with the shortest frames is kept.
 ///
-/// A try has to be earned: every frame puts [`AutoConfig::probe_share`] of its drawing aside, and a frame in which even
-/// culling everything would not pay is never tried.
+/// Time for tries is saved in advance: every frame saves [`AutoConfig::probe_share`] of its drawing time. Where even
+/// culling everything would not pay, nothing is tried.
 ///
 /// It has no clock. Given measured costs it adapts to the machine; given costs computed from work counts
 /// ([`super::work_ns`], [`super::PreviousFrameCounts::work_ns`]) it decides the same on every machine, which a replay that is
@@ -144,14 +142,14 @@ pub struct AutoSwitch {
     /// Frames in a row in which it did not pay.
     losing: u32,
     trying: Option<Try>,
-    /// Polygons in view of the frame that was decided last.
+    /// Polygons in view in the last frame that was decided.
     in_view: u64,
-    /// What may be spent on keeping candidates, nanoseconds.
+    /// Time saved for following candidates, nanoseconds.
     idle_ns: f64,
 }
 
 impl AutoSwitch {
-    /// A switch that begins with large occluders, knowing nothing.
+    /// A switch without measurements; it begins with large occluders.
     pub fn new(config: AutoConfig) -> Self {
         Self {
             config,
@@ -165,7 +163,7 @@ impl AutoSwitch {
         }
     }
 
-    /// The method in use, but for tries and for frames in which nothing can be gained.
+    /// The method in use. Frames that try another one, and frames in which it cannot pay, are culled differently.
     pub fn kept(&self) -> Occlusion {
         self.kept.into()
     }
@@ -182,7 +180,7 @@ impl AutoSwitch {
         many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::DepthLast.least_ns(many)
     }
 
-    /// How to cull the next frame; asked once a frame, before it, with the number of polygons that the frustum may see.
+    /// The method for the next frame. To be called once before each frame, with the number of polygons in the frustum.
     pub fn decide(&mut self, in_view: u64) -> Occlusion {
         self.choose(in_view).into()
     }
@@ -201,13 +199,12 @@ impl AutoSwitch {
         let mut next: Option<(u32, Method)> = None;
         for method in Method::ALL.into_iter().filter(|method| others[*method as usize]) {
             let price_ns = self.price_ns(method);
-            let known = &mut self.known[method as usize];
-            known.waited = known.waited.saturating_add(1);
-            known.saved_ns = (known.saved_ns + share * now_ns).min(price_ns);
-            let is_ready = known.waited >= self.config.probe_every && known.saved_ns >= price_ns;
+            let budget = &mut self.known[method as usize].budget;
+            budget.save(share * now_ns, price_ns);
+            let is_due = budget.is_due(price_ns, self.config.probe_every);
             // In turns: the one that has waited longest.
-            if is_ready && next.is_none_or(|(waited, _)| known.waited > waited) {
-                next = Some((known.waited, method));
+            if is_due && next.is_none_or(|(waited, _)| budget.frames() > waited) {
+                next = Some((budget.frames(), method));
             }
         }
         if let Some(Try { method, .. }) = self.trying {
@@ -217,23 +214,22 @@ impl AutoSwitch {
             self.trying = None;
         }
         let Some((_, method)) = next else { return kept };
-        let known = &mut self.known[method as usize];
-        (known.waited, known.saved_ns) = (0, 0.0);
+        self.known[method as usize].budget.restart();
         self.trying = Some(Try { method, spent_ns: 0.0, is_first: method.has_to_start() });
         Some(method)
     }
 
-    /// What a frame that is not culled by large occluders may spend on keeping candidates, nanoseconds.
+    /// Time that a frame without large occluders may spend on following candidates, nanoseconds.
     pub fn idle_budget_ns(&self) -> f64 {
         self.idle_ns
     }
 
-    /// Takes off what it has spent.
+    /// Subtracts what was spent of [`AutoSwitch::idle_budget_ns`].
     pub fn spend_idle(&mut self, ns: f64) {
         self.idle_ns -= ns;
     }
 
-    /// Takes the outcome of a frame that was culled as it was decided.
+    /// Takes the measurements of a frame that was culled as decided.
     pub fn note(&mut self, outcome: Outcome) {
         let gain_ns = outcome.culled as f64 * self.config.polygon_ns;
         match self.trying.take() {
@@ -256,7 +252,7 @@ impl AutoSwitch {
         let is_hopeless = known.gain_ns < HOPELESS * known.cost_ns;
         self.losing += if is_hopeless { HOPELESS_FRAMES } else { 1 };
         if self.losing >= self.config.patience {
-            (known.waited, known.saved_ns) = (0, 0.0);
+            known.budget.restart();
             self.kept = None;
         }
     }
@@ -283,12 +279,12 @@ impl AutoSwitch {
         }
     }
 
-    /// Drawing all that is in view.
+    /// Time to draw everything in view, nanoseconds.
     fn all_ns(&self) -> f64 {
         self.in_view as f64 * self.config.polygon_ns
     }
 
-    /// Drawing what this method leaves, and what it costs.
+    /// Time of a frame with this method, drawing included, nanoseconds.
     fn frame_ns(&self, method: Method) -> f64 {
         let Known { cost_ns, gain_ns, .. } = self.known[method as usize];
         (self.all_ns() - gain_ns).max(0.0) + cost_ns
@@ -302,7 +298,7 @@ impl AutoSwitch {
         }
     }
 
-    /// Whether saving so much would pay.
+    /// Whether the method would pay if it saved this much time.
     fn may_pay(&self, method: Method, most_ns: f64) -> bool {
         most_ns >= self.config.least_ratio * method.least_ns(self.in_view)
     }

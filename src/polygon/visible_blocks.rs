@@ -102,6 +102,14 @@ impl VisibleBlocks {
         *there |= mask;
     }
 
+    /// Takes polygons of a block out.
+    pub fn remove_block(&mut self, block: usize, mask: u16) {
+        if let Some(there) = self.masks.get_mut(block) {
+            self.len -= (mask & *there).count_ones() as usize;
+            *there &= !mask;
+        }
+    }
+
     /// The blocks that are not empty, in order: number and mask.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, u16)> + Clone + '_ {
         let masks = self.masks[self.begin..self.end].iter().enumerate();

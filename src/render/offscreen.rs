@@ -13,18 +13,18 @@ use crate::{
     view::View,
 };
 
-/// What drawing a frame took.
+/// Times and counts of drawing a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawTimes {
     /// Sending new polygons, sorting the visible ones, sending their numbers.
     pub prepare: Stage,
     /// From submission to completion.
     pub draw: Stage,
-    /// What the GPU itself says that it drew; `None` where it cannot tell.
+    /// GPU time by time stamps, nanoseconds; `None` where the adapter has none.
     pub gpu_ns: Option<u64>,
-    /// The same by pass.
+    /// The same for each pass.
     pub passes: Option<PassTimes>,
-    /// What culling while drawing did; `None` in a frame without.
+    /// Counts of culling on the GPU; `None` in a frame without it.
     pub occlusion: Option<DrawnCounts>,
     /// Bytes sent for polygons that are new or have moved.
     pub polygon_bytes: u64,
@@ -34,7 +34,7 @@ pub struct DrawTimes {
     pub draw_calls: u64,
 }
 
-/// Draws without a window, a frame at a time, each one to its end.
+/// Draws without a window, one frame at a time, and waits for each.
 #[derive(Debug)]
 pub struct Offscreen {
     renderer: Renderer,
@@ -173,7 +173,7 @@ impl Offscreen {
         self.renderer.read_pyramid(&self.slot)
     }
 
-    /// The opaque polygons that were drawn last, if hidden ones were looked for while drawing.
+    /// The opaque polygons of the last frame, if it was culled on the GPU.
     ///
     /// # Errors
     /// The device is lost or the driver reported something.

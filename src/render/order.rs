@@ -4,11 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::{
-    index::{
-        Backend,
-        simd::{IdWriter, Kernel, WithKernel},
-    },
-    polygon::{BLOCK, PolygonId, VisibleBlocks},
+    polygon::{BLOCK, PolygonId, VisibleBlocks, ids_of},
     scene::Scene,
 };
 
@@ -86,6 +82,9 @@ pub(super) struct HandleRun {
 
 /// Polygons that are looked at together.
 const WORD: usize = 64;
+
+/// Words that are looked at together, where all of their polygons are to be drawn or none.
+const CHUNK_WORDS: usize = 8;
 
 /// As many polygons without a gap are a run of their own, which sends no list. Fewer: more draw calls.
 const LEAST_SPAN: usize = 2048;
@@ -194,12 +193,12 @@ impl DrawOrder {
         match listing {
             Listing::Ids => {
                 let sink = numbers(ids, runs, Blend::Opaque);
-                Backend::detect().run(Walk { list, sink, additive });
+                Walk { list, sink, additive }.run();
             }
             Listing::Blocks => {
                 let start = handles.len();
                 let sink = Handles { handles, handle_runs, start, polygons: 0 };
-                Backend::detect().run(Walk { list, sink, additive });
+                Walk { list, sink, additive }.run();
             }
         }
     }
@@ -246,13 +245,16 @@ struct List<'a, F> {
 /// Takes the opaque polygons of a list, by number.
 trait Sink {
     /// Polygons `first + bit`, of one page.
-    fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64);
+    fn add(&mut self, first: usize, opaque: u64);
+
+    /// All polygons of a range of whole words, of one page.
+    #[inline(always)]
+    fn add_full(&mut self, polygons: Range<usize>) {
+        polygons.step_by(WORD).for_each(|first| self.add(first, u64::MAX));
+    }
 
     /// What was added since the page before is all of this page.
-    fn end_page<K: Kernel>(&mut self, kernel: K, page: usize);
-
-    /// There is no more.
-    fn finish(self);
+    fn end_page(&mut self, page: usize);
 }
 
 /// A list and what takes it.
@@ -262,58 +264,70 @@ struct Walk<'a, F, S> {
     additive: Numbers<'a>,
 }
 
-impl<F: Fn(usize) -> Classes, S: Sink> WithKernel for Walk<'_, F, S> {
-    type Output = ();
-
+impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
     #[inline(always)]
-    fn run<K: Kernel>(self, kernel: K) {
+    fn run(self) {
         let Walk { mut list, mut sink, mut additive } = self;
         let count = list.scene.polygon_count();
         let (begin, words) = list.polygons.words();
         let mut page = begin / list.page_len;
         let mut page_end = (page + 1) * list.page_len;
-        for (i, masks) in words.iter().enumerate() {
-            let first = begin + i * WORD;
-            let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
-            if seen == 0 {
+        'words: for (i, chunk) in words.chunks(CHUNK_WORDS).enumerate() {
+            let start = begin + i * CHUNK_WORDS * WORD;
+            let end = start + chunk.len() * WORD;
+            let (all, any) =
+                chunk.as_flattened().iter().fold((u16::MAX, 0), |(all, any), mask| (all & mask, any | mask));
+            let is_opaque = |first| {
+                let Classes { additive, transparent } = (list.classes_of)(first);
+                additive | transparent == 0
+            };
+            if any == 0 {
                 continue;
             }
-            let known = match count.saturating_sub(first) {
-                0 => break,
-                left if left < WORD => seen & ((1 << left) - 1),
-                _ => seen,
-            };
-            let classes = (list.classes_of)(first);
-            let transparent = known & classes.transparent;
-            if transparent != 0 {
-                note_transparent(&mut list, first, transparent);
+            if all == u16::MAX && end <= page_end.min(count) && (start..end).step_by(WORD).all(is_opaque) {
+                sink.add_full(start..end);
+                continue;
             }
-            let mut added = known & classes.additive & !transparent;
-            let mut opaque = known & !(transparent | added);
-            while first + WORD > page_end {
-                let before = (1 << page_end.saturating_sub(first)) - 1;
-                sink.add(kernel, first, opaque & before);
-                additive.add(kernel, first, added & before);
-                opaque &= !before;
-                added &= !before;
-                sink.end_page(kernel, page);
-                additive.end_page(kernel, page);
-                page += 1;
-                page_end += list.page_len;
+            for (first, masks) in (start..).step_by(WORD).zip(chunk) {
+                let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
+                if seen == 0 {
+                    continue;
+                }
+                let known = match count.saturating_sub(first) {
+                    0 => break 'words,
+                    left if left < WORD => seen & ((1 << left) - 1),
+                    _ => seen,
+                };
+                let classes = (list.classes_of)(first);
+                let transparent = known & classes.transparent;
+                if transparent != 0 {
+                    note_transparent(&mut list, first, transparent);
+                }
+                let mut added = known & classes.additive & !transparent;
+                let mut opaque = known & !(transparent | added);
+                while first + WORD > page_end {
+                    let before = (1 << page_end.saturating_sub(first)) - 1;
+                    sink.add(first, opaque & before);
+                    additive.add(first, added & before);
+                    opaque &= !before;
+                    added &= !before;
+                    sink.end_page(page);
+                    additive.end_page(page);
+                    page += 1;
+                    page_end += list.page_len;
+                }
+                sink.add(first, opaque);
+                additive.add(first, added);
             }
-            sink.add(kernel, first, opaque);
-            additive.add(kernel, first, added);
         }
-        sink.end_page(kernel, page);
-        additive.end_page(kernel, page);
-        sink.finish();
-        additive.finish();
+        sink.end_page(page);
+        additive.end_page(page);
     }
 }
 
 /// Takes the polygons as numbers.
 struct Numbers<'a> {
-    ids: IdWriter<'a>,
+    ids: &'a mut Vec<PolygonId>,
     runs: &'a mut Vec<Run>,
     style: u32,
     blend: Blend,
@@ -334,17 +348,17 @@ impl<'a> Numbers<'a> {
         least_span: usize,
     ) -> Self {
         let start = ids.len();
-        Self { ids: IdWriter::new(ids), runs, style, blend, start, least_span, full: 0..0 }
+        Self { ids, runs, style, blend, start, least_span, full: 0..0 }
     }
 
     #[inline(always)]
-    fn end_span<K: Kernel>(&mut self, kernel: K) {
+    fn end_span(&mut self) {
         let Range { start, end } = std::mem::take(&mut self.full);
         if end - start >= self.least_span {
             self.end_listed();
             self.push_run(start..end, false);
         } else if start < end {
-            self.ids.push_span(kernel, start as u32, end - start);
+            self.ids.extend((start as u32..end as u32).map(PolygonId));
         }
     }
 
@@ -365,39 +379,39 @@ impl<'a> Numbers<'a> {
 
 impl Sink for Numbers<'_> {
     #[inline(always)]
-    fn add<K: Kernel>(&mut self, kernel: K, first: usize, opaque: u64) {
+    fn add_full(&mut self, polygons: Range<usize>) {
+        if self.full.end != polygons.start || self.full.is_empty() {
+            self.end_span();
+            self.full.start = polygons.start;
+        }
+        self.full.end = polygons.end;
+    }
+
+    #[inline(always)]
+    fn add(&mut self, first: usize, opaque: u64) {
         if opaque == 0 {
             return;
         }
-        if opaque == u64::MAX && self.full.end == first && !self.full.is_empty() {
-            self.full.end += WORD;
-            return;
-        }
-        self.end_span(kernel);
         if opaque == u64::MAX {
-            self.full = first..first + WORD;
+            self.add_full(first..first + WORD);
             return;
         }
+        self.end_span();
         for block in 0..WORD / BLOCK {
             let mask = opaque >> (block * BLOCK) & 0xFFFF;
             if mask != 0 {
-                self.ids.push(kernel, (first + block * BLOCK) as u32, mask as u32);
+                self.ids.extend(ids_of(first / BLOCK + block, mask as u16));
             }
         }
     }
 
     #[inline(always)]
-    fn end_page<K: Kernel>(&mut self, kernel: K, page: usize) {
-        self.end_span(kernel);
+    fn end_page(&mut self, page: usize) {
+        self.end_span();
         self.end_listed();
         for run in self.runs.iter_mut().rev().take_while(|run| run.page == NO_PAGE) {
             run.page = page as u32;
         }
-    }
-
-    #[inline(always)]
-    fn finish(self) {
-        self.ids.finish();
     }
 }
 
@@ -412,7 +426,7 @@ struct Handles<'a> {
 
 impl Sink for Handles<'_> {
     #[inline(always)]
-    fn add<K: Kernel>(&mut self, _kernel: K, first: usize, opaque: u64) {
+    fn add(&mut self, first: usize, opaque: u64) {
         for block in 0..WORD / BLOCK {
             let mask = (opaque >> (block * BLOCK) & 0xFFFF) as u32;
             if mask != 0 {
@@ -424,7 +438,7 @@ impl Sink for Handles<'_> {
     }
 
     #[inline(always)]
-    fn end_page<K: Kernel>(&mut self, _kernel: K, page: usize) {
+    fn end_page(&mut self, page: usize) {
         let range = self.start as u32..self.handles.len() as u32;
         self.start = self.handles.len();
         let polygons = std::mem::take(&mut self.polygons);
@@ -432,9 +446,6 @@ impl Sink for Handles<'_> {
             self.handle_runs.push(HandleRun { range, page: page as u32, polygons });
         }
     }
-
-    #[inline(always)]
-    fn finish(self) {}
 }
 
 /// Notes polygons that can be seen through.

@@ -19,7 +19,7 @@ pub struct ViewSlot {
     bind_group: wgpu::BindGroup,
     pub(super) order: DrawOrder,
     pub(super) hzb: Option<Box<HzbView>>,
-    /// Where hidden polygons are looked for only if it pays.
+    /// For [`Occlusion::Auto`]: whether the next frame is culled.
     pub(super) switch: Option<DrawSwitch>,
 }
 
@@ -97,7 +97,7 @@ impl ViewSlot {
         (polygons as u64).next_power_of_two() * 4 * 4 <= most
     }
 
-    /// How this view finds while drawing what is hidden.
+    /// The method by which this view is culled on the GPU.
     pub fn occlusion(&self) -> Occlusion {
         match (&self.switch, &self.hzb) {
             (Some(_), _) => Occlusion::Auto,
@@ -106,15 +106,15 @@ impl ViewSlot {
         }
     }
 
-    /// Takes what a frame of this view took, at once or some frames later, and whether it was one that looked for what is
-    /// hidden: by it [`Occlusion::Auto`] decides.
+    /// Takes the time of a frame of this view, now or some frames later, and whether that frame was culled on the GPU.
+    /// [`Occlusion::Auto`] decides by these times.
     pub fn note_time(&mut self, culled: bool, ns: u64) {
         if let Some(switch) = &mut self.switch {
             switch.note(culled, ns);
         }
     }
 
-    /// Whether the frame at hand is one that looks for what is hidden.
+    /// Whether the current frame is culled on the GPU.
     pub fn culls(&self) -> bool {
         self.hzb.is_some() && self.order.listing() == Listing::Blocks
     }
@@ -128,7 +128,7 @@ impl ViewSlot {
         }
     }
 
-    /// What culling while drawing did in a frame that has come back since the last call; the latest if several have.
+    /// Counts of the latest frame whose results have arrived since the last call.
     pub fn take_counts(&mut self) -> Option<DrawnCounts> {
         self.hzb.as_mut()?.take_counts()
     }

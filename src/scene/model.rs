@@ -100,9 +100,14 @@ impl Stroke {
         self.is_hidden
     }
 
+    /// Whether it is erased or undone.
+    pub fn is_taken_away(&self) -> bool {
+        self.erased || self.undone
+    }
+
     /// Whether its polygons are in the model now.
     pub fn is_visible(&self) -> bool {
-        !self.erased && !self.undone && !self.is_hidden
+        !self.is_taken_away() && !self.is_hidden
     }
 
     /// Whether it was moved while it could not be seen: no change has told of it yet, one will when it comes back.
@@ -118,6 +123,11 @@ impl Stroke {
     /// Its control points so far.
     pub fn point_count(&self) -> u32 {
         self.points
+    }
+
+    /// Its polygons in use; others have shrunk to a point until it needs them again.
+    pub fn polygon_count(&self) -> u32 {
+        self.used
     }
 
     /// The id of its polygon at a place, counted from its first.

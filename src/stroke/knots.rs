@@ -51,13 +51,27 @@ pub(super) struct Knots {
     last: Option<Knot>,
     /// Whether a sample after the first one was kept.
     is_begun: bool,
+    is_smooth: bool,
 }
 
 impl Knots {
     pub(super) fn new(settings: &StrokeSettings, brush: &'static Brush, spacing: Spacing) -> Self {
         // A scale of zero would be no length to smooth over.
         let scale = settings.scale.max(f32::MIN_POSITIVE);
-        Self { brush, width_m: settings.width_m, scale, spacing, last: None, is_begun: false }
+        Self {
+            brush,
+            width_m: settings.width_m,
+            scale,
+            spacing,
+            last: None,
+            is_begun: false,
+            is_smooth: true,
+        }
+    }
+
+    /// For brushes that take the pressure as it is recorded.
+    pub(super) fn without_smoothing(self) -> Self {
+        Self { is_smooth: false, ..self }
     }
 
     /// Takes a sample. `None` for the first one, which is always kept, and for one that is too far away to be drawn.
@@ -92,11 +106,17 @@ impl Knots {
     /// The smoothed pressure at the stroke's first sample is that of the next one that is kept, as long as there is none
     /// that of the stroke's end; with brushes of the old kind it is 0.
     fn first_pressure(&self, next: &Sample) -> f32 {
+        if !self.is_smooth {
+            return self.last.map_or(next.pressure, |last| last.sample.pressure);
+        }
         if self.brush.has_short_pressure_window { 0.0 } else { next.pressure }
     }
 
     /// The old pressure fades to a tenth over a length of the brush.
     fn smoothed(&self, from: &Knot, pressure: f32, length_m: f32) -> f32 {
+        if !self.is_smooth {
+            return pressure;
+        }
         let window_m = if self.brush.has_short_pressure_window { 0.1 } else { 0.2 };
         let old = libm::powf(0.1, length_m / (window_m * self.scale));
         old * from.smoothed + (1.0 - old) * pressure

@@ -6,24 +6,37 @@
 //!
 //! Knows [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](crate::polygon).
 
+mod bolt;
+mod convex_hull;
 mod frame;
+mod hull;
 mod knots;
+mod particles;
 mod pieces;
 mod polygon;
 mod quad_strip;
-#[cfg_attr(not(test), expect(dead_code, reason = "for the brushes"))]
 mod random;
 mod ribbon;
+mod sections;
+mod slices;
+mod spray;
+mod track;
 mod triangulate;
 mod tube;
 mod wall;
+mod welded;
 
+pub use hull::HullBuilder;
+pub use particles::ParticlesBuilder;
 pub use pieces::{Piece, Pieces, QuadPieces};
 pub use quad_strip::QuadStripBuilder;
 pub use ribbon::RibbonBuilder;
+pub use slices::SlicesBuilder;
+pub use spray::SprayBuilder;
 pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
 pub use wall::WallBuilder;
+pub use welded::WeldedBuilder;
 
 use glam::{Quat, Vec3};
 
@@ -70,6 +83,10 @@ impl StrokeSettings {
     }
 }
 
+/// Most particles, and most squares of a spray, on the way from a sample to the next. More: longer leaps of the hand are
+/// drawn whole, and a made-up file of leaps fills more memory.
+pub const MAX_SCATTERED: u64 = 500;
+
 /// What was dropped while polygons were made, and why.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drops {
@@ -81,6 +98,8 @@ pub struct Drops {
     pub out_of_range: u64,
     /// Corners of a wall beyond [`crate::recording::Event::MAX_VERTICES`]: each replaces the one before it.
     pub excess_corners: u64,
+    /// Particles and squares of a spray beyond [`MAX_SCATTERED`] on the way to one sample.
+    pub excess_pieces: u64,
 }
 
 /// A stroke in the making, whatever its tool.
@@ -94,6 +113,16 @@ pub enum StrokeBuilder {
     Tube(TubeBuilder),
     /// [`Family::QuadStrip`].
     QuadStrip(QuadStripBuilder),
+    /// [`Family::Welded`], [`Family::ThickRibbon`], [`Family::BoxSection`].
+    Welded(WeldedBuilder),
+    /// [`Family::Slices`].
+    Slices(SlicesBuilder),
+    /// [`Family::Hull`].
+    Hull(HullBuilder),
+    /// [`Family::Particles`].
+    Particles(ParticlesBuilder),
+    /// [`Family::Spray`].
+    Spray(SprayBuilder),
 }
 
 impl StrokeBuilder {
@@ -114,6 +143,15 @@ impl StrokeBuilder {
     fn of_brush(settings: StrokeSettings, brush: &'static Brush) -> Option<Self> {
         match brush.family {
             Family::QuadStrip(uv) => Some(Self::QuadStrip(QuadStripBuilder::new(settings, brush, uv))),
+            Family::Welded { uv, shape } => {
+                Some(Self::Welded(WeldedBuilder::new(settings, brush, uv, shape)))
+            }
+            Family::ThickRibbon => Some(Self::Welded(WeldedBuilder::thick(settings, brush))),
+            Family::BoxSection => Some(Self::Welded(WeldedBuilder::bar(settings, brush))),
+            Family::Hull { faceted } => Some(Self::Hull(HullBuilder::new(&settings, brush, faceted))),
+            Family::Particles => Some(Self::Particles(ParticlesBuilder::new(&settings, brush))),
+            Family::Spray { midpoint } => Some(Self::Spray(SprayBuilder::new(&settings, brush, midpoint))),
+            Family::Slices => Some(Self::Slices(SlicesBuilder::new(settings, brush))),
             _ => None,
         }
     }
@@ -125,16 +163,23 @@ impl StrokeBuilder {
             Self::Wall(b) => b.push(sample, drops),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
             Self::QuadStrip(b) => b.push(sample, out, drops),
+            Self::Welded(b) => b.push(sample, out, drops),
+            Self::Slices(b) => b.push(sample, out, drops),
+            Self::Hull(b) => b.push(sample, out, drops),
+            Self::Particles(b) => b.push(sample, out, drops),
+            Self::Spray(b) => b.push(sample, out, drops),
         }
     }
 
     /// Ends the stroke; `out` says what that does to its polygons.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         match self {
-            Self::Ribbon(_) => {}
+            Self::Ribbon(_) | Self::Slices(_) | Self::Particles(_) | Self::Spray(_) => {}
             Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::QuadStrip(b) => b.finish(out),
+            Self::Welded(b) => b.finish(out, drops),
+            Self::Hull(b) => b.finish(out, drops),
         }
     }
 
@@ -143,7 +188,14 @@ impl StrokeBuilder {
     /// To be called once a frame, and after [`StrokeBuilder::finish`].
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         match self {
-            Self::Ribbon(_) | Self::Wall(_) | Self::Tube(_) => {}
+            Self::Ribbon(_)
+            | Self::Wall(_)
+            | Self::Tube(_)
+            | Self::Slices(_)
+            | Self::Hull(_)
+            | Self::Particles(_)
+            | Self::Spray(_) => {}
+            Self::Welded(b) => b.repaint(out),
             Self::QuadStrip(b) => b.repaint(out),
         }
     }

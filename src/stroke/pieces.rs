@@ -91,7 +91,7 @@ impl Pieces {
     /// triangles if not. A triangle repeats its last corner.
     pub fn push_quad(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) -> QuadPieces {
         let before = self.fresh.len();
-        let mut pieces = QuadPieces { first: self.len(), ..QuadPieces::default() };
+        let mut pieces = self.no_quad();
         self.push_all(drops, |out, drops| ConvexPolygon::push_quad(corners, out, drops));
         for (piece, places) in self.fresh[before..].iter_mut().zip(&mut pieces.corners) {
             // Each corner of a half is one of the quad's, bit for bit.
@@ -107,6 +107,11 @@ impl Pieces {
             self.fresh[(place - self.kept) as usize].surface = surface;
         }
         pieces
+    }
+
+    /// What a quad without polygons would be here.
+    pub fn no_quad(&self) -> QuadPieces {
+        QuadPieces { first: self.len(), ..QuadPieces::default() }
     }
 
     /// Appends polygons without texture.

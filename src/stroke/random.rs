@@ -30,9 +30,9 @@ impl Random {
         half_range * (2.0 * self.unit(salt) - 1.0)
     }
 
-    /// A direction; takes two salts.
+    /// A direction; takes two salts. (z is the other way round than in Open Brush, as the axis is.)
     pub(super) fn on_sphere(self, salt: u32) -> Vec3 {
-        let z = 2.0 * self.unit(salt) - 1.0;
+        let z = 1.0 - 2.0 * self.unit(salt);
         let (sin, cos) = libm::sincosf(std::f32::consts::TAU * self.unit(salt.wrapping_add(1)));
         let ring = (1.0 - z * z).max(0.0).sqrt();
         Vec3::new(ring * cos, ring * sin, z)

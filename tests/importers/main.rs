@@ -9,6 +9,7 @@
 
 #[cfg(feature = "cli")]
 mod bombs;
+mod brushes;
 #[cfg(feature = "cli")]
 mod command;
 mod corpus;

@@ -14,7 +14,7 @@ use osp::{
     occlusion::{
         CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
     },
-    polygon::{Change, Geometry, PolygonId},
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     rivals::IndexKind,
     scene::Scene,
     view::View,
@@ -100,8 +100,12 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
             let index = filed(*index_kind, &told);
             for kind in Occlusion::conservative_cullers() {
                 for node_test in [NodeTest::Sphere, NodeTest::Box, NodeTest::Outline] {
-                    for polygon_test in [PolygonTest::Never, PolygonTest::InPartlyHiddenLeaves] {
-                        let cull = CullConfig { node_test, polygon_test, ..CullConfig::default() };
+                    for (polygon_test, least_polygons) in [
+                        (PolygonTest::Never, 1),
+                        (PolygonTest::InPartlyHiddenLeaves, 1),
+                        (PolygonTest::Never, 40),
+                    ] {
+                        let cull = CullConfig { node_test, polygon_test, least_polygons };
                         let config = OcclusionConfig { cull, ..OcclusionConfig::default() };
                         let mut stage = OcclusionStage::new(kind, config);
                         stage.follow(&told.scene, &told.changes);
@@ -120,6 +124,13 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
                         for id in &visible {
                             assert!(drawn.binary_search(id).is_ok(), "{name}: {id} is visible; {counts:?}");
                         }
+                        let mut in_view = VisibleBlocks::new();
+                        index.frustum_cull_blocks(&view.frustum(), &mut in_view);
+                        let mut left = VisibleBlocks::new();
+                        let thinned =
+                            stage.thin_out(&*index, &told.scene, &view.frustum(), &in_view, &mut left);
+                        assert!(left.ids().map(|id| id.0).eq(drawn.iter().copied()), "{name}: thinned out");
+                        assert!(thinned.node_tests <= counts.node_tests, "{name}: {thinned:?} {counts:?}");
                         culled += all.len() - drawn.len();
                     }
                 }

@@ -173,21 +173,6 @@ fn no_setting_changes_a_pixel_and_each_hides_something() {
 }
 
 #[test]
-fn a_bound_that_is_too_far_is_noticed() {
-    let Some(gpu) = gpu() else { return };
-    let scene = walled_sketch();
-    let config = hzb_with(HzbConfig { bound: HzbBound::Farthest, ..HzbConfig::default() });
-    let Some(mut pair) = Pair::new(&gpu, SIZE, config, chunk_len()) else { return };
-    let mut differing = 0;
-    for view in eyes() {
-        for _ in 0..2 {
-            differing += pair.compare(&scene, &view, &all_ids(&scene)).0;
-        }
-    }
-    assert!(differing > 100, "{differing} pixels");
-}
-
-#[test]
 fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
     let Some(gpu) = gpu() else { return };
     for (occlusion, chunk_len) in [(HZB, chunk_len()), (HZB, 112), (QUERIES, 112)] {

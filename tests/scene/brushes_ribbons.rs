@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec2, Vec3};
 use osp::{
-    brush::{self, Brush, Family},
+    brush::{self, Brush, Family, Outline},
     recording::{NormalRule, Tool},
     stroke::{Drops, Piece, Pieces, Sample, StrokeBuilder, StrokeSettings},
 };
@@ -80,8 +80,22 @@ fn named(name: &str) -> &'static Brush {
     brush::find(name).expect("a brush of the table")
 }
 
-fn ribbons() -> impl Iterator<Item = &'static Brush> {
+fn quad_strips() -> impl Iterator<Item = &'static Brush> {
     brush::all().iter().filter(|brush| matches!(brush.family, Family::QuadStrip(_)))
+}
+
+fn ribbons() -> impl Iterator<Item = &'static Brush> {
+    let is_ribbon = |family| {
+        matches!(
+            family,
+            Family::QuadStrip(_)
+                | Family::Welded { .. }
+                | Family::ThickRibbon
+                | Family::BoxSection
+                | Family::Slices
+        )
+    };
+    brush::all().iter().filter(move |brush| is_ribbon(brush.family))
 }
 
 fn at(x: f32, y: f32) -> Sample {
@@ -204,7 +218,7 @@ fn quads_of_a_segment_share_their_edges() {
             Sample { position, orientation: Quat::from_rotation_x(angle), pressure: 0.5 + 0.5 * angle.sin() }
         })
         .collect();
-    for brush in ribbons() {
+    for brush in quad_strips() {
         let stroke = Stroke::drawn(brush, &arc);
         assert!(stroke.pieces.len() >= 58, "{}: {}", brush.name, stroke.pieces.len());
         let shared = |a: &Piece, b: &Piece| {
@@ -303,8 +317,118 @@ fn a_sample_replaces_few_polygons_however_long_the_stroke_is() {
     let samples = wild(&mut random, 3000);
     for brush in ribbons() {
         let stroke = Stroke::drawn_in_frames(brush, &samples, 3);
-        assert!(stroke.pieces.len() > 300, "{}: {}", brush.name, stroke.pieces.len());
-        assert!(stroke.most_replaced <= 8, "{}: {}", brush.name, stroke.most_replaced);
+        assert!(stroke.pieces.len() > 200, "{}: {}", brush.name, stroke.pieces.len());
+        match brush.family {
+            // What is pointed at both ends is made anew as a whole, but only as often as it has grown by an eighth.
+            Family::Welded { shape: Outline::DoubleTaper | Outline::Bolt, .. } => {}
+            _ => assert!(stroke.most_replaced <= 26, "{}: {}", brush.name, stroke.most_replaced),
+        }
+    }
+    let arc = arc(2000);
+    for name in ["DoubleTaperedMarker", "Electricity"] {
+        let mut stroke = Stroke::new(named(name), WIDTH_M, 1.0);
+        let mut replaced = 0;
+        for &sample in &arc {
+            stroke.most_replaced = 0;
+            stroke.push(sample);
+            replaced += stroke.most_replaced;
+        }
+        stroke.finish();
+        let a_piece = replaced / stroke.pieces.len();
+        assert!(a_piece < 16, "{name}: each polygon was made {a_piece} times");
+    }
+}
+
+/// A long, gentle spiral.
+fn arc(count: u32) -> Vec<Sample> {
+    (0..count).map(|i| i as f32 * 0.03).map(|x| at(x.cos() + 0.05 * x, x.sin())).collect()
+}
+
+#[test]
+fn a_welded_ribbon_shares_its_edges_and_its_texture_runs_from_end_to_end() {
+    for brush in
+        ribbons().filter(|brush| matches!(brush.family, Family::Welded { shape: Outline::Plain, .. }))
+    {
+        let stroke = Stroke::drawn(brush, &arc(60));
+        assert_eq!(stroke.pieces.len(), 59, "{}", brush.name);
+        for pair in stroke.pieces.windows(2) {
+            let [a, b] = [pair[0].polygon.vertices(), pair[1].polygon.vertices()];
+            assert_eq!([a[2], a[3]], [b[1], b[0]], "{}", brush.name);
+            let width_m = a[2].distance(a[3]);
+            assert!((width_m - WIDTH_M).abs() < 0.01, "{}: {width_m}", brush.name);
+        }
+        if let Family::Welded { uv: brush::Uv::Stretched, .. } = brush.family {
+            let u = [0, 58].map(|i| [stroke.pieces[i].surface.uv(0).x, stroke.pieces[i].surface.uv(2).x]);
+            assert!(u[0][0].abs() < 1.0e-3 && (u[1][1] - 1.0).abs() < 1.0e-3, "{}: {u:?}", brush.name);
+        }
+    }
+}
+
+#[test]
+fn a_double_taper_is_widest_in_the_middle_and_pointed_at_both_ends() {
+    let stroke = Stroke::drawn(named("DoubleTaperedMarker"), &line(41, 0.03));
+    // The ends are triangles.
+    assert_eq!(stroke.pieces.len(), 40);
+    assert_eq!([0, 39].map(|i| stroke.pieces[i].polygon.vertices().len()), [3, 3]);
+    for (i, piece) in stroke.pieces.iter().enumerate().take(39).skip(1) {
+        let vertices = piece.polygon.vertices();
+        let (start, end) = (vertices[0].distance(vertices[1]), vertices[2].distance(vertices[3]));
+        let part = [i, i + 1].map(|k| (k as f32 / 40.0 * std::f32::consts::PI).sin());
+        // The pressure rises over the first decimetres: brushes of the old kind begin without.
+        let expected = part.map(|part| WIDTH_M * part);
+        assert!(start <= expected[0] + 1.0e-5 && end <= expected[1] + 1.0e-5, "{i}: {start} m, {end} m");
+        if i > 15 {
+            assert!((start - expected[0]).abs() < 1.0e-3, "{i}: {start} m instead of {}", expected[0]);
+        }
+    }
+}
+
+#[test]
+fn a_bolt_is_three_lines_that_meet_at_both_ends() {
+    let mut stroke = Stroke::new(named("Electricity"), 0.005, 1.0);
+    line(200, 0.005).into_iter().for_each(|sample| stroke.push(sample));
+    stroke.finish();
+    assert!(stroke.pieces.len() >= 3 * 199 - 6, "{}", stroke.pieces.len());
+    let far: Vec<f32> = stroke
+        .pieces
+        .iter()
+        .flat_map(|piece| piece.polygon.vertices().iter())
+        .map(|corner| Vec3::new(0.0, corner.y, corner.z).length())
+        .collect();
+    let most = far.iter().copied().fold(0.0, f32::max);
+    assert!(far[0] < 1.0e-6 && far[far.len() - 1] < 1.0e-4, "{} {}", far[0], far[far.len() - 1]);
+    assert!(most > 0.005 && most < 0.1, "{most} m off the line");
+}
+
+#[test]
+fn thick_ribbons_and_bars_are_closed() {
+    for (brush, pieces) in [("ThickGeometry", 4 * 20), ("SquarePaper", 4 * 20 + 2)] {
+        let stroke = Stroke::drawn(named(brush), &line(21, 0.03));
+        assert_eq!(stroke.pieces.len(), pieces, "{brush}");
+        // Of a closed surface all area vectors together are nothing, and the volume is inside.
+        let sum: Vec3 = stroke.pieces.iter().map(|piece| piece.polygon.area_vector()).sum();
+        assert!(sum.length() < 1.0e-5, "{brush}: {sum}");
+        let outward = stroke
+            .pieces
+            .iter()
+            .filter(|piece| piece.polygon.area_vector().dot(piece.polygon.vertices()[0]) > 0.0);
+        assert!(outward.count() >= pieces / 2 - 4, "{brush}");
+        for piece in &stroke.pieces {
+            if let Some(normal) = piece.surface.normal(0) {
+                let turned = piece.polygon.area_vector().normalize().dot(normal);
+                assert!(turned > 0.8, "{brush}: {turned}");
+            }
+        }
+    }
+}
+
+#[test]
+fn slices_lie_across_the_stroke() {
+    let stroke = Stroke::drawn(named("Slice"), &line(21, 0.03));
+    assert_eq!(stroke.pieces.len(), 21);
+    for (i, piece) in stroke.pieces.iter().enumerate() {
+        assert!((piece.polygon.area_m2() - WIDTH_M * WIDTH_M).abs() < 1.0e-6);
+        assert!(piece.polygon.vertices().iter().all(|corner| (corner.x - 0.03 * i as f32).abs() < 1.0e-6));
     }
 }
 

@@ -1,6 +1,6 @@
 use egui::{Button, Color32, ComboBox, RichText, Slider, Ui, Vec2};
 
-use super::{dialog::Ask, questions::ALARM, wishes::Wishes};
+use super::{brushes, dialog::Ask, questions::ALARM, wishes::Wishes};
 use crate::{
     app::{
         command::Command,
@@ -36,6 +36,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     ui.add_enabled_ui(studio.can_draw(), |ui| {
         tool_buttons(ui, studio, wishes);
         ui.separator();
+        brushes::show(ui, studio, wishes);
         brush(ui, studio, wishes);
         ui.separator();
         let scene = studio.scene();

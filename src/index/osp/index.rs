@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     index::{
-        DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts,
+        DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Visitor, WorkCounts,
         admission::admit_id,
         probe::Nearest,
         simd::{Backend, Wide},
@@ -228,6 +228,11 @@ impl SpatialIndex for Osp {
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         self.visit(frustum, visitor)
+    }
+
+    fn thin_out(&self, frustum: &Frustum, visible: &mut VisibleBlocks, thinner: &mut dyn Thinner) -> bool {
+        self.thin(frustum, visible, thinner);
+        true
     }
 
     fn ray_nearest(

@@ -45,6 +45,7 @@ mod pool;
 mod query;
 mod ray;
 mod remove;
+mod thin;
 mod tuning;
 mod validate;
 mod visit;

@@ -10,11 +10,12 @@ use serde::Deserialize;
 
 use super::{
     axes,
-    tilt::METERS_PER_UNIT,
     tilt_metadata::{Fields, TiltTransform, shorten},
 };
 use crate::{math::rotate, recording::Environment};
 
+/// Units of the scene in a metre. (Dividing by a tenth would give other last digits.)
+const UNITS_PER_METER: f32 = 10.0;
 /// Most characters of a name that comes from the file.
 const MOST_NAME_CHARS: usize = 60;
 /// The environment whose light is taken where the file changes one that is unknown.
@@ -197,7 +198,7 @@ impl Preset {
             sky,
             sky_rotation: Quat::IDENTITY,
             floor: self.floor.map(color),
-            fog: (self.fog.0, self.fog.1 / METERS_PER_UNIT),
+            fog: (self.fog.0, self.fog.1 * UNITS_PER_METER),
             ambient: self.ambient,
             lights: [light(self.light_1), light(self.light_2)],
             reflection: self.reflection,
@@ -219,7 +220,7 @@ impl CustomEnvironment {
             changed.fog.0 = color([r, g, b]);
         }
         if let Some(density) = self.fog_density {
-            changed.fog.1 = density / METERS_PER_UNIT;
+            changed.fog.1 = density * UNITS_PER_METER;
         }
         changed.reflection = self.reflection_intensity.unwrap_or(changed.reflection);
         changed

@@ -139,7 +139,7 @@ impl Metadata {
     pub(super) fn brushes(&self) -> Vec<String> {
         let name = |guid: &String| match brush::find(guid) {
             Some(brush) => brush.name.clone(),
-            None => guid.chars().take(Paint::MAX_NAME_BYTES / 4).collect(),
+            None => guid[..guid.floor_char_boundary(Paint::MAX_NAME_BYTES)].to_owned(),
         };
         self.head.brush_index.iter().map(name).collect()
     }

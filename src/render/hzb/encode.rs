@@ -192,7 +192,7 @@ impl HzbView {
         }
     }
 
-    /// Lists what is left.
+    /// Compacts what is not hidden into the draw list.
     fn compact(
         &self,
         frame: &Frame<'_>,
@@ -216,7 +216,7 @@ impl HzbView {
         }
     }
 
-    /// Draws what is left over the depth of what was visible.
+    /// Draws the colours of the compacted list over the depth of the first pass.
     fn draw(
         &self,
         frame: &Frame<'_>,

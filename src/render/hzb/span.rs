@@ -1,4 +1,4 @@
-//! What the compute shaders are told by the CPU.
+//! Parameters of the compute shaders.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -64,6 +64,7 @@ impl Params {
             bound: match config.bound {
                 HzbBound::Corners => 0,
                 HzbBound::Box => 1,
+                #[cfg(test)]
                 HzbBound::Farthest => 2,
             },
             is_fine: u32::from(config.fine == HzbFine::Triangles),

@@ -245,7 +245,7 @@ impl HzbView {
         self.queries.iter_mut().for_each(Queries::submitted);
     }
 
-    /// What a frame did that has come back since the last call; the latest if several have.
+    /// Counts of the latest frame whose results have arrived since the last call.
     pub(in super::super) fn take_counts(&mut self) -> Option<DrawnCounts> {
         let (mut latest, known) = (None, &self.known);
         self.ring.take(|slot, bytes| {
