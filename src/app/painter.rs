@@ -6,7 +6,7 @@ use winit::window::Window;
 
 use super::{room::RoomView, studio::Studio};
 use crate::{
-    frame::StageClock,
+    frame::{Reading, StageClock},
     render::{
         Acquired, Area, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes, RenderError, Renderer,
         RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
@@ -70,6 +70,9 @@ struct Extra {
     show: ShowPass,
 }
 
+/// What moves by itself begins anew after so long, seconds.
+const MOST_TIME_S: f64 = 1000.0;
+
 /// Draws frames onto the window.
 pub(super) struct Painter {
     gpu: Arc<Gpu>,
@@ -80,6 +83,8 @@ pub(super) struct Painter {
     panes: Vec<Pane>,
     extras: Vec<Extra>,
     clock: StageClock,
+    /// From then on goes the time of what moves by itself.
+    opened: Reading,
     draw_ns: u64,
     /// Why the adapter cannot cull hidden polygons; it is asked once.
     cannot_cull: Option<String>,
@@ -111,6 +116,7 @@ impl Painter {
             panes: Vec::new(),
             extras: Vec::new(),
             clock: StageClock::default(),
+            opened: StageClock::default().start(),
             draw_ns: 0,
             cannot_cull: None,
         })
@@ -118,6 +124,11 @@ impl Painter {
 
     pub(super) fn adapter(&self) -> String {
         self.gpu.name()
+    }
+
+    /// Whether something moves by itself, so that the next frame is another one.
+    pub(super) fn is_animated(&self) -> bool {
+        self.renderer.is_animated()
     }
 
     pub(super) fn max_texture_side(&self) -> usize {
@@ -237,12 +248,16 @@ impl Painter {
         if pending.is_other_scene {
             self.renderer.forget_from(0);
             self.renderer.set_background(studio.subject().background());
+            self.renderer.set_environment(studio.subject().header().environment.as_deref());
         }
         if let Some(keep) = pending.keep {
             self.renderer.forget_from(keep);
         }
         self.renderer.follow(&pending.changes);
         studio.give_back(pending);
+        // Begun anew before a shader's numbers become too coarse.
+        let time_s = self.clock.since(self.opened).ns as f64 * 1.0e-9 % MOST_TIME_S;
+        self.renderer.set_time(time_s as f32);
         self.renderer.send(studio.scene());
     }
 

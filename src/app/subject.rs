@@ -1,5 +1,5 @@
 use super::{document::Document, player::Player};
-use crate::{math::Aabb, render::background_for, scene::Scene};
+use crate::{math::Aabb, recording::Header, render::background_for, scene::Scene};
 
 /// What is on the window: a session being drawn, or one being replayed.
 #[derive(Debug)]
@@ -16,6 +16,14 @@ impl Subject {
         match self {
             Self::Sketch(document) => background_for(document.scene()),
             Self::Replay(player) => player.background(),
+        }
+    }
+
+    /// What the session says of itself.
+    pub fn header(&self) -> &Header {
+        match self {
+            Self::Sketch(document) => document.header(),
+            Self::Replay(player) => player.header(),
         }
     }
 

@@ -80,6 +80,7 @@ impl GpuScene {
             transparent: Vec::new(),
             additive: Vec::new(),
             has_brushes: false,
+            is_animated: false,
             scratch: Vec::new(),
         }
     }
@@ -122,6 +123,11 @@ impl GpuScene {
         Classes { transparent: of(&self.transparent), additive: of(&self.additive) }
     }
 
+    /// Whether a brush that moves by itself has painted any polygon.
+    pub(super) fn is_animated(&self) -> bool {
+        self.is_animated
+    }
+
     /// Whether a brush has painted any polygon.
     pub(super) fn has_brushes(&self) -> bool {
         self.has_brushes
@@ -151,6 +157,7 @@ impl GpuScene {
             }
         }
         self.has_brushes &= count > 0;
+        self.is_animated &= count > 0;
         self.uploaded = count;
     }
 
@@ -170,6 +177,7 @@ impl GpuScene {
             for i in self.uploaded..count {
                 let stroke = scene.stroke_of(PolygonId(i as u32));
                 self.has_brushes |= stroke.brush().is_some();
+                self.is_animated |= stroke.brush().is_some_and(|brush| brush.is_animated);
                 match DrawClass::of(stroke) {
                     DrawClass::Solid => {}
                     DrawClass::Transparent => self.transparent[i / 64] |= 1 << (i % 64),

@@ -141,6 +141,11 @@ impl Renderer {
         self.time_s = time_s;
     }
 
+    /// Whether something moves by itself with [`Renderer::set_time`].
+    pub fn is_animated(&self) -> bool {
+        self.scene.is_animated()
+    }
+
     /// Whether brushes or an environment decide how things look.
     fn is_painted(&self) -> bool {
         self.scene.has_brushes() || self.environment.is_some()

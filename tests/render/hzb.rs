@@ -12,7 +12,7 @@ use osp::{
     index::IndexConfig,
     occlusion::Occlusion,
     polygon::{Change, PolygonId},
-    recording::{self, Event, OpenOptions, Pace, Pacer, StrokeId, Tool},
+    recording::{self, Environment, Event, OpenOptions, Pace, Pacer, StrokeId, Tool},
     render::{
         DrawnCounts, Gpu, GpuTimer, HzbBound, HzbConfig, HzbFine, HzbGroup, Image, Layer, Offscreen,
         PyramidLevel, RenderError, Renderer, RendererConfig, Style, Target,
@@ -51,6 +51,11 @@ impl Pair {
             outcome => outcome.expect("what hzb needs"),
         }
         Some(Self { culled, whole: drawer(), counts: DrawnCounts::default() })
+    }
+
+    pub(crate) fn set_environment(&mut self, environment: &Environment) {
+        self.culled.set_environment(Some(environment));
+        self.whole.set_environment(Some(environment));
     }
 
     pub(crate) fn follow(&mut self, changes: &[Change]) {
