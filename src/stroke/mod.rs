@@ -18,6 +18,8 @@ mod ribbon;
 mod spray;
 mod triangulate;
 mod tube;
+mod tube_brush;
+mod tube_shape;
 mod wall;
 
 pub use hull::HullBuilder;
@@ -27,6 +29,7 @@ pub use ribbon::RibbonBuilder;
 pub use spray::SprayBuilder;
 pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
+pub use tube_brush::TubeBrushBuilder;
 pub use wall::WallBuilder;
 
 use glam::{Quat, Vec3};
@@ -108,12 +111,17 @@ pub enum StrokeBuilder {
     Particles(ParticlesBuilder),
     /// [`Family::Spray`].
     Spray(SprayBuilder),
+    /// [`Family::Tube`].
+    TubeBrush(TubeBrushBuilder),
 }
 
 impl StrokeBuilder {
     /// A builder for these settings.
     pub fn new(settings: StrokeSettings) -> Self {
         if let Some(brush) = settings.brush {
+            if let Some(builder) = TubeBrushBuilder::new(&settings, brush) {
+                return Self::TubeBrush(builder);
+            }
             match brush.family {
                 Family::Hull { faceted } => return Self::Hull(HullBuilder::new(&settings, brush, faceted)),
                 Family::Particles => return Self::Particles(ParticlesBuilder::new(&settings, brush)),
@@ -139,6 +147,7 @@ impl StrokeBuilder {
             Self::Hull(b) => b.push(sample, out, drops),
             Self::Particles(b) => b.push(sample, out, drops),
             Self::Spray(b) => b.push(sample, out, drops),
+            Self::TubeBrush(b) => b.push(sample, out, drops),
         }
     }
 
@@ -149,6 +158,15 @@ impl StrokeBuilder {
             Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Hull(b) => b.finish(out, drops),
+            Self::TubeBrush(b) => b.finish(out, drops),
+        }
+    }
+
+    /// Makes polygons anew that change with the length of the whole stroke; `out` says which. To be called once a frame, if
+    /// samples have come: it may cost as much as the whole stroke.
+    pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
+        if let Self::TubeBrush(b) = self {
+            b.settle(out, drops);
         }
     }
 
