@@ -7,9 +7,11 @@
 
 mod surface;
 mod table;
+pub(crate) mod texture;
 
 pub use surface::{Surface, UV_LIMIT};
 pub use table::{all, find, number};
+pub use texture::solid_across;
 
 use serde::Deserialize;
 

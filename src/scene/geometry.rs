@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use super::Scene;
+use super::{Scene, solid::solid_part};
 use crate::{
     brush::Draw,
     math::Aabb,
@@ -28,11 +28,19 @@ impl Geometry for Scene {
 
     fn may_occlude(&self, id: PolygonId) -> bool {
         let stroke = self.stroke_of(id);
-        match stroke.brush() {
-            Some(brush) => {
-                brush.draw == Draw::Opaque && !self.surface(id).is_facing() && stroke.padding_m == 0.0
-            }
+        match stroke.brush().map(|brush| brush.draw) {
+            Some(Draw::Opaque) => !self.surface(id).is_facing() && stroke.padding_m == 0.0,
+            Some(Draw::Cutout) => self.occluder(id).is_some(),
+            Some(Draw::Additive | Draw::Blended) => false,
             None => stroke.color().3 >= 1.0,
+        }
+    }
+
+    fn occluder(&self, id: PolygonId) -> Option<ConvexPolygon> {
+        match self.stroke_of(id).brush().filter(|brush| brush.draw == Draw::Cutout) {
+            Some(brush) => solid_part(&Geometry::polygon(self, id)?, &self.surface(id), brush),
+            None if self.may_occlude(id) => Geometry::polygon(self, id),
+            None => None,
         }
     }
 }

@@ -22,6 +22,7 @@ mod geometry;
 mod group;
 mod history;
 mod model;
+mod solid;
 mod used;
 
 pub use model::{Scene, SceneCounts, SceneWork, Stroke};

@@ -1,7 +1,9 @@
 use bytemuck::{Pod, Zeroable};
 
-use super::picture::Picture;
-use crate::brush::{self, Brush, Draw, Effect, Family, Lighting, Uv};
+use crate::brush::{
+    self, Brush, Draw, Effect, Family, Lighting,
+    texture::{picture::Picture, repeats},
+};
 
 /// Room for materials in the shader.
 const MOST: usize = 160;
@@ -41,12 +43,8 @@ impl Material {
             Lighting::Specular { f0: (r, g, b), gloss } => (2, [r, g, b, gloss]),
         };
         let is_one_sided = brush.culls_back && matches!(brush.family, Family::Tube { .. });
-        let repeats = match brush.family {
-            Family::QuadStrip(uv) | Family::Welded { uv, .. } | Family::Tube { uv, .. } => uv == Uv::Distance,
-            _ => false,
-        };
         let flag = |is_so, flag| if is_so { flag } else { 0 };
-        let kind = lighting | flag(is_one_sided, ONE_SIDED) | flag(!repeats, IS_CLAMPED);
+        let kind = lighting | flag(is_one_sided, ONE_SIDED) | flag(!repeats(brush), IS_CLAMPED);
         let picture = Picture::of(brush);
         let layer = |number: Option<usize>| number.map_or(NO_TEXTURE, |number| number as u32);
         // Where nothing is cut out, an alpha is no reason to.

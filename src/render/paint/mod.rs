@@ -1,10 +1,7 @@
 //! What brushes paint: materials, generated textures, light and sky.
 
 mod material;
-mod noise;
-mod picture;
 mod relief;
-mod shapes;
 mod surroundings;
 mod textures;
 

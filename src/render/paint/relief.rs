@@ -1,4 +1,4 @@
-use super::{
+use crate::brush::texture::{
     noise::{noise, octaves},
     picture::Picture,
 };

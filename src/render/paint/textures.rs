@@ -2,11 +2,12 @@ use std::sync::LazyLock;
 
 use wgpu::util::DeviceExt as _;
 
-use super::{picture::Picture, relief};
-use crate::render::Gpu;
+use super::relief;
+use crate::{
+    brush::texture::{SIDE, picture::Picture},
+    render::Gpu,
+};
 
-/// Width and height of a texture.
-const SIDE: usize = 128;
 /// Levels of each, down to a single texel.
 const LEVELS: u32 = SIDE.ilog2() + 1;
 

@@ -3,7 +3,7 @@ use crate::brush::Brush;
 
 /// A picture that brushes paint with. Generated: the shapes are told in words in `brushes.ron` and beside each function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Picture {
+pub(crate) enum Picture {
     Taper,
     Leaf,
     Tent,
@@ -49,7 +49,7 @@ pub(super) enum Picture {
 
 impl Picture {
     /// All of them, each at the place of its layer.
-    pub(super) const ALL: [Self; 41] = [
+    pub(crate) const ALL: [Self; 41] = [
         Self::Taper,
         Self::Leaf,
         Self::Tent,
@@ -94,7 +94,7 @@ impl Picture {
     ];
 
     /// Those with a relief, in the order of the layers that follow the pictures'.
-    pub(super) const WITH_RELIEF: [Self; 15] = [
+    pub(crate) const WITH_RELIEF: [Self; 15] = [
         Self::Ink,
         Self::OilPaint,
         Self::WetPaint,
@@ -113,7 +113,7 @@ impl Picture {
     ];
 
     /// What a brush paints with; nothing if that is plain.
-    pub(super) fn of(brush: &Brush) -> Option<Self> {
+    pub(crate) fn of(brush: &Brush) -> Option<Self> {
         Some(match brush.name.as_str() {
             "TaperedMarker" | "TaperedFlat" | "TaperedHighlighter" | "TaperedMarker_Flat"
             | "TaperedMarkerGeo" => Self::Taper,
@@ -162,17 +162,17 @@ impl Picture {
     }
 
     /// Its layer.
-    pub(super) fn layer(self) -> usize {
+    pub(crate) fn layer(self) -> usize {
         self as usize
     }
 
     /// The layer of the normals of its relief.
-    pub(super) fn relief_layer(self) -> Option<usize> {
+    pub(crate) fn relief_layer(self) -> Option<usize> {
         Self::WITH_RELIEF.iter().position(|with| *with == self).map(|place| Self::ALL.len() + place)
     }
 
     /// Red, green, blue, alpha at a place: `u` along the stroke, `v` across, 0 to 1 each.
-    pub(super) fn texel(self, u: f32, v: f32) -> [f32; 4] {
+    pub(crate) fn texel(self, u: f32, v: f32) -> [f32; 4] {
         let white = |alpha: f32| [1.0, 1.0, 1.0, alpha];
         match self {
             Self::Taper => white(shapes::taper(u, v)),

@@ -1,0 +1,12 @@
+//! The textures of brushes, generated, and where the cut-out ones are solid.
+
+pub(crate) mod noise;
+pub(crate) mod picture;
+mod shapes;
+mod solid;
+
+pub(crate) use solid::repeats;
+pub use solid::solid_across;
+
+/// Width and height of a texture, texels.
+pub(crate) const SIDE: usize = 128;
