@@ -112,8 +112,8 @@ impl Knots {
         Knot { sample, smoothed, size_m: self.width_m * self.brush.size(smoothed) }
     }
 
-    /// The smoothed pressure at the stroke's first sample is that of the next one that is kept, as long as there is none
-    /// that of the stroke's end; with brushes of the old kind it is 0.
+    /// The smoothed pressure at the stroke's first sample: until a second one is kept, that of the newest; with brushes of
+    /// the old kind 0.
     fn first_pressure(&self, next: &Sample) -> f32 {
         if !self.is_smooth {
             return self.last.map_or(next.pressure, |last| last.sample.pressure);

@@ -88,11 +88,16 @@ impl Pieces {
     }
 
     /// Appends a quad whose corners `surface` paints in their order: as one polygon if it is flat and convex, as two
-    /// triangles if not. A triangle repeats its last corner.
+    /// triangles if not, as one if two neighbouring corners are the same. A triangle repeats its last corner.
     pub fn push_quad(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) -> QuadPieces {
         let before = self.fresh.len();
         let mut pieces = self.no_quad();
-        self.push_all(drops, |out, drops| ConvexPolygon::push_quad(corners, out, drops));
+        // Where two neighbours are one point, the quad is a triangle.
+        let double = (0..4).find(|&i| corners[i] == corners[(i + 1) % 4]);
+        self.push_all(drops, |out, drops| match double.map(|i| [1, 2, 3].map(|k| corners[(i + k) % 4])) {
+            Some([a, b, c]) => ConvexPolygon::triangle(a, b, c).push_checked(out, drops),
+            None => ConvexPolygon::push_quad(corners, out, drops),
+        });
         for (piece, places) in self.fresh[before..].iter_mut().zip(&mut pieces.corners) {
             // Each corner of a half is one of the quad's, bit for bit.
             let vertices = piece.polygon.vertices();

@@ -232,11 +232,10 @@ impl WeldedBuilder {
             }
             if self.section == Section::Box {
                 let is_end = self.links.get(i + 1).is_none_or(|next| !next.is_linked);
-                for (rims, is_closed) in [(back, !behind.is_linked), (front, is_end)] {
-                    if is_closed {
-                        let surface = Surface::flat([Vec2::splat(0.5); 4], [1.0; 4]);
-                        out.push_quad([0, 1, 2, 3].map(|lane: usize| rims[lane].ends[0]), surface, drops);
-                    }
+                let caps = [(back, [3, 2, 1, 0], !behind.is_linked), (front, [0, 1, 2, 3], is_end)];
+                for (rims, lanes, _) in caps.into_iter().filter(|(.., is_closed)| *is_closed) {
+                    let surface = Surface::flat([Vec2::splat(0.5); 4], [1.0; 4]);
+                    out.push_quad(lanes.map(|lane: usize| rims[lane].ends[0]), surface, drops);
                 }
             }
         }

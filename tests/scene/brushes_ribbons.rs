@@ -396,14 +396,20 @@ fn a_bolt_is_three_lines_that_meet_at_both_ends() {
         .map(|corner| Vec3::new(0.0, corner.y, corner.z).length())
         .collect();
     let most = far.iter().copied().fold(0.0, f32::max);
-    assert!(far[0] < 1.0e-6 && far[far.len() - 1] < 1.0e-4, "{} {}", far[0], far[far.len() - 1]);
+    // Triangles: each begins or ends with its point.
+    let ends = [
+        far[..3].iter().copied().fold(1.0, f32::min),
+        far[far.len() - 3..].iter().copied().fold(1.0, f32::min),
+    ];
+    assert!(ends.iter().all(|end| *end < 1.0e-6), "{ends:?}");
     assert!(most > 0.005 && most < 0.1, "{most} m off the line");
 }
 
 #[test]
 fn thick_ribbons_and_bars_are_closed() {
-    for (brush, pieces) in [("ThickGeometry", 4 * 20), ("SquarePaper", 4 * 20 + 2)] {
+    for (brush, pieces) in [("ThickGeometry", 4 * 18 + 2 * 8), ("SquarePaper", 4 * 20 + 2)] {
         let stroke = Stroke::drawn(named(brush), &line(21, 0.03));
+        // The first and the last pieces of the thick one are bent: they rise from nothing.
         assert_eq!(stroke.pieces.len(), pieces, "{brush}");
         // Of a closed surface all area vectors together are nothing, and the volume is inside.
         let sum: Vec3 = stroke.pieces.iter().map(|piece| piece.polygon.area_vector()).sum();
