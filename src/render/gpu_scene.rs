@@ -46,6 +46,8 @@ pub(super) struct GpuScene {
     additive: Vec<u64>,
     /// Whether a brush has painted any of them.
     has_brushes: bool,
+    /// Whether any of these brushes moves by itself.
+    is_animated: bool,
     scratch: Vec<PolygonRecord>,
 }
 
