@@ -461,13 +461,16 @@ impl Scene {
         Some(())
     }
 
-    /// Paints the strokes that have got samples in this frame, as far as their whole length matters for that.
+    /// Makes anew and paints the strokes that have got samples in this frame, as far as their whole length matters for that.
     fn paint(&mut self, changes: &mut Vec<Change>) {
         let mut to_paint = std::mem::take(&mut self.to_paint);
         for at in to_paint.drain(..) {
             let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
             stroke.is_unpainted = false;
             if let Some(mut builder) = stroke.builder.take() {
+                self.fresh.begin(stroke.used);
+                builder.settle(&mut self.fresh, &mut self.counts.drops);
+                self.file_fresh(at, changes);
                 self.paint_stroke(at, &mut builder, changes);
                 self.strokes[at as usize].builder = Some(builder);
             }

@@ -74,6 +74,16 @@ impl Knots {
         Self { is_smooth: false, ..self }
     }
 
+    /// The last kept sample.
+    pub(super) fn last(&self) -> Option<&Knot> {
+        self.last.as_ref()
+    }
+
+    /// How far from the last kept sample this one is kept, metres.
+    pub(super) fn spacing_m(&self, knot: &Knot) -> f32 {
+        self.spacing.length_m * self.scale + self.spacing.part_of_size * knot.size_m
+    }
+
     /// Takes a sample. `None` for the first one, which is always kept, and for one that is too far away to be drawn.
     pub(super) fn push(&mut self, sample: Sample, drops: &mut Drops) -> Option<Step> {
         let Some(mut from) = self.last else {
@@ -90,8 +100,7 @@ impl Knots {
             from = self.knot(from.sample, self.first_pressure(&sample));
         }
         let to = self.knot(sample, self.smoothed(&from, sample.pressure, length_m));
-        let spacing_m = self.spacing.length_m * self.scale + self.spacing.part_of_size * to.size_m;
-        let is_kept = length_m >= spacing_m && length_m > 0.0;
+        let is_kept = length_m >= self.spacing_m(&to) && length_m > 0.0;
         if is_kept {
             self.last = Some(to);
             self.is_begun = true;

@@ -23,6 +23,8 @@ mod spray;
 mod track;
 mod triangulate;
 mod tube;
+mod tube_brush;
+mod tube_shape;
 mod wall;
 mod welded;
 
@@ -35,6 +37,7 @@ pub use slices::SlicesBuilder;
 pub use spray::SprayBuilder;
 pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
+pub use tube_brush::TubeBrushBuilder;
 pub use wall::WallBuilder;
 pub use welded::WeldedBuilder;
 
@@ -123,6 +126,8 @@ pub enum StrokeBuilder {
     Particles(ParticlesBuilder),
     /// [`Family::Spray`].
     Spray(SprayBuilder),
+    /// [`Family::Tube`].
+    TubeBrush(TubeBrushBuilder),
 }
 
 impl StrokeBuilder {
@@ -152,6 +157,7 @@ impl StrokeBuilder {
             Family::Particles => Some(Self::Particles(ParticlesBuilder::new(&settings, brush))),
             Family::Spray { midpoint } => Some(Self::Spray(SprayBuilder::new(&settings, brush, midpoint))),
             Family::Slices => Some(Self::Slices(SlicesBuilder::new(settings, brush))),
+            Family::Tube { .. } => TubeBrushBuilder::new(&settings, brush).map(Self::TubeBrush),
             _ => None,
         }
     }
@@ -168,6 +174,7 @@ impl StrokeBuilder {
             Self::Hull(b) => b.push(sample, out, drops),
             Self::Particles(b) => b.push(sample, out, drops),
             Self::Spray(b) => b.push(sample, out, drops),
+            Self::TubeBrush(b) => b.push(sample, out, drops),
         }
     }
 
@@ -180,6 +187,15 @@ impl StrokeBuilder {
             Self::QuadStrip(b) => b.finish(out),
             Self::Welded(b) => b.finish(out, drops),
             Self::Hull(b) => b.finish(out, drops),
+            Self::TubeBrush(b) => b.finish(out, drops),
+        }
+    }
+
+    /// Makes polygons anew that change with the length of the whole stroke; `out` says which. To be called once a frame, if
+    /// samples have come: it may cost as much as the whole stroke.
+    pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
+        if let Self::TubeBrush(b) = self {
+            b.settle(out, drops);
         }
     }
 
@@ -194,7 +210,8 @@ impl StrokeBuilder {
             | Self::Slices(_)
             | Self::Hull(_)
             | Self::Particles(_)
-            | Self::Spray(_) => {}
+            | Self::Spray(_)
+            | Self::TubeBrush(_) => {}
             Self::Welded(b) => b.repaint(out),
             Self::QuadStrip(b) => b.repaint(out),
         }

@@ -65,6 +65,9 @@ fn draw_by_frames(settings: StrokeSettings, samples: &[Sample]) -> Vec<Piece> {
         out.begin(count);
         builder.push(sample, &mut out, &mut drops);
         count = take(&out, &mut builder);
+        out.begin(count);
+        builder.settle(&mut out, &mut drops);
+        count = take(&out, &mut builder);
     }
     out.begin(count);
     builder.finish(&mut out, &mut drops);
@@ -275,8 +278,174 @@ fn a_hull_without_width_is_counted() {
     assert_eq!((pieces.len(), drops.degenerate), (0, 1));
 }
 
+/// How often each edge belongs to a polygon, by its ends' bits.
+fn edges(pieces: &[Piece]) -> std::collections::BTreeMap<[[u32; 3]; 2], u32> {
+    let mut edges = std::collections::BTreeMap::new();
+    for piece in pieces {
+        let vertices = piece.polygon.vertices();
+        for (i, a) in vertices.iter().enumerate() {
+            // Minus zero is zero.
+            let mut edge =
+                [*a, vertices[(i + 1) % vertices.len()]].map(|p| (p + 0.0).to_array().map(f32::to_bits));
+            edge.sort_unstable();
+            *edges.entry(edge).or_insert(0) += 1;
+        }
+    }
+    edges
+}
+
+#[test]
+fn a_tube_is_round_closed_and_as_long_as_its_samples() {
+    // TubeDiffuse: eight corners, cones of 0.8 radii. Kept at 0.002 m and a fifth of the width.
+    let settings = settings("TubeDiffuse", 0.1);
+    let samples: Vec<Sample> = (0..=10).map(|i| at(0.03 * i as f32, 0.0, 0.0)).collect();
+    let (pieces, drops) = draw(settings, &samples);
+    assert_eq!((pieces.len(), drops), (10 * 8 + 2 * 8, Drops::default()));
+    assert!(edges(&pieces).values().all(|&count| count == 2), "closed");
+    let octagon_m2 = 8.0 * 0.5 * 0.05_f32.powi(2) * (std::f32::consts::FRAC_PI_4).sin();
+    // The ends are not smoothed, but the second and last but one are, along the line.
+    let (_, volume) = area_and_volume(&pieces);
+    let expected = octagon_m2 * (0.3 + 2.0 * 0.8 * 0.05 / 3.0);
+    assert!((volume - expected).abs() < 1.0e-5, "{volume} instead of {expected} cubic metres");
+    for piece in &pieces {
+        for (corner, vertex) in piece.polygon.vertices().iter().enumerate() {
+            let aside = Vec3::new(0.0, vertex.y, vertex.z);
+            let normal = piece.surface.normal(corner).expect("soft");
+            if aside.length() > 1.0e-6 {
+                assert!(
+                    (aside.length() - 0.05).abs() < 1.0e-6 && normal.dot(aside) > 0.049,
+                    "{vertex} {normal}"
+                );
+            } else {
+                assert!(normal.x.abs() > 0.999, "{normal} at a tip");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_tube_keeps_its_width_through_very_many_turns() {
+    let settings = settings("TubeDiffuse", 0.02);
+    let samples: Vec<Sample> = (0..600)
+        .map(|i| {
+            let (sin, cos) = libm::sincosf(0.1 * i as f32);
+            at(0.2 * cos, 0.2 * sin, 0.003 * i as f32)
+        })
+        .collect();
+    let (pieces, _) = draw(settings, &samples);
+    assert!(pieces.len() > 500 * 8);
+    let mut edge_m: Vec<f32> = pieces
+        .iter()
+        .filter(|piece| piece.polygon.vertices().len() == 4)
+        .map(|piece| piece.polygon.vertices()[0].distance(piece.polygon.vertices()[1]))
+        .collect();
+    edge_m.sort_by(f32::total_cmp);
+    let side_m = 0.02 * (std::f32::consts::PI / 8.0).sin();
+    assert!(edge_m.iter().all(|edge_m| (edge_m - side_m).abs() < 1.0e-5), "{:?}", edge_m.last());
+}
+
+#[test]
+fn a_tube_breaks_at_a_sharp_turn_into_two_closed_ones() {
+    let settings = settings("TubeDiffuse", 0.1);
+    // Back and forth: steps of 0.023 m may turn by 8 * atan(0.23) = 104 degrees.
+    let there = (0..10).map(|i| at(0.023 * i as f32, 0.0, 0.0));
+    let back = (0..10).map(|i| at(0.022 * (9 - i) as f32, 0.001 * i as f32, 0.0));
+    let (pieces, _) = draw(settings, &there.chain(back).collect::<Vec<_>>());
+    let caps = pieces
+        .iter()
+        .filter(|piece| {
+            let vertices = piece.polygon.vertices();
+            vertices.len() == 3 && piece.surface.normal(2).is_some_and(|normal| normal.x.abs() > 0.99)
+        })
+        .count();
+    assert_eq!(caps, 4 * 8, "four cones");
+    assert!(edges(&pieces).values().all(|&count| count == 2), "closed");
+}
+
+#[test]
+fn a_texture_runs_along_a_tube_by_its_circumference() {
+    let (pieces, _) = draw(
+        settings("TubeDiffuse", 0.1),
+        &(0..=10).map(|i| at(0.03 * i as f32, 0.0, 0.0)).collect::<Vec<_>>(),
+    );
+    let sides: Vec<&Piece> = pieces.iter().filter(|piece| piece.polygon.vertices().len() == 4).collect();
+    let tile_rate = brush::find("TubeDiffuse").expect("a brush of the table").tile_rate;
+    for side in sides {
+        let vertices = side.polygon.vertices();
+        let step = side.surface.uv(3) - side.surface.uv(0);
+        let expected = tile_rate * vertices[0].distance(vertices[3]) / (std::f32::consts::PI * 0.1);
+        assert!((step.x - expected).abs() < 1.0e-3 && step.y == 0.0, "{step} instead of {expected}");
+        assert!((side.surface.uv(1).y - side.surface.uv(0).y - 0.125).abs() < 1.0e-3);
+    }
+}
+
+/// The largest distance from the x axis of what lies between two places on it.
+fn radius_m(pieces: &[Piece], from: f32, to: f32) -> f32 {
+    let vertices = pieces.iter().flat_map(|piece| piece.polygon.vertices());
+    vertices.filter(|p| (from..to).contains(&p.x)).map(|p| p.y.hypot(p.z)).fold(0.0, f32::max)
+}
+
+#[test]
+fn shaped_tubes_have_their_shapes() {
+    let samples: Vec<Sample> = (0..=40).map(|i| at(0.03 * i as f32, 0.0, 0.0)).collect();
+    let drawn = |name: &str| draw(settings(name, 0.1), &samples).0;
+    let lofted = drawn("Lofted");
+    assert!((radius_m(&lofted, 0.5, 0.6) - 0.05).abs() < 1.0e-5, "{}", radius_m(&lofted, 0.5, 0.6));
+    assert!(radius_m(&lofted, 0.0, 0.035) < 1.0e-5 && radius_m(&lofted, 1.195, 1.3) < 1.0e-5);
+    let spikes = drawn("Spikes");
+    assert!(
+        (radius_m(&spikes, 0.59, 0.61) - 0.55 * 0.05).abs() < 1.0e-4,
+        "{}",
+        radius_m(&spikes, 0.59, 0.61)
+    );
+    assert!(radius_m(&spikes, 1.195, 1.3) < 1.0e-6);
+    assert!(spikes.iter().all(|piece| !piece.surface.is_smooth()), "hard edges");
+    let petal = drawn("Petal");
+    assert!(radius_m(&petal, 1.19, 1.21) > 1.4 * 0.1, "opened: {}", radius_m(&petal, 1.19, 1.21));
+    let comet = drawn("Comet");
+    assert!(radius_m(&comet, 0.0, 0.1) > 0.045 && radius_m(&comet, 1.19, 1.2) < 0.01);
+}
+
+#[test]
+fn a_scene_shapes_a_tube_once_a_frame() {
+    use osp::{
+        polygon::Change,
+        recording::{Event, Paint, StrokeId},
+        scene::Scene,
+    };
+    let paint =
+        Some(Box::new(Paint { brush: "Lofted".to_owned(), seed: 1, scale: 1.0, layer: 0, hidden: false }));
+    let (stroke, color) = (StrokeId(1), (1.0, 1.0, 1.0, 1.0));
+    let begin = Event::Begin {
+        t: 0.0,
+        stroke,
+        tool: Tool::Ribbon,
+        width: 0.1,
+        color,
+        normal: NormalRule::Travel,
+        thinnest: 0.0,
+        paint,
+    };
+    let point = |i: u32| Event::Point {
+        t: 0.0,
+        stroke,
+        p: Vec3::X * 0.03 * i as f32,
+        q: Quat::IDENTITY,
+        pressure: 1.0,
+    };
+    let points: Vec<Event> = (0..200).map(point).collect();
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    scene.apply_all(std::iter::once(&begin).chain(&points), &mut changes);
+    let count = scene.polygon_count();
+    assert!(count > 190 * 4, "{count}");
+    assert!(changes.iter().all(|change| matches!(change, Change::Insert(_))), "nothing was drawn twice");
+    changes.clear();
+    scene.apply_all([&point(200)], &mut changes);
+    assert!(changes.iter().any(|change| matches!(change, Change::Update(_))), "its end has moved");
+}
+
 /// The brushes of this part, and some samples of a hand or of a joker.
-const BRUSHES: [&str; 14] = [
+const BRUSHES: [&str; 24] = [
     "Dots",
     "Smoke",
     "Embers",
@@ -291,6 +460,16 @@ const BRUSHES: [&str; 14] = [
     "Leaves",
     "WaveformParticles",
     "Bubbles",
+    "Wire",
+    "Toon",
+    "Lofted",
+    "Spikes",
+    "Petal",
+    "Comet",
+    "Muscle",
+    "Rain",
+    "MylarTube",
+    "LightWire",
 ];
 
 fn samples() -> impl Strategy<Value = Vec<Sample>> {

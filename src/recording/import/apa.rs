@@ -11,7 +11,7 @@
 //! pressure 0, so pressures are changed to give the width that A-Painter gives, as far down as the brush goes. A brush with
 //! no counterpart is a plain ribbon, and the header says so.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -38,7 +38,7 @@ const MOST_NAME_CHARS: usize = 40;
 const MOST_NAMES: usize = 8;
 
 /// The nearest of our brushes, by A-Painter's name.
-static NEAREST: LazyLock<HashMap<String, String>> = LazyLock::new(|| {
+static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     ron::from_str(include_str!("apa_brushes.ron")).expect("the crate's own table, which a test reads")
 });
 

@@ -1,0 +1,103 @@
+use crate::brush::TubeShape;
+
+/// Knots over which a double taper rises, and over which it falls.
+const TAPERED: f32 = 5.0;
+
+/// Fewer knots than this make no double taper.
+const FEWEST_TAPERED: f32 = 3.0;
+
+/// How far petals move outwards, as a part of the width.
+const PETAL: f32 = 1.5;
+
+/// How the radius of a tube changes along a segment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shape {
+    pub(super) kind: TubeShape,
+    pub(super) taper: f32,
+    /// Full width at full pressure, metres.
+    pub(super) width_m: f32,
+}
+
+/// A segment of a tube, as its shape sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    /// Its knots.
+    pub(super) count: usize,
+    pub(super) length_m: f32,
+    /// How far the way to the last knot has come, 1 if it has come far enough for the knot to be kept.
+    pub(super) progress: f32,
+}
+
+impl Shape {
+    /// The factor of the radius at the knot of this number, which lies at the part `t` of the segment's length.
+    pub(super) fn curve(&self, span: &Span, number: usize, t: f32) -> f32 {
+        match self.kind {
+            TubeShape::Plain => 1.0,
+            TubeShape::Taper => self.taper * (1.0 - t),
+            TubeShape::Sine | TubeShape::Petal => libm::sinf(std::f32::consts::PI * t).abs(),
+            TubeShape::Comet => libm::sinf(1.5 * t + 1.55),
+            TubeShape::DoubleTaper => double_taper(span, number as f32),
+        }
+    }
+
+    /// How far the sides move outwards there, metres.
+    pub(super) fn petal_m(&self, t: f32, pressure: f32) -> f32 {
+        if self.kind == TubeShape::Petal { t * t * t * PETAL * self.width_m * pressure } else { 0.0 }
+    }
+}
+
+/// Rises over the first knots and falls over the last ones; changes smoothly while the next knot is on its way.
+fn double_taper(span: &Span, number: f32) -> f32 {
+    let count = span.count as f32;
+    if count < FEWEST_TAPERED {
+        return 0.0;
+    }
+    let among = |count: f32| {
+        let half = (0.5 * count).min(TAPERED).ceil();
+        let from_end = count - number - 1.0;
+        if number < half {
+            number / (half - 1.0)
+        } else if from_end < half {
+            (from_end - 1.0).max(0.0) / (half - 1.0).max(1.0)
+        } else {
+            1.0
+        }
+    };
+    let (now, next) = (among(count), among(count + 1.0));
+    // The application's own blend against a dent at the start.
+    let now = now + (next - now) * 0.185;
+    let blended = now + (next - now) * span.progress;
+    let room = 2.0 * TAPERED - FEWEST_TAPERED;
+    (blended * ((count - FEWEST_TAPERED + span.progress) / room).clamp(0.0, 1.0)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_are_what_their_names_say() {
+        let span = Span { count: 20, length_m: 1.0, progress: 1.0 };
+        let of = |kind: TubeShape| {
+            let shape = Shape { kind, taper: 1.1, width_m: 0.1 };
+            move |number: usize| shape.curve(&span, number, (number + 1) as f32 / 20.0)
+        };
+        let near =
+            |value: f32, expected: f32| assert!((value - expected).abs() < 1.0e-3, "{value}, {expected}");
+        near(of(TubeShape::Plain)(3), 1.0);
+        near(of(TubeShape::Taper)(9), 0.55);
+        near(of(TubeShape::Taper)(19), 0.0);
+        near(of(TubeShape::Sine)(9), 1.0);
+        near(of(TubeShape::Sine)(19), 0.0);
+        near(of(TubeShape::Comet)(0), libm::sinf(1.625));
+        let lofted = of(TubeShape::DoubleTaper);
+        for (number, expected) in [(0, 0.0), (1, 0.25), (2, 0.5), (4, 1.0), (10, 1.0), (17, 0.5), (19, 0.0)] {
+            near(lofted(number), expected);
+        }
+        let few = |count: usize| double_taper(&Span { count, ..span }, 1.0);
+        assert_eq!(few(2), 0.0);
+        assert!(few(3) > 0.0 && few(3) < few(6), "{} {}", few(3), few(6));
+        let petal = Shape { kind: TubeShape::Petal, taper: 1.0, width_m: 0.1 };
+        near(petal.petal_m(0.5, 0.8), 0.125 * 1.5 * 0.08);
+    }
+}
