@@ -157,7 +157,7 @@ fn the_sky_is_a_gradient_and_a_floor_hides_it() {
     // A twentieth of the light spreads.
     assert!((f32::from(top[2]) - expected.z).abs() < 8.0 && (f32::from(top[0]) - expected.x).abs() < 8.0);
     let [up, _] = draw(&environment(), &view_from(Vec3::ZERO, Vec3::new(0.001, 1.0, 0.0)));
-    assert!(up[2] > 190 && up[0] < 20, "{up:?}");
+    assert!(up[2] > 180 && up[0] < 20, "{up:?}");
     let turned = Environment { sky_rotation: Quat::from_rotation_z(std::f32::consts::PI), ..environment() };
     assert_eq!(draw(&turned, &ahead())[1], top, "upside down");
     let floor = Environment { floor: Some(Vec3::new(0.0, 0.5, 0.0)), ..environment() };
@@ -180,6 +180,58 @@ fn fog_lies_over_what_is_far_but_not_over_light() {
     let clear = middle_of("Flat", -1.0, &environment());
     assert!(clear[2] < near[2] && near[2] < far[2], "{clear:?} {near:?} {far:?}");
     assert_eq!(middle_of("Highlighter", -1.0, &foggy), middle_of("Highlighter", -1.0, &environment()));
+}
+
+#[test]
+fn squares_face_every_eye_and_stay_in_their_boxes() {
+    let Some(gpu) = gpu() else { return };
+    let lit = lit_from_four_sides(&gpu, "Dots");
+    let (least, most) = (lit.iter().min().expect("some"), lit.iter().max().expect("some"));
+    assert!(*least > 100 && most * 10 < least * 13, "a disc from everywhere: {lit:?}");
+    // These move.
+    let lit = lit_from_four_sides(&gpu, "Embers");
+    assert!(lit.iter().all(|count| *count > 50), "{lit:?}");
+}
+
+/// Pixels that the light of one particle covers, seen from four sides at two moments; all of them lie in its box.
+fn lit_from_four_sides(gpu: &Arc<Gpu>, brush: &str) -> Vec<u32> {
+    // So short a stroke has one particle.
+    let scene = scene_of(&stroke(1, brush, (1.0, 0.9, 0.8, 1.0), 0.4, [Vec3::ZERO, Vec3::X * 0.001]));
+    let ids = all_ids(&scene);
+    assert!(ids.iter().any(|&id| scene.surface(id).is_facing()), "particles face the eye");
+    let mut drawer = drawer(gpu);
+    drawer.set_environment(Some(&Environment { sky: [Vec3::ZERO; 2], ..environment() }));
+    let mut lit = Vec::new();
+    for eye in [Vec3::Z, Vec3::X, Vec3::new(0.5, 0.7, -0.5), Vec3::new(0.0, -1.0, 0.01)] {
+        let view = view_from(eye * 3.0, Vec3::ZERO);
+        for time_s in [0.1, 0.7] {
+            drawer.set_time(time_s);
+            drawer.draw(&scene, &view, &[Layer::plain(&set(&ids))]).expect("a drawn frame");
+            let image = drawer.image().expect("a picture");
+            let (mut low, mut high) = (Vec3::MAX, Vec3::MIN);
+            for id in &ids {
+                for corner in scene.bounds(*id).corners() {
+                    let at = view.clip_from_world().project_point3(corner);
+                    (low, high) = (low.min(at), high.max(at));
+                }
+            }
+            let mut count = 0;
+            for (x, y) in (0..SIZE.0).flat_map(|x| (0..SIZE.1).map(move |y| (x, y))) {
+                // Less is what spreads.
+                if pixel(&image, x, y)[0] > 40 {
+                    count += 1;
+                    let at = Vec3::new(x as f32 + 0.5, y as f32 + 0.5, 0.0) / Vec3::new(160.0, -120.0, 1.0)
+                        - Vec3::new(1.0, -1.0, 0.0);
+                    let pixel = Vec3::new(1.0 / 160.0, 1.0 / 120.0, 0.0);
+                    let is_in = at.truncate().cmpge((low - pixel).truncate()).all()
+                        && at.truncate().cmple((high + pixel).truncate()).all();
+                    assert!(is_in, "{x} {y} is out of the box, from {eye} at {time_s} s");
+                }
+            }
+            lit.push(count);
+        }
+    }
+    lit
 }
 
 #[test]

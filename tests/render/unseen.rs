@@ -151,7 +151,7 @@ fn stacks(count: u32, number: &mut u32) -> Vec<Event> {
 #[test]
 fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
     let Some(gpu) = gpu() else { return };
-    const CHUNK_BYTES: u64 = 64 * 64;
+    const CHUNK_BYTES: u64 = 64 * 96;
     let config = RendererConfig { chunk_len: 64, ..RendererConfig::default() };
     for occlusion in [Occlusion::None, Occlusion::Hzb] {
         let mut follower = Offscreen::on(Arc::clone(&gpu), SIDE, SIDE, &config).expect("a drawer");

@@ -124,13 +124,13 @@ pub(super) fn hypercolor(u: f32, v: f32) -> [f32; 4] {
     [shade, shade, shade, solid(inside, 0.5)]
 }
 
-/// One dry streak of light: ragged at the start, rounded at the end.
+/// One dry streak of light: hairs that set in one after the other, rounded at the end.
 pub(super) fn light(u: f32, v: f32) -> f32 {
     let width = on_line(&[(0.0, 0.3), (0.3, 0.8), (0.5, 0.95), (0.9, 0.9), (1.0, 0.5)], u);
-    let lost = on_line(&[(0.0, 0.75), (0.3, 0.5), (0.6, 0.1), (1.0, 0.1)], u);
-    let holes = octaves(u, v, (10, 40), 2, 12);
-    // Noise of two octaves lies about 0.5 by 0.15.
-    step(0.0, 0.12, width - aside(v)) * step(-0.04, 0.04, holes - mix(0.27, 0.73, lost))
+    let lost = on_line(&[(0.0, 0.75), (0.3, 0.5), (0.6, 0.15), (1.0, 0.1)], u);
+    let holes = octaves(u, v, (4, 28), 3, 12);
+    // Noise of several octaves lies about 0.5 by 0.15.
+    step(0.0, 0.12, width - aside(v)) * step(-0.03, 0.05, holes - mix(0.27, 0.73, lost))
 }
 
 /// A cell of an atlas of two by two, and the place in it from -1 to 1.
@@ -247,10 +247,12 @@ pub(super) fn disc(u: f32, v: f32) -> f32 {
 
 /// Wisps of flames; alpha is denser.
 pub(super) fn fire(u: f32, v: f32) -> [f32; 4] {
-    let rims = step(0.0, 0.15, u) * step(1.0, 0.6, u) * step(1.0, 0.55, aside(v));
-    let wisps = (octaves(u, v, (3, 5), 4, 18) - 0.5).max(0.0) * 2.2 * rims;
+    let rims = step(0.0, 0.12, u) * step(1.0, 0.5, u) * step(0.95, 0.5, aside(v));
+    let bent = v + 0.08 * (octaves(u, v, (3, 3), 2, 17) - 0.5);
+    let wisps = 1.0 - (octaves(u, bent, (2, 7), 3, 18) - 0.5).abs() * 9.0;
     let dense = octaves(u, v, (4, 6), 3, 19);
-    [wisps, wisps, wisps, (dense * rims * 1.6).min(1.0)]
+    let bright = wisps.clamp(0.0, 1.0) * rims * 0.9;
+    [bright, bright, bright, (dense * rims * 1.6).min(1.0)]
 }
 
 /// A torn strip, without ends.
