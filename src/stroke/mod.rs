@@ -21,6 +21,7 @@ mod tube;
 mod tube_brush;
 mod tube_shape;
 mod wall;
+mod windowed_hull;
 
 pub use hull::HullBuilder;
 pub use particles::ParticlesBuilder;
@@ -31,6 +32,7 @@ pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
 pub use tube_brush::TubeBrushBuilder;
 pub use wall::WallBuilder;
+pub use windowed_hull::WindowedHullBuilder;
 
 use glam::{Quat, Vec3};
 
@@ -113,6 +115,8 @@ pub enum StrokeBuilder {
     Spray(SprayBuilder),
     /// [`Family::Tube`].
     TubeBrush(TubeBrushBuilder),
+    /// [`Family::WindowedHull`].
+    WindowedHull(WindowedHullBuilder),
 }
 
 impl StrokeBuilder {
@@ -127,6 +131,9 @@ impl StrokeBuilder {
                 Family::Particles => return Self::Particles(ParticlesBuilder::new(&settings, brush)),
                 Family::Spray { midpoint } => {
                     return Self::Spray(SprayBuilder::new(&settings, brush, midpoint));
+                }
+                Family::WindowedHull => {
+                    return Self::WindowedHull(WindowedHullBuilder::new(&settings, brush));
                 }
                 _ => {}
             }
@@ -148,13 +155,14 @@ impl StrokeBuilder {
             Self::Particles(b) => b.push(sample, out, drops),
             Self::Spray(b) => b.push(sample, out, drops),
             Self::TubeBrush(b) => b.push(sample, out, drops),
+            Self::WindowedHull(b) => b.push(sample, out, drops),
         }
     }
 
     /// Ends the stroke; `out` says what that does to its polygons.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         match self {
-            Self::Ribbon(_) | Self::Particles(_) | Self::Spray(_) => {}
+            Self::Ribbon(_) | Self::Particles(_) | Self::Spray(_) | Self::WindowedHull(_) => {}
             Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Hull(b) => b.finish(out, drops),
