@@ -1,21 +1,21 @@
 //! A frame from the changes to the bytes that a renderer sends, beside the bare query of the index.
 //!
-//! `cargo bench --bench frame --features render [-- --quick]`. The model stands; each frame sixteen polygons are removed and
-//! sixteen others that were removed before come back, so every stage has work. All variants take turns, frame by frame;
-//! figures are medians.
+//! `cargo bench --bench frame --features render [-- --quick] [NAME ...]`, all variants or only those named. The model
+//! stands; each frame sixteen polygons are removed and sixteen others that were removed before come back, so every stage
+//! has work. All variants take turns, frame by frame; figures are medians.
 
 #![expect(clippy::print_stdout, reason = "a bench prints its table")]
 
 use std::{hint::black_box, time::Instant};
 
 use osp::{
-    frame::{OcclusionChoice, PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
-    occlusion::CullerKind,
+    occlusion::Occlusion,
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::{SynthKind, synthesize},
-    render::DrawOrder,
+    render::{Classes, DrawOrder},
     replay::{CameraChoice, CameraPath, Moment},
     rivals::IndexKind,
     scene::Scene,
@@ -34,35 +34,46 @@ struct Variant {
     /// Whether the bytes are made ready, too.
     to_bytes: bool,
     us: Vec<f64>,
+    /// Of all frames: choosing occluders, building, testing, nanoseconds; and polygons found hidden.
+    stages_ns: [u64; 3],
+    occluded: u64,
 }
 
 impl Variant {
-    fn new(
-        name: &'static str,
-        scene: &Scene,
-        bounds: &Aabb,
-        choice: OcclusionChoice,
-        to_bytes: bool,
-    ) -> Self {
+    fn new(name: &'static str, scene: &Scene, bounds: &Aabb, choice: Occlusion, to_bytes: bool) -> Self {
         let capacity = scene.polygon_count();
         let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
         let mut pipeline = pipeline.with_choice(PassConfig::new(choice), capacity);
         pipeline.load(scene);
-        Self { name, pipeline, order: DrawOrder::new(), to_bytes, us: Vec::new() }
+        Self {
+            name,
+            pipeline,
+            order: DrawOrder::new(),
+            to_bytes,
+            us: Vec::new(),
+            stages_ns: [0; 3],
+            occluded: 0,
+        }
     }
 
     fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) {
         let start = Instant::now();
-        self.pipeline.frame(scene, changes, view);
+        let record = self.pipeline.frame(scene, changes, view);
         if self.to_bytes {
             self.order.clear();
-            self.order.add(scene, self.pipeline.draw_list(), 0, view.eye_in_world, PAGE, |_| 0);
+            self.order
+                .add(scene, self.pipeline.draw_list(), 0, view.eye_in_world, PAGE, |_| Classes::default());
             self.order.finish(PAGE);
             black_box(self.order.ids());
         }
         self.us.push(start.elapsed().as_secs_f64() * 1.0e6);
+        let stages = [record.occlusion.select, record.occlusion.build, record.occlusion.query];
+        for (sum, stage) in self.stages_ns.iter_mut().zip(stages) {
+            *sum += stage.ns;
+        }
+        self.occluded += record.occlusion.occluded;
     }
 }
 
@@ -71,7 +82,7 @@ fn median(times: &mut [f64]) -> f64 {
     times[times.len() / 2]
 }
 
-fn measure(polygons: u32, frames: usize) {
+fn measure(polygons: u32, frames: usize, only: &[String]) {
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     for event in synthesize(SynthKind::Scribble, polygons, 1) {
         scene.apply(&event.expect("a synthetic session is whole"), &mut changes);
@@ -79,13 +90,13 @@ fn measure(polygons: u32, frames: usize) {
     let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(scene.bounds(id)));
     for camera in [CameraChoice::Inside, CameraChoice::Orbit] {
         let view = CameraPath::new(camera, None, &bounds).view(&Moment::default());
-        let always = OcclusionChoice::Always;
-        let mut variants = [
-            Variant::new("frustum", &scene, &bounds, always(CullerKind::None), false),
-            Variant::new("to bytes", &scene, &bounds, always(CullerKind::None), true),
-            Variant::new("msvbsp", &scene, &bounds, always(CullerKind::Msvbsp), false),
-            Variant::new("auto", &scene, &bounds, OcclusionChoice::Auto, false),
+        let mut variants = vec![
+            Variant::new("frustum", &scene, &bounds, Occlusion::None, false),
+            Variant::new("to bytes", &scene, &bounds, Occlusion::None, true),
+            Variant::new("msvbsp", &scene, &bounds, Occlusion::Msvbsp, false),
+            Variant::new("auto", &scene, &bounds, Occlusion::Auto, false),
         ];
+        variants.retain(|variant| only.is_empty() || only.iter().any(|name| name == variant.name));
         let (mut bare, mut visible) = (Vec::new(), VisibleBlocks::with_capacity(scene.polygon_count()));
         let ids: Vec<PolygonId> = scene.visible_ids().collect();
         for frame in 0..frames {
@@ -114,14 +125,22 @@ fn measure(polygons: u32, frames: usize) {
         );
         for variant in &mut variants {
             let us = median(&mut variant.us);
-            println!("  {:10} {us:9.1} us, {:5.2} times the query", variant.name, us / bare);
+            print!("  {:10} {us:9.1} us, {:5.2} times the query", variant.name, us / bare);
+            let frames = variant.us.len() as f64;
+            let [select, build, query] = variant.stages_ns.map(|ns| ns as f64 * 1.0e-3 / frames);
+            if select > 0.0 {
+                let found = variant.occluded as f64 / frames;
+                print!(", means: select {select:.1}, build {build:.1}, test {query:.1}, {found:.0} hidden");
+            }
+            println!();
         }
     }
 }
 
 fn main() {
     let quick = std::env::args().any(|word| word == "--quick" || word == "--test");
+    let only: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     for polygons in [100_000, 1_000_000] {
-        measure(polygons, if quick { 60 } else { 600 });
+        measure(polygons, if quick { 60 } else { 600 }, &only);
     }
 }

@@ -9,7 +9,7 @@ use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
     lab::scenes::TestScene,
     math::Aabb,
-    occlusion::{CullConfig, CullerKind, OccluderPool, OcclusionVisitor, PoolConfig, SelectConfig, Selector},
+    occlusion::{CullConfig, OccluderPool, Occlusion, OcclusionVisitor, PoolConfig, SelectConfig, Selector},
     polygon::Change,
     replay::{CameraChoice, CameraPath, Moment},
     rivals::IndexKind,
@@ -74,7 +74,7 @@ fn occlusion(c: &mut Criterion) {
         });
         selector.select(&looked.pool, &looked.scene, &looked.window);
 
-        for kind in CullerKind::ALL {
+        for kind in Occlusion::CULLERS {
             let mut culler = kind.create(OCCLUDERS);
             group.bench_function(format!("build/{}", kind.name()), |b| {
                 b.iter(|| culler.build(&looked.window, selector.chosen()));

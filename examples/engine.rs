@@ -4,11 +4,11 @@
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use osp::{
-    frame::{OcclusionChoice, PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline, StageClock},
     glam::Vec3,
     index::{IndexConfig, Osp},
     math::Aabb,
-    occlusion::CullerKind,
+    occlusion::Occlusion,
     polygon::{Change, ConvexPolygon, Geometry, PolygonId},
     view::{Projection, View},
 };
@@ -65,7 +65,7 @@ fn main() {
 
     let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 4096 });
     // To draw a mesh costs about 10 us, so that a test for each is worth it.
-    let method = OcclusionChoice::Always(CullerKind::Msvbsp);
+    let method = Occlusion::Msvbsp;
     let occlusion = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(method) };
     let mut pipeline =
         Pipeline::new(Box::new(index), 4096, StageClock::default()).with_choice(occlusion, 4096);

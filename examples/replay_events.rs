@@ -8,9 +8,8 @@ use osp::{
     frame::{Pipeline, StageClock},
     index::{IndexConfig, Osp},
     math::Aabb,
-    recording::{OpenOptions, Pace, Pacer, open},
-    replay::{CameraChoice, CameraPath, Moment},
-    scene::Scene,
+    recording::{OpenOptions, Pace, open},
+    replay::{CameraChoice, CameraPath, Player},
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -19,18 +18,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let index = Osp::new(&IndexConfig::default());
     let mut pipeline = Pipeline::new(Box::new(index), 100_000, StageClock::default());
     let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
-    let mut pacer = Pacer::new(session, Pace::Samples(16));
-    let (mut scene, mut moment) = (Scene::new(), Moment::default());
-    let (mut events, mut changes, mut slowest_ns) = (Vec::new(), Vec::new(), 0);
-    while pacer.next_frame(&mut events)? {
-        events.iter().for_each(|event| moment.note(event));
-        changes.clear();
-        scene.apply_all(&events, &mut changes);
-        let record = pipeline.frame(&scene, &changes, &camera.view(&moment));
+    let mut player = Player::new(session, Pace::Samples(16));
+    let mut slowest_ns = 0;
+    while player.step()? {
+        let view = camera.view(&player.moment());
+        let record = pipeline.frame(player.scene(), player.changes(), &view);
         slowest_ns = slowest_ns.max(record.total_ns());
-        moment.frame += 1;
     }
-    println!("{} frames, {} polygons", moment.frame, scene.counts().visible);
+    println!("{} frames, {} polygons", player.frames(), player.scene().counts().visible);
     println!(
         "{} in view in the last frame, slowest frame {:.1} us",
         pipeline.draw_list().len(),

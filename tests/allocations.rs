@@ -7,10 +7,10 @@ mod counting;
 use counting::allocations;
 use glam::Vec3;
 use osp::{
-    frame::{OcclusionChoice, PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline, StageClock},
     index::{DrawList, IndexConfig},
     math::{Aabb, Frustum},
-    occlusion::CullerKind,
+    occlusion::Occlusion,
     polygon::PolygonId,
     recording::{Event, NormalRule, StrokeId, Tool},
     rivals::IndexKind,
@@ -111,7 +111,7 @@ fn no_frame_allocates_when_all_is_in_view_and_the_room_is_just_enough() {
 fn frames_with_occlusion_culling_allocate_nothing_once_a_session_runs() {
     let events = session(3000);
     let capacity = polygons_of(&events);
-    for choice in [OcclusionChoice::Always(CullerKind::Msvbsp), OcclusionChoice::DepthLast] {
+    for choice in [Occlusion::Msvbsp, Occlusion::DepthLast] {
         let index = IndexKind::Osp.create(&IndexConfig { capacity, ..IndexConfig::default() });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
         let mut pipeline = pipeline.with_choice(PassConfig::new(choice), capacity);

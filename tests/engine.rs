@@ -1,11 +1,11 @@
 //! The culler as an engine takes it: own numbers, own geometry, no feature needed.
 
 use osp::{
-    frame::{OcclusionChoice, PassConfig, Pipeline, PreviousFramePass, StageClock},
+    frame::{PassConfig, Pipeline, PreviousFramePass, StageClock},
     glam::Vec3,
     index::{BruteForce, IndexConfig, Osp, SpatialIndex},
     math::Aabb,
-    occlusion::{CullerKind, OccluderPool, OcclusionCuller, OcclusionStage, PreviousFrameOccluders},
+    occlusion::{OccluderPool, Occlusion, OcclusionCuller, OcclusionStage, PreviousFrameOccluders},
     polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::{Projection, View, ViewWindow},
 };
@@ -61,9 +61,9 @@ fn behind(i: u32) -> Thing {
 }
 
 fn pipelines(world: &World) -> Vec<Pipeline> {
-    let methods = CullerKind::sound().into_iter().map(OcclusionChoice::Always);
+    let methods = Occlusion::conservative_cullers().into_iter();
     methods
-        .chain([OcclusionChoice::DepthLast])
+        .chain([Occlusion::DepthLast])
         .map(|choice| {
             let index = Osp::new(&IndexConfig::default());
             let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::new(choice) };

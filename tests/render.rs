@@ -16,6 +16,8 @@ mod identity;
 mod large;
 #[path = "render/margins.rs"]
 mod margins;
+#[path = "render/painted.rs"]
+mod painted;
 #[path = "render/pictures.rs"]
 mod pictures;
 #[path = "support/required.rs"]

@@ -7,12 +7,16 @@ use osp::{
     scene::Scene,
 };
 
+#[path = "scene/brushes_ribbons.rs"]
+mod brushes_ribbons;
 #[path = "scene/brushes_solids.rs"]
 mod brushes_solids;
 #[path = "support/edits.rs"]
 mod editor;
 #[path = "scene/groups.rs"]
 mod groups;
+#[path = "scene/hidden.rs"]
+mod hidden;
 #[path = "scene/history.rs"]
 mod history;
 #[path = "scene/strokes.rs"]

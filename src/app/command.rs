@@ -1,16 +1,16 @@
 use std::path::PathBuf;
 
 use super::{
-    culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, studio::ToolChoice,
+    culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, tool::ToolChoice,
 };
-use crate::{frame::OcclusionChoice, rivals::IndexKind};
+use crate::{brush::Brush, occlusion::Occlusion, rivals::IndexKind};
 
 /// What a person can ask for, by key, button or menu.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
-    /// Take back the last edit.
+    /// Undo the last edit.
     Undo,
-    /// Make the edit last taken back again.
+    /// Redo the edit that was undone last.
     Redo,
     /// Choose a tool.
     Tool(ToolChoice),
@@ -18,6 +18,8 @@ pub enum Command {
     Widen(f32),
     /// Brush width, metres.
     Width(f32),
+    /// What ribbons are painted with.
+    Paint(Option<&'static Brush>),
     /// Brush colour, sRGB.
     Color([f32; 4]),
     /// How strokes find their depth.
@@ -34,10 +36,10 @@ pub enum Command {
     LookAtPointer,
     /// Stop moving the culling camera, or let it follow the view again.
     Freeze(bool),
-    /// File the model into another index.
+    /// Insert the model into another index.
     Index(IndexKind),
-    /// Choose how polygons are found that others hide.
-    Occlusion(OcclusionChoice),
+    /// Choose the method of occlusion culling.
+    Occlusion(Occlusion),
     /// Most occluders of a view; `None` is the method's own number.
     Occluders(Option<usize>),
     /// Turn stages of culling on and off.

@@ -1,18 +1,14 @@
 use std::path::Path;
 
 use super::{
-    command::Command,
-    document::Opening,
-    player::Jump,
-    question::Then,
-    studio::{Studio, Subject},
+    command::Command, document::Opening, player::Jump, question::Then, studio::Studio, subject::Subject,
 };
 use crate::{
     atomic_file::AtomicFile,
-    export::{ExportError, GltfCounts, write_glb},
-    frame::OcclusionChoice,
+    export::{ExportError, ExportOptions, GltfCounts, write_glb},
+    occlusion::Occlusion,
     output_file::{OutputKind, check_output},
-    recording::Event,
+    recording::{Event, Tool},
     rivals::IndexKind,
 };
 
@@ -32,7 +28,7 @@ impl Studio {
             Command::Tool(tool) => {
                 self.finish_gestures();
                 self.tool = tool;
-                if let super::studio::ToolChoice::Draw(tool) = tool {
+                if let super::tool::ToolChoice::Draw(tool) = tool {
                     self.brush.tool = tool;
                 }
             }
@@ -42,6 +38,11 @@ impl Studio {
                 self.brush.width_m = width_m.clamp(narrowest, widest);
             }
             Command::Width(_) => {}
+            Command::Paint(paint) => {
+                self.finish_gestures();
+                self.tool = super::tool::ToolChoice::Draw(Tool::Ribbon);
+                (self.brush.tool, self.brush.paint) = (Tool::Ribbon, paint);
+            }
             Command::Color(color) => self.brush.color = color.map(|c| c.clamp(0.0, 1.0)),
             Command::Snap(snap) => self.snap = snap,
             Command::EraseSelected => {
@@ -93,7 +94,7 @@ impl Studio {
         self.apply_events();
     }
 
-    fn switch_index(&mut self, kind: IndexKind, occlusion: OcclusionChoice) {
+    fn switch_index(&mut self, kind: IndexKind, occlusion: Occlusion) {
         // Everything that the scene holds is filed below; what was waiting for the old index is in it.
         if let Subject::Sketch(document) = &mut self.subject {
             document.take_changes(&mut self.pending.changes);
@@ -135,9 +136,10 @@ impl Studio {
             return;
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let options = ExportOptions { eye_in_world: Some(self.navigator.eye()), ..Default::default() };
         let export = || -> Result<GltfCounts, ExportError> {
             let mut file = AtomicFile::create(path)?;
-            let counts = write_glb(self.subject.scene(), &name, &mut file)?;
+            let counts = write_glb(self.subject.scene(), &name, &options, &mut file)?;
             file.commit()?;
             Ok(counts)
         };

@@ -4,20 +4,17 @@ use glam::Vec3;
 
 use super::{document::meet_polygon, draw_cost::DrawCost};
 use crate::{
-    frame::{FrameRecord, OcclusionChoice, OcclusionPass, PassConfig, Pipeline, StageClock},
+    frame::{FrameRecord, OcclusionPass, PassConfig, Pipeline, StageClock},
     index::{IndexConfig, SpatialIndex},
     lab::pvs::{Pvs, PvsPass},
     math::{Aabb, Ray},
-    occlusion::{CullerKind, ShadowVolume},
+    occlusion::{Occlusion, ShadowVolume},
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::StrokeId,
     rivals::IndexKind,
     scene::Scene,
     view::View,
 };
-
-/// Nothing is looked for that others hide.
-pub(super) const NO_OCCLUSION: OcclusionChoice = OcclusionChoice::Always(CullerKind::None);
 
 /// Whether a stage of culling takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,21 +29,21 @@ impl Default for Stages {
     }
 }
 
-/// What filing a whole model into another index took.
+/// Time to insert a whole model into another index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reindexed {
     /// The index.
     pub kind: IndexKind,
-    /// Polygons filed.
+    /// Polygons inserted.
     pub polygons: u64,
     /// Time.
     pub took: Duration,
 }
 
-/// What picking with a ray found and took since the beginning.
+/// Results and times of picking with rays since the beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PickCounts {
-    /// Rays asked.
+    /// Rays cast.
     pub rays: u64,
     /// Polygons that were tested exactly.
     pub tests: u64,
@@ -58,7 +55,7 @@ pub struct PickCounts {
     pub last: Option<PolygonId>,
 }
 
-/// What was looked for around points since the beginning, and what that took.
+/// Searches around points since the beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReachCounts {
     /// Points.
@@ -71,7 +68,7 @@ pub struct ReachCounts {
 #[derive(Debug)]
 pub struct Culling {
     kind: IndexKind,
-    occlusion: OcclusionChoice,
+    occlusion: Occlusion,
     occluders: Option<usize>,
     pvs: Option<Arc<Pvs>>,
     root: Aabb,
@@ -95,11 +92,11 @@ impl Culling {
         let root = root_for(&Aabb::EMPTY);
         Self {
             kind,
-            occlusion: NO_OCCLUSION,
+            occlusion: Occlusion::None,
             occluders: None,
             pvs: None,
             root,
-            pipeline: create(kind, NO_OCCLUSION, root, 0, clock),
+            pipeline: create(kind, Occlusion::None, root, 0, clock),
             clock,
             stages: Stages::default(),
             reindexed: None,
@@ -116,8 +113,8 @@ impl Culling {
         self.kind
     }
 
-    /// How polygons are found that others hide.
-    pub fn occlusion(&self) -> OcclusionChoice {
+    /// The method of occlusion culling.
+    pub fn occlusion(&self) -> Occlusion {
         self.occlusion
     }
 
@@ -158,8 +155,8 @@ impl Culling {
         pass.map_or(&[], |pass| pass.shadows())
     }
 
-    /// Leaves out, while the model is the one that the sets are of, what they say cannot be seen; in the place of other
-    /// ways to find what is hidden.
+    /// Takes potentially visible sets, for [`Occlusion::Pvs`]. They cull only while the model is the one that they were
+    /// computed for.
     pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
         self.pvs = Some(pvs);
     }
@@ -169,28 +166,28 @@ impl Culling {
         self.pvs.is_some()
     }
 
-    /// What the last change of the index took.
+    /// Time of the last change of the index.
     pub fn reindexed(&self) -> Option<Reindexed> {
         self.reindexed
     }
 
-    /// What picking took.
+    /// Counts and times of picking.
     pub fn picks(&self) -> PickCounts {
         self.picks
     }
 
-    /// What looking around points took.
+    /// Counts of searches around points.
     pub fn reaches(&self) -> ReachCounts {
         self.reaches
     }
 
-    /// Files the whole model into another index (or anew into the same). Changes of the scene that no frame has seen
-    /// yet must not be given to the next frame: they are filed here.
-    pub fn reindex(&mut self, kind: IndexKind, occlusion: OcclusionChoice, scene: &Scene, bounds: &Aabb) {
+    /// Inserts the whole model into another index, or anew into the same. Changes of the scene that no frame has taken
+    /// yet must not be given to the next frame: the model that is inserted here has them.
+    pub fn reindex(&mut self, kind: IndexKind, occlusion: Occlusion, scene: &Scene, bounds: &Aabb) {
         let start = self.clock.start();
         let root = root_for(bounds);
         let mut pipeline = create(kind, occlusion, root, scene.polygon_count(), self.clock);
-        if let Some(pvs) = self.pvs.as_ref().filter(|_| occlusion == OcclusionChoice::Pvs) {
+        if let Some(pvs) = self.pvs.as_ref().filter(|_| occlusion == Occlusion::Pvs) {
             pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
         }
         pipeline.set_occluders(self.occluders);
@@ -201,13 +198,13 @@ impl Culling {
         self.reindexed = Some(Reindexed { kind, polygons, took });
     }
 
-    /// The index follows changes without a frame.
+    /// Applies changes to the index without a frame.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
         self.pipeline.skip(scene, changes);
     }
 
-    /// One frame: the index follows the changes and is asked what each of `views` (screens, eyes) may see, and what of
-    /// that nothing hides.
+    /// One frame: applies the changes to the index and culls for each of `views` (screens, eyes), by the frustum and by
+    /// occlusion.
     pub fn frame(&mut self, scene: &Scene, changes: &[Change], views: &[View]) -> FrameRecord {
         let record = self.pipeline.frame_of_views(scene, changes, views);
         self.all.clear();
@@ -227,7 +224,7 @@ impl Culling {
         }
     }
 
-    /// Takes what drawing so many polygons took, which tells in time what leaving one out saves.
+    /// Takes the time to draw this many polygons. Several frames together show how much time culling one polygon saves.
     pub fn note_drawing(&mut self, polygons: u64, ns: u64) {
         self.draw_cost.note(polygons, ns);
         if let Some(polygon_ns) = self.draw_cost.polygon_ns() {
@@ -235,12 +232,12 @@ impl Culling {
         }
     }
 
-    /// Frames of which it is known what drawing them took.
+    /// Frames whose drawing time is known.
     pub fn drawings_measured(&self) -> u32 {
         self.draw_cost.frames()
     }
 
-    /// What drawing a polygon costs, nanoseconds, once it is known.
+    /// Time to draw a polygon, nanoseconds, once it is known.
     pub fn polygon_ns(&self) -> Option<f64> {
         self.draw_cost.polygon_ns()
     }
@@ -327,13 +324,7 @@ fn root_for(bounds: &Aabb) -> Aabb {
     Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.25)
 }
 
-fn create(
-    kind: IndexKind,
-    occlusion: OcclusionChoice,
-    root: Aabb,
-    polygons: usize,
-    clock: StageClock,
-) -> Pipeline {
+fn create(kind: IndexKind, occlusion: Occlusion, root: Aabb, polygons: usize, clock: StageClock) -> Pipeline {
     // Room for as much again: growing should not fall into a frame.
     let capacity = IndexConfig::default().capacity.max(polygons * 2);
     let pipeline = Pipeline::new(kind.create(&IndexConfig { root, capacity }), capacity, clock);

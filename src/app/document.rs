@@ -224,5 +224,5 @@ impl Document {
 
 /// Where a ray meets a polygon, from either side.
 pub(super) fn meet_polygon(scene: &Scene, id: PolygonId, ray: &Ray) -> Option<f32> {
-    scene.polygon(id).meet(ray)
+    scene.polygon_from(id, ray.origin, glam::Vec3::Y).meet(ray)
 }

@@ -4,7 +4,8 @@ use glam::{Vec2, Vec3};
 use super::{
     command::Command,
     gestures::{Button, Held, Input},
-    studio::{Studio, ToolChoice},
+    studio::Studio,
+    tool::ToolChoice,
 };
 use crate::recording::Tool;
 

@@ -1,22 +1,5 @@
 use glam::{Vec2, Vec3};
 
-use super::{
-    pen::{Pen, PenPoint, Snap},
-    studio::{Studio, ToolChoice},
-};
-use crate::{
-    recording::{Event, StrokeId},
-    view::View,
-};
-
-/// How far a pointer may wander during a click, heights of the window.
-const CLICK: f32 = 0.006;
-
-/// How far beside the pointer's tip a stroke is still touched, pixels: strokes can be thinner than a pixel.
-const TOUCH_PX: f32 = 4.0;
-/// Places looked at along one movement of the eraser, at most: a fast hand makes long ones.
-const MAX_TOUCHES: f32 = 256.0;
-
 /// A button of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Button {
@@ -54,8 +37,9 @@ pub enum Input {
     Wheel(f32),
 }
 
+/// What the pointer does while a button is down.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Gesture {
+pub(super) enum Gesture {
     Draw,
     Erase,
     Orbit,
@@ -73,10 +57,10 @@ enum Gesture {
 /// What the pointer is doing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gestures {
-    pointer: Option<Vec2>,
-    pressed_at: Vec2,
-    gesture: Option<Gesture>,
-    pressure: Option<f32>,
+    pub(super) pointer: Option<Vec2>,
+    pub(super) pressed_at: Vec2,
+    pub(super) gesture: Option<Gesture>,
+    pub(super) pressure: Option<f32>,
     /// Flying: right, up, back, -1 to 1 each.
     pub(super) flight: Vec3,
 }
@@ -99,233 +83,4 @@ impl Gestures {
             _ => Vec3::ZERO,
         }
     }
-}
-
-impl Studio {
-    /// Takes something that the pointer did, on a window of this size in pixels.
-    pub fn input(&mut self, input: Input, held: Held, size_px: Vec2) {
-        let aspect = size_px.x / size_px.y.max(1.0);
-        match input {
-            Input::Pressure(pressure) => self.gestures.pressure = Some(pressure.clamp(0.0, 1.0)),
-            Input::Wheel(steps) if held.shift => self.brush.widen(steps),
-            Input::Wheel(steps) => self.navigator.zoom(steps),
-            Input::Leave => {
-                if self.gestures.gesture.is_none() {
-                    self.gestures.pointer = None;
-                }
-            }
-            Input::Press(button) => self.press(button, held, size_px, aspect),
-            Input::Move(at) => {
-                let before = self.gestures.pointer.replace(at).unwrap_or(at);
-                // In heights of the window, y downwards.
-                let by = Vec2::new((at.x - before.x) * 0.5 * aspect, (before.y - at.y) * 0.5);
-                self.drag(before, by, size_px, aspect);
-            }
-            Input::Release(_) => self.release(held, size_px),
-        }
-        self.apply_events();
-    }
-
-    fn press(&mut self, button: Button, held: Held, size_px: Vec2, aspect: f32) {
-        self.finish_gestures();
-        let Some(at) = self.gestures.pointer else { return };
-        self.gestures.pressed_at = at;
-        let gesture = match (button, held) {
-            (Button::Primary, Held { alt: false, .. }) => self.press_tool(at, size_px, aspect),
-            (Button::Middle, _) | (_, Held { shift: true, .. }) => Some(Gesture::Pan),
-            (Button::Primary, _) => Some(Gesture::Orbit),
-            (Button::Secondary, Held { alt: true, .. }) => Some(Gesture::Look),
-            (Button::Secondary, _) => Some(Gesture::Orbit),
-        };
-        self.gestures.gesture = gesture;
-    }
-
-    fn press_tool(&mut self, at: Vec2, size_px: Vec2, aspect: f32) -> Option<Gesture> {
-        match self.tool {
-            ToolChoice::Draw(_) => {
-                let (view, on_screen) = self.view_at(at, aspect)?;
-                let surface = self.surface_under(&view, on_screen);
-                let stroke = self.new_stroke()?;
-                let t = self.now_secs();
-                let point = self.pen_point(&view, on_screen, size_px.y, surface);
-                self.pen.press(t, stroke, self.brush, self.snap, &point, &mut self.events);
-                Some(Gesture::Draw)
-            }
-            ToolChoice::Erase => {
-                self.erase_along(at, at, size_px);
-                Some(Gesture::Erase)
-            }
-            ToolChoice::Select => match self.stroke_under(at, size_px) {
-                Some((stroke, from)) if self.selection.has(stroke) => {
-                    Some(Gesture::Move { from, by: Vec3::ZERO })
-                }
-                _ => Some(Gesture::Click),
-            },
-        }
-    }
-
-    fn drag(&mut self, before: Vec2, by: Vec2, size_px: Vec2, aspect: f32) {
-        let (Some(gesture), Some(at)) = (self.gestures.gesture, self.gestures.pointer) else { return };
-        match gesture {
-            Gesture::Draw => {
-                let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
-                let surface =
-                    if self.snap == Snap::Surface { self.surface_under(&view, on_screen) } else { None };
-                let t = self.now_secs();
-                let point = self.pen_point(&view, on_screen, size_px.y, surface);
-                self.pen.drag(t, self.snap, &point, &mut self.events);
-            }
-            Gesture::Erase => self.erase_along(before, at, size_px),
-            Gesture::Orbit => self.navigator.orbit(by),
-            Gesture::Look => self.navigator.look(by),
-            Gesture::Pan => self.navigator.pan(by),
-            Gesture::Move { from, .. } => {
-                let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
-                let to = on_plane_through(&view, on_screen, from);
-                self.gestures.gesture = Some(Gesture::Move { from, by: to - from });
-            }
-            Gesture::Click => {}
-        }
-    }
-
-    fn release(&mut self, held: Held, size_px: Vec2) {
-        let Some(gesture) = self.gestures.gesture else { return };
-        let at = self.gestures.pointer.unwrap_or(self.gestures.pressed_at);
-        let wandered = (at - self.gestures.pressed_at) * Vec2::new(0.5 * size_px.x / size_px.y.max(1.0), 0.5);
-        let is_click = wandered.length() <= CLICK;
-        match gesture {
-            Gesture::Click | Gesture::Move { .. } if is_click => {
-                self.gestures.gesture = None;
-                match self.stroke_under(at, size_px) {
-                    Some((stroke, _)) if held.shift => self.selection.toggle(stroke),
-                    Some((stroke, _)) => self.selection.set([stroke]),
-                    None if held.shift => {}
-                    None => self.selection.clear(),
-                }
-            }
-            _ => {}
-        }
-        self.finish_gestures();
-    }
-
-    /// Ends what the pointer is doing; what was drawn or moved stays.
-    pub fn finish_gestures(&mut self) {
-        let t = self.now_secs();
-        self.pen.release(t, &mut self.events);
-        if let Some(Gesture::Move { by, .. }) = self.gestures.gesture.take()
-            && by != Vec3::ZERO
-            && !self.selection.is_empty()
-        {
-            // One edit, unless they are more than a line of the file can name.
-            let parts = self.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
-            self.events.extend(parts.map(|strokes| Event::Move { t, strokes: strokes.to_vec(), by }));
-        }
-        self.gestures.pressure = None;
-        self.apply_events();
-    }
-
-    /// Sets where to fly: right, up, back, -1 to 1 each; zero stands still.
-    pub fn set_flight(&mut self, direction: Vec3) {
-        self.gestures.flight = direction;
-    }
-
-    /// Turns about the eye. `turn` is in heights of the window.
-    pub fn look(&mut self, turn: Vec2) {
-        self.navigator.look(turn);
-    }
-
-    pub(super) fn fly(&mut self, frame_secs: f32) {
-        /// Distances to the point looked at, a second.
-        const SPEED: f32 = 0.9;
-        // A frame that hung must not throw the eye out of the model.
-        self.navigator.fly(self.gestures.flight * (SPEED * frame_secs.clamp(0.0, 0.1)));
-    }
-
-    /// The view under the pointer and the place where a stroke would begin there.
-    pub(super) fn aim(&mut self, at: Vec2, height_px: f32, aspect: f32) -> Option<(View, Vec3)> {
-        let (view, on_screen) = self.view_at(at, aspect)?;
-        let surface = self.surface_under(&view, on_screen);
-        let point = self.pen_point(&view, on_screen, height_px, surface);
-        let aim = match self.pen.anchor() {
-            Some(anchor) if self.snap != Snap::Surface || surface.is_none() => {
-                on_plane_through(&view, on_screen, anchor)
-            }
-            _ => Pen::aim(&point, self.snap),
-        };
-        Some((view, aim))
-    }
-
-    fn pen_point<'v>(&self, view: &'v View, at: Vec2, height_px: f32, surface: Option<Vec3>) -> PenPoint<'v> {
-        let pressure = self.gestures.pressure.unwrap_or(1.0);
-        PenPoint { view, at, height_px, surface, target: self.navigator.target(), pressure }
-    }
-
-    /// The point of the model under a point of a screen. The stroke in the making does not count: it would come nearer
-    /// and nearer by lying on itself.
-    fn surface_under(&mut self, view: &View, at: Vec2) -> Option<Vec3> {
-        if self.snap == Snap::Off {
-            return None;
-        }
-        let ray = view.ray_through(at);
-        let without = self.pen.stroke();
-        let (_, t) = self.pick(&ray, without)?;
-        Some(ray.origin + ray.direction * t)
-    }
-
-    /// The stroke under a point of the window or close beside it, and where on it.
-    fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
-        /// The point itself, then around it.
-        const BESIDE: [(f32, f32); 9] = [
-            (0.0, 0.0),
-            (1.0, 0.0),
-            (0.0, 1.0),
-            (-1.0, 0.0),
-            (0.0, -1.0),
-            (0.7, 0.7),
-            (-0.7, 0.7),
-            (-0.7, -0.7),
-            (0.7, -0.7),
-        ];
-        let aspect = size_px.x / size_px.y.max(1.0);
-        // The window is 2 wide and 2 high.
-        let touch = 2.0 * TOUCH_PX / size_px.max(Vec2::ONE);
-        BESIDE.iter().find_map(|&beside| {
-            let (view, on_screen) = self.view_at(at + touch * Vec2::from(beside), aspect)?;
-            let ray = view.ray_through(on_screen);
-            let (id, t) = self.pick(&ray, None)?;
-            let stroke = self.scene().stroke_of(id).id()?;
-            Some((stroke, ray.origin + ray.direction * t))
-        })
-    }
-
-    /// Erases what lies under the way from one point of the window to another.
-    fn erase_along(&mut self, from: Vec2, to: Vec2, size_px: Vec2) {
-        let steps = ((to - from) * 0.5 * size_px).length() / TOUCH_PX;
-        let steps = steps.ceil().clamp(1.0, MAX_TOUCHES);
-        for step in 1..=steps as u32 {
-            let at = from.lerp(to, step as f32 / steps);
-            if let Some((stroke, _)) = self.stroke_under(at, size_px) {
-                let t = self.now_secs();
-                self.events.push(Event::Erase { t, stroke });
-                self.apply_events();
-            }
-        }
-    }
-
-    /// Looks at what is under the pointer from where the eye is.
-    pub(super) fn look_at_pointer(&mut self, aspect: f32) {
-        let Some((view, on_screen)) = self.gestures.pointer.and_then(|at| self.view_at(at, aspect)) else {
-            return;
-        };
-        let ray = view.ray_through(on_screen);
-        if let Some((_, t)) = self.pick(&ray, None) {
-            self.navigator.look_at(ray.origin + ray.direction * t);
-        }
-    }
-}
-
-fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
-    let ray = view.ray_through(at);
-    let distance_m = (anchor - ray.origin).dot(view.forward_in_world()).max(view.projection.near_m * 2.0);
-    ray.origin + ray.direction * distance_m
 }

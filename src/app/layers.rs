@@ -22,7 +22,7 @@ pub struct LayerChoice {
     pub nodes: bool,
     /// Deepest level of the boxes.
     pub node_depth: u32,
-    /// Polygons that lie across a split of the root: they cannot be filed deeper.
+    /// Polygons that lie across a split of the root: they cannot be inserted deeper.
     pub straddlers: bool,
     /// What hides other polygons, and the space behind it in which it hides them.
     pub shadows: bool,

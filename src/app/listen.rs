@@ -1,7 +1,8 @@
 use glam::Vec3;
 
 use super::{
-    studio::{Studio, Subject},
+    studio::Studio,
+    subject::Subject,
     tracker::{Message, Tracker},
 };
 use crate::recording::Event;

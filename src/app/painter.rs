@@ -6,18 +6,18 @@ use winit::window::Window;
 
 use super::{room::RoomView, studio::Studio};
 use crate::{
-    frame::StageClock,
+    frame::{Reading, StageClock},
     render::{
-        Acquired, Area, DrawnCounts, Gpu, GpuOcclusion, GpuTimer, Layer, LinePass, PassTimes, RenderError,
-        Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
+        Acquired, Area, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes, RenderError, Renderer,
+        RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
     },
     view::Stereo,
 };
 
-/// How polygons look that are out of view.
+/// Style of polygons outside of the view.
 const LEFT_OUT: Style = Style { tint: [0.9, 0.12, 0.1], amount: 0.8, opacity: 0.35, glow: 0.0 };
 
-/// How polygons look that others hide.
+/// Style of hidden polygons.
 const HIDDEN: Style = Style { tint: [0.65, 0.2, 0.95], amount: 0.85, opacity: 0.5, glow: 0.0 };
 
 /// What egui wants on the window.
@@ -28,12 +28,12 @@ pub(super) struct Panels {
     pub(super) pixels_per_point: f32,
 }
 
-/// What painting a frame took, nanoseconds.
+/// Times of painting a frame, nanoseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PaintTimes {
     /// Sending new polygons, sorting, sending the lists.
     pub(super) send_ns: u64,
-    /// What the GPU took for the model, or, where it cannot tell, the time to hand over and show the frame.
+    /// GPU time of the model; on an adapter without time stamps, the time to hand over and show the frame.
     pub(super) draw_ns: u64,
     /// The frame reached the screen.
     pub(super) is_shown: bool,
@@ -70,6 +70,9 @@ struct Extra {
     show: ShowPass,
 }
 
+/// What moves by itself begins anew after so long, seconds.
+const MOST_TIME_S: f64 = 1000.0;
+
 /// Draws frames onto the window.
 pub(super) struct Painter {
     gpu: Arc<Gpu>,
@@ -80,8 +83,10 @@ pub(super) struct Painter {
     panes: Vec<Pane>,
     extras: Vec<Extra>,
     clock: StageClock,
+    /// From then on goes the time of what moves by itself.
+    opened: Reading,
     draw_ns: u64,
-    /// Why the adapter cannot find what is hidden while it draws; it is asked once.
+    /// Why the adapter cannot cull hidden polygons; it is asked once.
     cannot_cull: Option<String>,
 }
 
@@ -111,6 +116,7 @@ impl Painter {
             panes: Vec::new(),
             extras: Vec::new(),
             clock: StageClock::default(),
+            opened: StageClock::default().start(),
             draw_ns: 0,
             cannot_cull: None,
         })
@@ -118,6 +124,11 @@ impl Painter {
 
     pub(super) fn adapter(&self) -> String {
         self.gpu.name()
+    }
+
+    /// Whether something moves by itself, so that the next frame is another one.
+    pub(super) fn is_animated(&self) -> bool {
+        self.renderer.is_animated()
     }
 
     pub(super) fn max_texture_side(&self) -> usize {
@@ -219,7 +230,7 @@ impl Painter {
         Ok(PaintTimes { send_ns, draw_ns: self.draw_ns, is_shown })
     }
 
-    /// Tells the studio what culling while drawing did.
+    /// Reports to the studio what the GPU culled.
     fn tell_counts(&mut self, studio: &mut Studio, times: Option<PassTimes>) {
         if !self.panes.iter().all(|pane| pane.slot.culls()) {
             studio.note_drawn(None);
@@ -237,12 +248,16 @@ impl Painter {
         if pending.is_other_scene {
             self.renderer.forget_from(0);
             self.renderer.set_background(studio.subject().background());
+            self.renderer.set_environment(studio.subject().header().environment.as_deref());
         }
         if let Some(keep) = pending.keep {
             self.renderer.forget_from(keep);
         }
         self.renderer.follow(&pending.changes);
         studio.give_back(pending);
+        // Begun anew before a shader's numbers become too coarse.
+        let time_s = self.clock.since(self.opened).ns as f64 * 1.0e-9 % MOST_TIME_S;
+        self.renderer.set_time(time_s as f32);
         self.renderer.send(studio.scene());
     }
 
@@ -278,7 +293,7 @@ impl Painter {
             pane.target = Target::new(&self.gpu, width, height)?;
             pane.shown = self.show.bind(&self.gpu, &pane.target);
         }
-        let wanted = GpuOcclusion::of(studio.culling().occlusion());
+        let wanted = studio.culling().occlusion().on_gpu();
         if pane.slot.occlusion() != wanted && self.cannot_cull.is_none() {
             let outcome = self.renderer.set_occlusion(&mut pane.slot, wanted);
             self.cannot_cull = outcome.err().map(|error| error.to_string());

@@ -2,8 +2,9 @@ use glam::{Quat, Vec2, Vec3};
 
 use super::navigator::pixel_m;
 use crate::{
+    brush,
     math::rotate,
-    recording::{Event, NormalRule, StrokeId, Tool},
+    recording::{Event, NormalRule, Paint, StrokeId, Tool},
     view::View,
 };
 
@@ -22,6 +23,8 @@ const THINNEST: f32 = 0.1;
 pub struct Brush {
     /// The tool.
     pub tool: Tool,
+    /// The brush that ribbons are painted with; without one they are plain.
+    pub paint: Option<&'static brush::Brush>,
     /// Full width, metres.
     pub width_m: f32,
     /// Red, green, blue, opacity, sRGB.
@@ -32,6 +35,11 @@ impl Brush {
     /// Limits of the width, metres.
     pub const WIDTHS_M: (f32, f32) = (1.0e-4, 100.0);
 
+    /// What it paints with: only ribbons are painted.
+    pub fn paint(&self) -> Option<&'static brush::Brush> {
+        self.paint.filter(|_| self.tool == Tool::Ribbon)
+    }
+
     /// Makes it wider or narrower by steps.
     pub fn widen(&mut self, steps: f32) {
         self.width_m = (self.width_m * 1.15f32.powf(steps)).clamp(Self::WIDTHS_M.0, Self::WIDTHS_M.1);
@@ -40,7 +48,7 @@ impl Brush {
 
 impl Default for Brush {
     fn default() -> Self {
-        Self { tool: Tool::Ribbon, width_m: 0.04, color: [0.95, 0.62, 0.2, 1.0] }
+        Self { tool: Tool::Ribbon, paint: None, width_m: 0.04, color: [0.95, 0.62, 0.2, 1.0] }
     }
 }
 
@@ -113,15 +121,19 @@ impl PenPoint<'_> {
         ray.origin + ray.direction * distance_m
     }
 
-    /// The ribbon's normal is the pose's x axis: it looks at the viewer, the stroke lies like paint on the window.
-    fn orientation(&self) -> Quat {
+    /// The stroke lies like paint on the window. A plain ribbon's normal is the pose's x axis, so that looks at the viewer;
+    /// a brush takes the pose for that of a hand that points into the picture.
+    fn orientation(&self, brush: &Brush) -> Quat {
         let q = self.view.world_from_view;
+        if brush.paint().is_some() {
+            return q;
+        }
         let (right, up, back) = (rotate(q, Vec3::X), rotate(q, Vec3::Y), rotate(q, Vec3::Z));
         Quat::from_rotation_axes(back, up, -right).normalize()
     }
 
-    fn sample(&self, p: Vec3) -> Sample {
-        Sample { p, q: self.orientation(), pressure: self.pressure }
+    fn sample(&self, p: Vec3, brush: &Brush) -> Sample {
+        Sample { p, q: self.orientation(brush), pressure: self.pressure }
     }
 
     fn distance_m(&self, p: Vec3) -> f32 {
@@ -171,7 +183,7 @@ impl Pen {
         self.release(t, out);
         let anchor = Self::aim(point, snap);
         let outline = if brush.tool == Tool::Wall { vec![anchor] } else { Vec::new() };
-        let last = point.sample(anchor);
+        let last = point.sample(anchor, &brush);
         self.drawing =
             Some(Drawing { stroke, brush, anchor, last, pending: None, has_begun: false, outline });
     }
@@ -187,7 +199,7 @@ impl Pen {
         let pixels = if is_wall { CORNER_PX } else { SAMPLE_PX };
         let by_pixels = pixels * pixel_m(point.view, point.distance_m(p), point.height_px);
         let apart_m = if is_wall { by_pixels } else { by_pixels.max(SAMPLE_WIDTH * drawing.brush.width_m) };
-        let sample = point.sample(p);
+        let sample = point.sample(p, &drawing.brush);
         if p.distance(drawing.last.p) < apart_m {
             drawing.pending = Some(sample);
             return;
@@ -225,9 +237,9 @@ impl Drawing {
             tool: self.brush.tool,
             width: self.brush.width_m,
             color: (r, g, b, a),
-            normal: NormalRule::LocalX,
+            normal: if self.brush.paint().is_some() { NormalRule::Travel } else { NormalRule::LocalX },
             thinnest: THINNEST,
-            paint: None,
+            paint: self.brush.paint().map(|brush| Box::new(Paint::new(&*brush.name, self.stroke.0))),
         });
         out.push(self.last.event(t, self.stroke));
     }

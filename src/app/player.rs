@@ -5,7 +5,7 @@ use crate::{
     polygon::{Change, PolygonId},
     recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
     render::background_for,
-    replay::{CameraChoice, CameraPath, Moment},
+    replay::{CameraChoice, CameraPath, SessionState},
     scene::Scene,
     view::View,
 };
@@ -20,7 +20,7 @@ const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 pub struct Jump {
     /// For the index: from the model before to the model now.
     pub changes: Vec<Change>,
-    /// Polygons that are elsewhere now, or were elsewhere before without anybody being told; visible or not.
+    /// Polygons, visible or not, that have moved, also those that had moved before without a change that said so.
     pub moved: Vec<PolygonId>,
     /// Polygons that exist now; numbers from here on will be given out again.
     pub polygon_count: usize,
@@ -29,10 +29,14 @@ pub struct Jump {
 /// The model as it was after some frames.
 #[derive(Debug)]
 struct Snapshot {
-    frames: u64,
-    scene: Scene,
-    moment: Moment,
+    state: SessionState,
     weight: usize,
+}
+
+impl Snapshot {
+    fn frames(&self) -> u64 {
+        self.state.moment.frame
+    }
 }
 
 /// A recorded session that can be played, stopped, and entered at any frame.
@@ -48,8 +52,7 @@ pub struct Player {
     background: [f64; 3],
     camera: CameraPath,
     remarks: Vec<String>,
-    scene: Scene,
-    moment: Moment,
+    state: SessionState,
     changes: Vec<Change>,
     is_playing: bool,
     speed: f64,
@@ -120,8 +123,7 @@ impl Player {
             camera: CameraPath::new(camera, header.camera, &Aabb::EMPTY),
             header,
             remarks: Vec::new(),
-            scene: Scene::new(),
-            moment: Moment::default(),
+            state: SessionState::default(),
             changes: Vec::new(),
             is_playing: false,
             speed: 1.0,
@@ -134,34 +136,35 @@ impl Player {
 
     /// Plays the whole session once; keeps the model at evenly spaced frames and the box of everything.
     fn take_snapshots(&mut self) {
-        let (mut scene, mut moment, mut changes) = (Scene::new(), Moment::default(), Vec::new());
+        let (mut state, mut changes) = (SessionState::default(), Vec::new());
         let (mut spacing, mut kept_weight, mut edit_weight) = (1, 0, 0);
         for frame in 0..self.frame_count() {
             if frame.is_multiple_of(spacing) {
                 // A stroke weighs as much as three polygons, and what undo keeps of an edit a part of one.
+                let scene = &state.scene;
                 let weight = scene.polygon_count() + 3 * scene.strokes().len() + edit_weight;
                 kept_weight += weight;
-                self.snapshots.push(Snapshot { frames: frame, scene: scene.clone(), moment, weight });
+                self.snapshots.push(Snapshot { state: state.clone(), weight });
             }
             while self.snapshots.len() > 2
                 && (self.snapshots.len() > MAX_SNAPSHOTS || kept_weight > MAX_SNAPSHOT_WEIGHT)
             {
                 spacing *= 2;
-                self.snapshots.retain(|snapshot| snapshot.frames.is_multiple_of(spacing));
+                self.snapshots.retain(|snapshot| snapshot.frames().is_multiple_of(spacing));
                 kept_weight = self.snapshots.iter().map(|snapshot| snapshot.weight).sum();
             }
             changes.clear();
             let events = &self.events[self.events_of(frame)];
             edit_weight += events.iter().map(kept_by_undo).sum::<usize>();
-            scene.let_go();
-            play(&self.events[self.events_of(frame)], &mut scene, &mut moment, &mut changes);
+            state.scene.let_go();
+            state.play(events, &mut changes);
             for change in &changes {
                 if let Change::Insert(id) | Change::Update(id) = *change {
-                    self.bounds = self.bounds.union(scene.bounds(id));
+                    self.bounds = self.bounds.union(state.scene.bounds(id));
                 }
             }
         }
-        self.background = background_for(&scene);
+        self.background = background_for(&state.scene);
     }
 
     fn events_of(&self, frame: u64) -> std::ops::Range<usize> {
@@ -197,7 +200,7 @@ impl Player {
 
     /// The model at this frame.
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.state.scene
     }
 
     /// Frames of the session.
@@ -207,7 +210,7 @@ impl Player {
 
     /// Frames played: 0 before the first.
     pub fn position(&self) -> u64 {
-        self.moment.frame
+        self.state.moment.frame
     }
 
     /// Whether it runs.
@@ -233,7 +236,7 @@ impl Player {
 
     /// The replay camera's view here.
     pub fn view(&self) -> View {
-        self.camera.view(&self.moment)
+        self.camera.view(&self.state.moment)
     }
 
     /// Goes on as far as one shown frame takes it. What has changed is appended to `out`.
@@ -241,7 +244,7 @@ impl Player {
         if !self.is_playing {
             return;
         }
-        self.scene.let_go();
+        self.state.scene.let_go();
         self.due += self.speed;
         while self.due >= 1.0 {
             self.due -= 1.0;
@@ -259,43 +262,40 @@ impl Player {
             return false;
         }
         let range = self.events_of(frame);
-        play(&self.events[range], &mut self.scene, &mut self.moment, out);
+        self.state.play(&self.events[range], out);
         true
     }
 
     /// The model as it is after the last frame.
     pub fn finished_model(&self) -> Scene {
-        let (mut scene, mut moment) =
-            self.snapshots.last().map_or_else(Default::default, |last| (last.scene.clone(), last.moment));
+        let mut state = self.snapshots.last().map_or_else(SessionState::default, |last| last.state.clone());
         let mut changes = Vec::new();
-        while moment.frame < self.frame_count() {
+        while state.moment.frame < self.frame_count() {
             changes.clear();
-            play(&self.events[self.events_of(moment.frame)], &mut scene, &mut moment, &mut changes);
+            state.play(&self.events[self.events_of(state.moment.frame)], &mut changes);
         }
-        scene
+        state.scene
     }
 
     /// Goes to the model as it is after `frames` frames.
     pub fn seek(&mut self, frames: u64) -> Jump {
         let frames = frames.min(self.frame_count());
-        let best = self.snapshots.iter().rev().find(|snapshot| snapshot.frames <= frames);
+        let best = self.snapshots.iter().rev().find(|snapshot| snapshot.frames() <= frames);
         let is_ahead = frames >= self.position();
-        let (mut scene, mut moment) = match best {
-            Some(snapshot) if !(is_ahead && snapshot.frames <= self.position()) => {
-                (snapshot.scene.clone(), snapshot.moment)
-            }
-            _ if is_ahead => (self.scene.clone(), self.moment),
-            _ => (Scene::new(), Moment::default()),
+        let mut state = match best {
+            Some(snapshot) if !(is_ahead && snapshot.frames() <= self.position()) => snapshot.state.clone(),
+            _ if is_ahead => self.state.clone(),
+            _ => SessionState::default(),
         };
-        while moment.frame < frames {
+        while state.moment.frame < frames {
             // What changes on the way is in the difference.
             self.changes.clear();
-            let range = self.events_of(moment.frame);
-            scene.let_go();
-            play(&self.events[range], &mut scene, &mut moment, &mut self.changes);
+            let range = self.events_of(state.moment.frame);
+            state.scene.let_go();
+            state.play(&self.events[range], &mut self.changes);
         }
-        let jump = difference(&self.scene, &scene);
-        (self.scene, self.moment, self.due) = (scene, moment, 0.0);
+        let jump = difference(&self.state.scene, &state.scene);
+        (self.state, self.due) = (state, 0.0);
         jump
     }
 }
@@ -308,12 +308,6 @@ fn kept_by_undo(event: &Event) -> usize {
         }
         _ => 0,
     }
-}
-
-fn play(events: &[Event], scene: &mut Scene, moment: &mut Moment, changes: &mut Vec<Change>) {
-    events.iter().for_each(|event| moment.note(event));
-    scene.apply_all(events, changes);
-    moment.frame += 1;
 }
 
 /// From one model of a session to another one of the same session.
@@ -436,11 +430,11 @@ mod tests {
             }
             let scene = player.scene();
             held.extend((held.len()..scene.polygon_count()).map(|i| scene.polygon(PolygonId(i as u32))));
-            let (mut fresh, mut moment) = (Scene::new(), Moment::default());
+            let mut fresh = SessionState::default();
             for frame in 0..player.position() {
-                play(&player.events[player.events_of(frame)], &mut fresh, &mut moment, &mut Vec::new());
+                fresh.play(&player.events[player.events_of(frame)], &mut Vec::new());
             }
-            assert_same(&index, scene, &fresh);
+            assert_same(&index, scene, &fresh.scene);
             assert!(scene.visible_ids().all(|id| held[id.index()] == scene.polygon(id)), "at {position}");
             position = player.position();
         }

@@ -3,7 +3,8 @@ use std::path::{Path, PathBuf};
 use super::{
     document::{Access, Document, OpenError, Opening},
     journal::{OpenElsewhere, Unwritten},
-    studio::{Studio, Subject},
+    studio::Studio,
+    subject::Subject,
 };
 use crate::output_file::{OutputKind, check_output};
 

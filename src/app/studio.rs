@@ -11,80 +11,37 @@ use super::{
     document::{Document, OpenError, Opened, Opening},
     gestures::Gestures,
     journal::{Autosaves, Unwritten},
-    layers::{self, LayerChoice},
+    layers::LayerChoice,
     navigator::Navigator,
     pen::{Brush, Pen, Snap},
-    player::Player,
     question::Question,
     room::{Room, RoomView},
     selection::Selection,
+    subject::Subject,
+    tool::ToolChoice,
     tracker::{Hands, Tracker},
 };
 use crate::{
     frame::{FrameRecord, StageClock},
     lab::pvs::Pvs,
-    math::{Aabb, Ray},
+    math::Ray,
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::{Event, Limits, StrokeId, Tool},
-    render::{DrawnCounts, LineBatch, PassTimes, background_for},
+    render::{DrawnCounts, LineBatch, PassTimes},
     rivals::IndexKind,
     scene::Scene,
     view::View,
 };
 
-/// What a hand hears that draws where it may not.
+mod overlay;
+
+/// The message for somebody who draws on a read-only session.
 const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
 
-/// What the pointer does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ToolChoice {
-    /// Draws.
-    Draw(Tool),
-    /// Erases the strokes that it touches.
-    Erase,
-    /// Selects strokes and moves them.
-    Select,
-}
-
-/// What is on the window: a session being drawn, or one being replayed.
-#[derive(Debug)]
-pub enum Subject {
-    /// A session being drawn.
-    Sketch(Box<Document>),
-    /// A session being replayed.
-    Replay(Box<Player>),
-}
-
-impl Subject {
-    /// Linear red, green, blue where nothing is: what the model stood out from when it was opened.
-    pub fn background(&self) -> [f64; 3] {
-        match self {
-            Self::Sketch(document) => background_for(document.scene()),
-            Self::Replay(player) => player.background(),
-        }
-    }
-
-    /// The model.
-    pub fn scene(&self) -> &Scene {
-        match self {
-            Self::Sketch(document) => document.scene(),
-            Self::Replay(player) => player.scene(),
-        }
-    }
-
-    /// Box of everything.
-    pub fn bounds(&self) -> Aabb {
-        match self {
-            Self::Sketch(document) => document.bounds(),
-            Self::Replay(player) => player.bounds(),
-        }
-    }
-}
-
-/// What a frame was.
+/// Times and counts of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrameReport {
-    /// What the index did.
+    /// Times and counts of the index.
     pub record: FrameRecord,
     /// Making polygons of what came since the last frame, nanoseconds.
     pub strokes_ns: u64,
@@ -203,12 +160,11 @@ impl Studio {
         studio
     }
 
-    /// Files a new subject and looks at it.
+    /// Inserts a new subject's model into the index, and shows all of it.
     pub(super) fn meet_subject(&mut self) {
-        // Everything is filed at once; what the subject reports of how it came to be is not needed.
+        // The whole model is inserted at once: the changes that led to it are not needed.
         if let Subject::Sketch(document) = &mut self.subject {
-            let mut filed = Vec::new();
-            document.take_changes(&mut filed);
+            document.take_changes(&mut Vec::new());
         }
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
         self.selection = Selection::default();
@@ -285,7 +241,7 @@ impl Studio {
         self.tracker = Some(tracker);
     }
 
-    /// Takes the sets of what can be seen from where in the finished model.
+    /// Takes potentially visible sets of the finished model.
     pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
         self.culling.set_pvs(pvs);
     }
@@ -320,7 +276,7 @@ impl Studio {
         &self.culling
     }
 
-    /// Takes what drawing the last frame took, nanoseconds.
+    /// Takes the time to draw the last frame, nanoseconds.
     pub fn note_drawing(&mut self, ns: u64) {
         self.culling.note_drawing(self.report.drawn, ns);
     }
@@ -375,12 +331,12 @@ impl Studio {
         self.follows_replay_camera = follow;
     }
 
-    /// What there is to tell, oldest first.
+    /// Messages to the person, oldest first.
     pub fn messages(&self) -> &[String] {
         &self.messages
     }
 
-    /// Adds something to tell.
+    /// Adds a message.
     pub fn say(&mut self, message: String) {
         /// Messages kept.
         const KEPT: usize = 50;
@@ -390,25 +346,25 @@ impl Studio {
         self.messages.push(message);
     }
 
-    /// Adds something to tell, unless it was told last.
+    /// Adds a message unless it is the last one already.
     fn say_once(&mut self, message: &str) {
         if self.messages.last().is_none_or(|last| last != message) {
             self.say(message.to_owned());
         }
     }
 
-    /// What the last frame was.
+    /// Times and counts of the last frame.
     pub fn report(&self) -> FrameReport {
         self.report
     }
 
-    /// What culling while drawing did in the latest frame that is known of, all views together, and what the GPU took;
-    /// `None` where there is none.
+    /// Counts of culling on the GPU, all views together, and times of the GPU, of the latest frame whose results have
+    /// arrived; `None` where there is none.
     pub fn while_drawing(&self) -> Option<(DrawnCounts, Option<PassTimes>)> {
         self.while_drawing
     }
 
-    /// Whoever draws tells what it left out.
+    /// The painter reports what the GPU culled.
     pub(super) fn note_drawn(&mut self, counts: Option<(DrawnCounts, Option<PassTimes>)>) {
         self.while_drawing = counts;
     }
@@ -505,8 +461,8 @@ impl Studio {
         self.culling.pick(self.subject.scene(), waiting, ray, without)
     }
 
-    /// One frame for a window of this size in pixels: takes what has come, files it, culls, and leaves the views and
-    /// what to draw in each.
+    /// One frame for a window of this size in pixels: takes the input, updates the index, culls, and leaves the
+    /// views and what to draw in each.
     pub fn frame(&mut self, size_px: Vec2, frame_secs: f32) -> FrameReport {
         self.listen();
         self.tend();
@@ -549,84 +505,6 @@ impl Studio {
             drawn: (0..self.views.len()).map(|i| self.culling.drawn(i).len() as u64).sum(),
         };
         self.report
-    }
-
-    /// Polygons that are left out, to be tinted: only worth it when the eye is elsewhere than the culling camera.
-    fn find_culled(&mut self) {
-        self.culled.clear();
-        self.hidden.clear();
-        if self.layers.culled && self.frozen.is_some() {
-            self.culling.left_out(self.subject.scene(), &mut self.culled, &mut self.hidden);
-        }
-    }
-
-    fn draw_lines(&mut self, size_px: Vec2) {
-        self.lines.clear();
-        let Some(first) = self.views.first() else { return };
-        let view = first.view;
-        let scene = self.subject.scene();
-        if self.layers.grid {
-            layers::draw_grid(
-                view.eye_in_world,
-                self.navigator.target(),
-                self.navigator.distance_m(),
-                &mut self.lines,
-            );
-        }
-        if let Some(frozen) = &self.frozen {
-            for view in frozen {
-                layers::draw_view(view, self.navigator.distance_m().max(0.2) * 0.8, &mut self.lines);
-            }
-        }
-        if self.layers.nodes {
-            let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
-            layers::draw_nodes(self.culling.index(), &frustum, self.layers.node_depth, &mut self.lines);
-        }
-        if self.layers.shadows {
-            let culled_from = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view);
-            let length_m = self.subject.bounds().extent().length().max(0.1) * 2.0;
-            let shadows = self.culling.shadows();
-            layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.lines);
-        }
-        if self.layers.straddlers {
-            let ids = layers::straddlers(scene, &self.culling.root());
-            layers::draw_outlines(scene, ids.into_iter(), Vec3::ZERO, [255, 90, 200, 200], &mut self.lines);
-        }
-        let by = self.gestures.moving_by();
-        for stroke in self.selection.strokes() {
-            if let Some(stroke) = scene.stroke(*stroke).filter(|stroke| stroke.is_visible()) {
-                layers::draw_outlines(scene, stroke.polygon_ids(), by, [255, 220, 90, 220], &mut self.lines);
-            }
-        }
-        self.draw_pen(&view, size_px);
-        if let Some((p, _, pressure)) = self.hands.state().hand {
-            let p = self.room.to_world(&self.navigator, p);
-            let color = if pressure > 0.0 { [255, 160, 60, 255] } else { [160, 220, 255, 255] };
-            layers::draw_cursor(&view, p, self.brush.width_m * 0.5, color, &mut self.lines);
-        }
-    }
-
-    fn draw_pen(&mut self, view: &View, size_px: Vec2) {
-        let aspect = size_px.x / size_px.y.max(1.0);
-        let Some(at) = self.gestures.pointer().filter(|_| self.can_draw()) else { return };
-        let Some((_, aim)) = self.aim(at, size_px.y, aspect) else { return };
-        let [r, g, b, _] = self.brush.color.map(|c| (c.clamp(0.0, 1.0) * 255.0) as u8);
-        match self.tool {
-            ToolChoice::Draw(_) => {
-                if let Some(anchor) = self.pen.anchor() {
-                    layers::draw_plane(view, anchor, self.navigator.distance_m() * 0.5, &mut self.lines);
-                }
-                for pair in self.pen.outline().windows(2) {
-                    self.lines.line(pair[0], pair[1], [r, g, b, 255], crate::render::Depth::Through);
-                }
-                layers::draw_cursor(view, aim, self.brush.width_m * 0.5, [r, g, b, 255], &mut self.lines);
-            }
-            ToolChoice::Erase => {
-                let radius_m = self.navigator.distance_m() * 0.012;
-                layers::draw_cursor(view, aim, radius_m, [255, 90, 90, 255], &mut self.lines);
-            }
-            ToolChoice::Select => {}
-        }
     }
 
     /// What the GPU scene has to follow since this was last called.

@@ -9,7 +9,9 @@ use serde_json::json;
 use super::{
     question::Question,
     stats::{FrameStage, FrameTimes},
-    studio::{Studio, Subject, ToolChoice},
+    studio::Studio,
+    subject::Subject,
+    tool::ToolChoice,
 };
 use crate::atomic_file::open_stream;
 

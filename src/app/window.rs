@@ -19,7 +19,8 @@ use super::{
     journal::Unwritten,
     painter::{PaintError, PaintTimes, Painter, Panels},
     stats::{FrameStage, FrameTimes},
-    studio::{Studio, Subject},
+    studio::Studio,
+    subject::Subject,
     trace::Trace,
     tracker::{Tracker, TrackerAddress, TrackerError, TrackerOptions},
     ui::Interface,
@@ -35,6 +36,8 @@ const MAX_RECOVERIES: u32 = 5;
 
 /// How often the session's file is looked after while nothing happens.
 const TEND: Duration = Duration::from_millis(500);
+/// Time between frames while nothing but paint moves.
+const ANIMATION_STEP: Duration = Duration::from_millis(33);
 
 /// How the window is opened.
 #[derive(Clone, Debug, Default)]
@@ -369,7 +372,8 @@ impl App {
         if studio.is_moving() || live.interface.is_fresh() {
             live.window.request_redraw();
         } else {
-            let delay = delay.into_iter().chain(studio.next_frame_in()).min();
+            let by_itself = live.painter.is_animated().then_some(ANIMATION_STEP);
+            let delay = delay.into_iter().chain(studio.next_frame_in()).chain(by_itself).min();
             live.repaint_at = delay.and_then(|delay| Instant::now().checked_add(delay));
         }
         #[cfg(feature = "gamepad")]

@@ -178,6 +178,9 @@ pub struct Brush {
     /// GUIDs of older brushes that this one replaces.
     #[serde(default)]
     pub also: Vec<String>,
+    /// Whether the application it comes from offers it to draw with; the others are in old files only, or trials.
+    #[serde(default)]
+    pub is_offered: bool,
     /// What the samples become.
     pub family: Family,
     /// How it mixes with what is behind.

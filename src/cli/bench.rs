@@ -17,14 +17,14 @@ use super::{
     Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
+    parsers::{camera_parser, index_parser},
     reading::ReadArgs,
-    replay::{camera_parser, index_parser, root_cube},
-    session::OpenSession,
+    session::{OpenSession, root_cube},
 };
 use crate::{
     index::IndexConfig,
     lab::bench::{self, BenchReport, Contender, Flight, GrowthConfig, Machine, SessionInput, SessionResult},
-    occlusion::CullerKind,
+    occlusion::Occlusion,
     output_file::OutputKind,
     recording::Pace,
     replay::{CameraChoice, CameraPath, summarize},
@@ -214,7 +214,7 @@ fn measure_session(
         progress.set_message(format!("{shown}: frame {frame} of {}", input.summary.frames));
     })?;
     progress.set_message(format!("{shown}: flight"));
-    let fly = |camera| bench::fly(&recording, &scene, config, camera, CullerKind::Msvbsp, FLIGHT_FRAMES);
+    let fly = |camera| bench::fly(&recording, &scene, config, camera, Occlusion::Msvbsp, FLIGHT_FRAMES);
     Ok((result, cameras.map(fly).to_vec()))
 }
 

@@ -10,9 +10,9 @@ use super::{
     frame_choice::FrameChoice,
     output::{complain, one_line, say},
     outputs::Outputs,
+    parsers::index_parser,
     played::Played,
     reading::ReadArgs,
-    replay::index_parser,
 };
 use crate::{
     lab::report::{Side, Structure, StructureView, thousands},

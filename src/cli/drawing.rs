@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{output::complain, render::Size};
+use super::{output::complain, parsers::Size};
 use crate::{
-    frame::OcclusionChoice,
     lab::report::{DrawnWhileCulling, RunReport},
+    occlusion::Occlusion,
     recording::{Event, RecordingError},
-    render::{DrawTimes, Gpu, GpuOcclusion, Layer, Offscreen, RendererConfig},
+    render::{DrawTimes, Gpu, Layer, Offscreen, RendererConfig},
     replay::{LaneFrame, Replay},
 };
 
@@ -16,7 +16,7 @@ use crate::{
 pub(super) struct Drawing {
     /// One for each way to find while drawing what is hidden, and its number for each lane: what a drawer remembers is
     /// its own.
-    drawers: Vec<(GpuOcclusion, Offscreen)>,
+    drawers: Vec<(Occlusion, Offscreen)>,
     of_lane: Vec<usize>,
     frame: usize,
 }
@@ -25,13 +25,13 @@ impl Drawing {
     /// A drawing for lanes with these choices.
     pub(super) fn new(
         Size { width, height }: Size,
-        choices: impl IntoIterator<Item = Option<OcclusionChoice>>,
+        choices: impl IntoIterator<Item = Option<Occlusion>>,
     ) -> anyhow::Result<Self> {
         let gpu = Arc::new(Gpu::headless()?);
         complain(&format!("drawn by {}, {width} x {height} pixels", gpu.name()));
         let mut drawing = Self { drawers: Vec::new(), of_lane: Vec::new(), frame: 0 };
         for choice in choices {
-            let occlusion = choice.map_or(GpuOcclusion::None, GpuOcclusion::of);
+            let occlusion = choice.map_or(Occlusion::None, Occlusion::on_gpu);
             let found = drawing.drawers.iter().position(|(other, _)| *other == occlusion);
             if found.is_none() {
                 let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &RendererConfig::default())?;

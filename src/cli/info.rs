@@ -7,18 +7,19 @@ use serde::Serialize;
 
 use super::{
     Outcome,
+    brush_rows::{self, BrushRow, Plain},
     output::{complain, one_line, say},
     reading::ReadArgs,
     session::OpenSession,
 };
 use crate::{
     lab::report::thousands,
-    recording::Pace,
+    recording::{Environment, Header, Layer, Pace},
     replay::{Summary, summarize},
 };
 
-/// Say what a session holds: strokes, points, polygons, what was erased, how long it took, the model's bounds, and what
-/// was dropped and why.
+/// Say what a session holds: strokes, points, polygons, what was erased, how long it took, the model's bounds, what was
+/// dropped and why, its brushes and how they are drawn, its light and layers, and what of the file is not shown.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp info recordings/room.ron
@@ -32,6 +33,9 @@ pub(super) struct InfoArgs {
     #[command(flatten)]
     reading: ReadArgs,
 }
+
+/// Most layers, and most things not shown, that the text lists.
+const MOST_LISTED: usize = 20;
 
 #[derive(Serialize)]
 struct JsonInfo<'a> {
@@ -52,6 +56,10 @@ struct JsonInfo<'a> {
     backward_time_steps: u64,
     bounds_m: Option<[[f32; 3]; 2]>,
     dropped: JsonDropped,
+    brushes: &'a [BrushRow],
+    environment: Option<&'a Environment>,
+    layers: &'a [Layer],
+    left_out: &'a [String],
     skipped: u64,
     warnings: &'a [String],
 }
@@ -67,14 +75,17 @@ struct JsonDropped {
 
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let mut session = OpenSession::open(&args.file, &args.reading)?;
-    let (summary, _, outcome) = summarize(&mut session, Pace::Samples(1));
+    let mut plain = Plain::default();
+    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| plain.note(event)));
+    let (summary, scene, outcome) = summarize(events, Pace::Samples(1));
+    let brushes = plain.rows(&scene);
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
     if args.json {
-        say(&json(args, &session, &summary)?)?;
+        say(&json(args, &session, &summary, &brushes)?)?;
     } else {
-        say(&text(args, &session, &summary))?;
+        say(&text(args, &session, &summary, &brushes))?;
     }
     // What was read is shown all the same.
     outcome?;
@@ -85,8 +96,8 @@ fn duration_secs(summary: &Summary) -> f64 {
     summary.time_span_secs.map_or(0.0, |(first, last)| last - first)
 }
 
-fn json(args: &InfoArgs, session: &OpenSession, s: &Summary) -> anyhow::Result<String> {
-    let counts = s.counts;
+fn json(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow]) -> anyhow::Result<String> {
+    let (counts, header) = (s.counts, &session.header);
     let info = JsonInfo {
         recording: args.file.display().to_string(),
         format: session.format,
@@ -111,13 +122,17 @@ fn json(args: &InfoArgs, session: &OpenSession, s: &Summary) -> anyhow::Result<S
             excess_corners: counts.drops.excess_corners,
             ignored_events: counts.ignored_events,
         },
+        brushes,
+        environment: header.environment.as_deref(),
+        layers: &header.layers,
+        left_out: &header.left_out,
         skipped: session.notes().skipped,
         warnings: &session.notes().warnings,
     };
     Ok(serde_json::to_string(&info)?)
 }
 
-fn text(args: &InfoArgs, session: &OpenSession, s: &Summary) -> String {
+fn text(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow]) -> String {
     let counts = s.counts;
     let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
     let mut line = |name: &str, value: String| lines.push(format!("  {name:<11} {value}"));
@@ -179,5 +194,57 @@ fn text(args: &InfoArgs, session: &OpenSession, s: &Summary) -> String {
     if session.notes().skipped > 0 {
         line("skipped", format!("{} damaged pieces", thousands(session.notes().skipped)));
     }
+    look(&session.header).into_iter().for_each(|(name, value)| line(name, value));
+    if !brushes.is_empty() {
+        lines.push(brush_rows::table(brushes));
+    }
     lines.join("\n")
+}
+
+/// Light, layers, and what is not shown.
+fn look(header: &Header) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    if let Some(environment) = &header.environment {
+        lines.push(("light", light(environment)));
+    }
+    if !header.layers.is_empty() {
+        let name = |layer: &Layer| {
+            let name = if layer.name.is_empty() { "(no name)" } else { &layer.name };
+            format!("{}{}", one_line(name), if layer.hidden { " (hidden)" } else { "" })
+        };
+        let mut names: Vec<String> = header.layers.iter().take(MOST_LISTED).map(name).collect();
+        if header.layers.len() > MOST_LISTED {
+            names.push(format!("… ({} in all)", thousands(header.layers.len() as u64)));
+        }
+        lines.push(("layers", names.join(", ")));
+    }
+    let missing = header.left_out.iter().take(MOST_LISTED);
+    lines.extend(missing.map(|what| ("not shown", one_line(what).into_owned())));
+    if header.left_out.len() > MOST_LISTED {
+        let more = header.left_out.len() - MOST_LISTED;
+        lines.push(("not shown", format!("{} more", thousands(more as u64))));
+    }
+    lines
+}
+
+/// An environment in words; colours as a screen shows them, 0 to 255.
+fn light(environment: &Environment) -> String {
+    let color = |color: glam::Vec3| {
+        let [r, g, b] = (color * 255.0).to_array().map(|part| part.round() as u32);
+        format!("({r}, {g}, {b})")
+    };
+    let [down, up] = environment.sky;
+    let mut parts = match environment.preset.as_str() {
+        "" => Vec::new(),
+        preset => vec![one_line(preset).into_owned()],
+    };
+    parts.push(format!("sky {} below to {} above", color(down), color(up)));
+    parts.extend(environment.floor.map(|floor| format!("floor {}", color(floor))));
+    if environment.fog.1 > 0.0 {
+        parts.push(format!("fog {} of density {} per metre", color(environment.fog.0), environment.fog.1));
+    }
+    parts.push(format!("ambient {}", color(environment.ambient)));
+    let lit = environment.lights.iter().filter(|(_, color)| *color != glam::Vec3::ZERO);
+    parts.extend(lit.map(|&(_, light)| format!("light {}", color(light))));
+    parts.join(", ")
 }

@@ -5,12 +5,14 @@
 //! Knows everything; nothing knows it.
 
 mod allocations;
+mod brush_rows;
 mod new_recording;
 #[cfg(not(feature = "window"))]
 mod not_built;
 mod numbers;
 mod output;
 mod outputs;
+mod parsers;
 mod pick;
 mod played;
 mod reading;
@@ -22,6 +24,7 @@ mod bench;
 mod draw_index;
 #[cfg(feature = "render")]
 mod drawing;
+mod export;
 mod frame_choice;
 mod import;
 mod info;
@@ -34,8 +37,9 @@ mod send;
 mod sketch;
 mod synth;
 mod verify;
-#[cfg(feature = "render")]
+#[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
 mod verify_drawn;
+mod verify_json;
 mod verify_method;
 
 pub use allocations::CountingAllocator;
@@ -58,6 +62,7 @@ const EXAMPLES: &str = "Examples:
   osp replay sketch.tilt --chart frames.png
   osp info painting.apa
   osp import painting.apa painting.ron
+  osp export sketch.tilt sketch.glb
   osp bench recordings/*.ron --quick --html bench.html
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
@@ -75,6 +80,7 @@ enum Command {
     Info(info::InfoArgs),
     Bake(bake::BakeArgs),
     Import(import::ImportArgs),
+    Export(export::ExportArgs),
     Bench(bench::BenchArgs),
     DrawIndex(draw_index::DrawIndexArgs),
     Pick(pick::PickArgs),
@@ -118,6 +124,7 @@ pub fn run() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Bake(args) => bake::run(&args),
         Command::Import(args) => import::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::DrawIndex(args) => draw_index::run(&args),
         Command::Pick(args) => pick::run(&args),

@@ -37,6 +37,11 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| format!("expected seconds above 0, up to {MOST_SECONDS}; found `{text}`"))
 }
 
+/// A moment.
+pub(super) fn moment_s(text: &str) -> Result<f32, String> {
+    within(text, &(0.0..=1.0e4), "seconds")
+}
+
 /// Times as fast.
 #[cfg(feature = "window")]
 pub(super) fn factor(text: &str) -> Result<f64, String> {
@@ -71,6 +76,9 @@ mod tests {
         assert_eq!(occluders("65536"), Ok(65_536));
         for text in ["0x5", "5x0", "5", "x", "5x16385", "4294967296x1", "NaNxNaN", "5x5x5"] {
             assert!(sides(text, &(1..=16_384)).is_err(), "{text}");
+        }
+        for text in ["-1", "NaN", "10001", "x"] {
+            assert!(moment_s(text).is_err(), "{text}");
         }
         assert_eq!(sides("640X480", &(1..=16_384)), Ok((640, 480)));
         assert_eq!(share("2"), Err("expected a share from 0 to 1; found `2`".to_owned()));

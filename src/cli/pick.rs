@@ -3,18 +3,19 @@
 use std::{path::PathBuf, str::FromStr, time::Instant};
 
 use clap::Args;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use serde::Serialize;
 
 use super::{
     Outcome,
     frame_choice::FrameChoice,
     output::say,
+    parsers::{camera_parser, index_parser},
     played::Played,
     reading::ReadArgs,
-    replay::{camera_parser, index_parser},
 };
 use crate::{
+    math::rotate,
     polygon::PolygonId,
     recording::Pace,
     replay::{CameraChoice, CameraPath},
@@ -98,10 +99,11 @@ pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
     // The picture's y goes down, the view's up.
     let at = Vec2::new(args.at.0.x * 2.0 - 1.0, 1.0 - args.at.0.y * 2.0);
     let ray = view.ray_through(at);
+    let up = rotate(view.world_from_view, Vec3::Y);
     let mut asked = 0;
     let mut meet = |id: PolygonId| {
         asked += 1;
-        played.scene.polygon(id).meet(&ray)
+        played.scene.polygon_from(id, view.eye_in_world, up).meet(&ray)
     };
     let start = Instant::now();
     let found = played.pipeline.index().ray_nearest(&ray, view.projection.far_m, &mut meet);

@@ -5,13 +5,16 @@ use std::path::Path;
 use anyhow::bail;
 
 use super::{
-    frame_choice::FrameChoice, output::complain, reading::ReadArgs, replay::root_cube, session::OpenSession,
+    frame_choice::FrameChoice,
+    output::complain,
+    reading::ReadArgs,
+    session::{OpenSession, root_cube},
 };
 use crate::{
     frame::{Pipeline, StageClock},
     index::IndexConfig,
-    recording::{Header, Pace, Pacer},
-    replay::{Moment, Summary, summarize},
+    recording::{Header, Pace},
+    replay::{Moment, Player, Summary, summarize},
     rivals::IndexKind,
     scene::Scene,
 };
@@ -46,21 +49,15 @@ impl Played {
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
         let mut pipeline = Pipeline::new(index.create(&config), capacity, StageClock::default());
-        let mut pacer = Pacer::new(session, pace);
-        let (mut scene, mut moment) = (Scene::new(), Moment::default());
-        let (mut events, mut changes) = (Vec::new(), Vec::new());
-        for number in 0..=last {
-            if !pacer.next_frame(&mut events)? {
+        let mut player = Player::new(session, pace);
+        for _ in 0..=last {
+            if !player.step()? {
                 bail!("{}: it has become shorter while it was read", file.display());
             }
-            moment.frame = number;
-            changes.clear();
-            events.iter().for_each(|event| moment.note(event));
-            scene.let_go();
-            scene.apply_all(&events, &mut changes);
-            pipeline.skip(&scene, &changes);
+            pipeline.skip(player.scene(), player.changes());
         }
         pipeline.commit();
-        Ok(Self { header, summary, scene, pipeline, moment })
+        let moment = player.moment();
+        Ok(Self { header, summary, scene: player.into_scene(), pipeline, moment })
     }
 }

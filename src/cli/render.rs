@@ -3,7 +3,6 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    str::FromStr,
     sync::Arc,
 };
 
@@ -20,20 +19,21 @@ use super::{
     numbers,
     output::{complain, one_line, say},
     outputs::Outputs,
+    parsers::{Size, index_parser, occlusion_parser},
     reading::ReadArgs,
-    replay::{index_parser, occlusion_parser, root_cube},
-    session::OpenSession,
+    session::{OpenSession, root_cube},
 };
 use crate::{
-    frame::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     lab::report::thousands,
     math::{rotate, unit},
+    occlusion::Occlusion,
     output_file::OutputKind,
     polygon::VisibleBlocks,
-    recording::{Pace, Pacer},
-    render::{DrawTimes, Gpu, GpuOcclusion, Image, Layer, Offscreen, RendererConfig, background_for},
-    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Summary, summarize, whole_view},
+    recording::Pace,
+    render::{DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig, background_for},
+    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, summarize, whole_view},
     rivals::IndexKind,
     scene::Scene,
     view::View,
@@ -78,7 +78,7 @@ pub(super) struct RenderArgs {
     index: IndexKind,
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
-    occlusion: OcclusionChoice,
+    occlusion: Occlusion,
     /// Draw every polygon of the model, without culling.
     #[arg(long, conflicts_with = "check")]
     no_cull: bool,
@@ -94,6 +94,9 @@ pub(super) struct RenderArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
+    /// The moment that brushes which move by themselves are seen at, seconds.
+    #[arg(long, default_value_t = 1.0, value_parser = numbers::moment_s)]
+    time: f32,
     #[command(flatten)]
     reading: ReadArgs,
     /// Let a picture replace a file of another kind, but never the session.
@@ -126,21 +129,6 @@ fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
     })
 }
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Size {
-    pub(super) width: u32,
-    pub(super) height: u32,
-}
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (width, height) = numbers::sides(text, &(1..=16_384))?;
-        Ok(Self { width, height })
-    }
-}
-
 pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let mut outputs = Outputs::new(args.force).reads([&args.file]);
     outputs.add_any("OUT.png", args.out.as_ref(), OutputKind::Png)?;
@@ -150,6 +138,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
     let mut session = OpenSession::open(&args.file, &args.reading)?;
+    let environment = session.header.environment.clone();
     let mut artist = ArtistSide::default();
     let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
     let (summary, model, read) = summarize(events, args.pace);
@@ -160,12 +149,18 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
     drop(model);
     let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &config)?;
-    drawer.set_occlusion(GpuOcclusion::of(args.occlusion))?;
+    drawer.set_occlusion(args.occlusion)?;
+    drawer.set_environment(environment.as_deref());
+    drawer.set_time(args.time);
     // A second drawer, so that what one remembers cannot hide a fault of the other.
     let mut uncut = match args.check {
         true => Some(Offscreen::on(gpu, width, height, &config)?),
         false => None,
     };
+    if let Some(uncut) = &mut uncut {
+        uncut.set_environment(environment.as_deref());
+        uncut.set_time(args.time);
+    }
     let wanted = Wanted::new(args, &summary)?;
     if let Some(folder) = &args.to {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -191,29 +186,21 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
-    let has_occlusion = args.occlusion.has_pass() || args.occlusion == OcclusionChoice::DepthLast;
+    let has_occlusion = args.occlusion.has_culler() || args.occlusion == Occlusion::DepthLast;
     // Pictures must not depend on the clock.
     let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
     let mut pipeline = pipeline.with_choice(pass, capacity);
     let mut outcome = Outcome::Done;
-    let mut pacer = Pacer::new(session, args.pace);
-    let (mut scene, mut moment) = (Scene::new(), Moment::default());
-    let (mut events, mut changes) = (Vec::new(), Vec::new());
-    while moment.frame <= wanted.last {
-        if !pacer.next_frame(&mut events)? {
-            break;
-        }
-        changes.clear();
-        events.iter().for_each(|event| moment.note(event));
-        scene.let_go();
-        scene.apply_all(&events, &mut changes);
-        drawer.follow(&changes);
+    let mut player = Player::new(session, args.pace);
+    while player.frames() <= wanted.last && player.step()? {
+        let (scene, changes, moment) = (player.scene(), player.changes(), player.moment());
+        drawer.follow(changes);
         if let Some(uncut) = &mut uncut {
-            uncut.follow(&changes);
+            uncut.follow(changes);
         }
         if wanted.has(moment.frame) {
             let view = camera(&moment);
-            pipeline.frame(&scene, &changes, &view);
+            pipeline.frame(scene, changes, &view);
             let every: VisibleBlocks;
             let ids = if args.no_cull {
                 every = scene.visible_ids().collect();
@@ -224,7 +211,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             let whole = match &mut uncut {
                 Some(uncut) => {
                     let every: VisibleBlocks = scene.visible_ids().collect();
-                    Some(picture(uncut, &scene, &view, &every)?.0)
+                    Some(picture(uncut, scene, &view, &every)?.0)
                 }
                 None => None,
             };
@@ -237,21 +224,20 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             };
             if args.occlusion.is_while_drawing() {
                 // What was visible in the last frame hides in the next; here that is what the last picture showed.
-                let (first, _) = picture(&mut drawer, &scene, &view, ids)?;
+                let (first, _) = picture(&mut drawer, scene, &view, ids)?;
                 compare(&first, ", drawn first");
             }
-            let (image, times) = picture(&mut drawer, &scene, &view, ids)?;
+            let (image, times) = picture(&mut drawer, scene, &view, ids)?;
             let path = wanted.path(args, moment.frame);
             image.write_png(&path)?;
-            say(&line(moment.frame, &scene, ids, &times, &path))?;
+            say(&line(moment.frame, scene, ids, &times, &path))?;
             compare(&image, "");
         } else if has_occlusion {
             // As a replay does: which polygons may hide others, it learns from frame to frame.
-            pipeline.frame(&scene, &changes, &camera(&moment));
+            pipeline.frame(scene, changes, &camera(&moment));
         } else {
-            pipeline.skip(&scene, &changes);
+            pipeline.skip(scene, changes);
         }
-        moment.frame += 1;
     }
     if args.check && outcome == Outcome::Done {
         complain("culling changes no pixel");

@@ -7,19 +7,20 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use clap::{Args, builder::PossibleValuesParser, builder::TypedValueParser};
+use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
     Outcome, allocations, numbers,
     output::{complain, one_line, say},
     outputs::{Output, Outputs},
+    parsers::{camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
-    session::OpenSession,
+    session::{OpenSession, root_cube},
 };
 use crate::{
     atomic_file::{AtomicFile, Destination},
-    frame::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     lab::{
         lost_polygons,
@@ -31,11 +32,10 @@ use crate::{
         },
         verify,
     },
-    math::Aabb,
-    occlusion::Soundness,
+    occlusion::{Occlusion, Soundness},
     output_file::OutputKind,
-    recording::{Event, Header, Pace, Pacer, RecordingError},
-    replay::{Budget, CameraChoice, CameraPath, Lane, Replay, Summary, summarize},
+    recording::{Event, Header, Pace, RecordingError},
+    replay::{Budget, CameraChoice, CameraPath, Lane, Player, Replay, Summary, summarize},
     rivals::IndexKind,
     scene::Scene,
 };
@@ -96,7 +96,7 @@ Methods of --occlusion:
   auto             in each frame the cheapest of none, msvbsp, depth-last, and hzb with --draw
   hzb, queries     on the graphics adapter, while drawing: a hierarchical depth buffer, or hardware
                    occlusion queries
-  msvbsp-paper, msvbsp-paper-capless, depth-centers
+  msvbsp-paper, depth-centers
                    not conservative: they can cull visible polygons")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
@@ -135,7 +135,7 @@ pub(super) struct ReplayArgs {
     /// is then `osp`. `auto` chooses by measured times; with --check or --pin it chooses by counts of work, which are the
     /// same on every machine. `hzb` and `queries` need --draw.
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
-    occlusion: Vec<OcclusionChoice>,
+    occlusion: Vec<Occlusion>,
     /// Walk through the finished model and add a run, `pvs`, that culls by the sets that `osp bake` has written for it. The
     /// sets are sampled, not exact. A window uses them from the end of the replay on.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
@@ -158,7 +158,7 @@ pub(super) struct ReplayArgs {
     /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].
     #[cfg(feature = "render")]
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
-    draw: Option<super::render::Size>,
+    draw: Option<super::parsers::Size>,
     /// Play the session in a window, with its times and counts.
     #[cfg(feature = "window")]
     #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
@@ -171,7 +171,7 @@ pub(super) struct ReplayArgs {
 
 impl ReplayArgs {
     /// The indexes, each with its method of occlusion culling where any is asked for.
-    fn runs(&self) -> Vec<(IndexKind, Option<OcclusionChoice>)> {
+    fn runs(&self) -> Vec<(IndexKind, Option<Occlusion>)> {
         let has_methods = !self.occlusion.is_empty() || self.pvs.is_some();
         let indexes = match (self.index.as_slice(), has_methods) {
             ([], false) => IndexKind::DEFAULT,
@@ -183,30 +183,10 @@ impl ReplayArgs {
             methods => methods.iter().copied().map(Some).collect(),
         };
         if self.pvs.is_some() {
-            methods.push(Some(OcclusionChoice::Pvs));
+            methods.push(Some(Occlusion::Pvs));
         }
         indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
     }
-}
-
-pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = OcclusionChoice> {
-    PossibleValuesParser::new(OcclusionChoice::names()).try_map(|name| {
-        OcclusionChoice::from_name(&name).ok_or_else(|| format!("no method is called {name}"))
-    })
-}
-
-pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
-    let names = IndexKind::ALL.iter().map(|kind| kind.name());
-    PossibleValuesParser::new(names)
-        .try_map(|name| IndexKind::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
-}
-
-pub(super) fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
-    let names = CameraChoice::ALL.iter().map(|choice| choice.name());
-    PossibleValuesParser::new(names).try_map(|name| {
-        let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
-        found.copied().ok_or_else(|| format!("no camera is called {name}"))
-    })
 }
 
 /// What a replay is going to write.
@@ -309,7 +289,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         }
         for run in &report.runs {
             let Some(occlusion) = &run.occlusion else { continue };
-            let is_sound = OcclusionChoice::from_name(occlusion.method)
+            let is_sound = Occlusion::from_name(occlusion.method)
                 .is_some_and(|choice| choice.soundness() == Soundness::Conservative);
             let false_culls = occlusion.false_culls.unwrap_or(0);
             if is_sound && false_culls > 0 {
@@ -371,7 +351,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     if let Some(pvs) = pvs {
         studio.set_pvs(Arc::new(pvs));
     }
-    let occlusion = args.pvs.as_ref().map_or(OcclusionChoice::Auto, |_| OcclusionChoice::Pvs);
+    let occlusion = args.pvs.as_ref().map_or(Occlusion::Auto, |_| Occlusion::Pvs);
     studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(occlusion)));
     let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
     run(studio, WindowOptions { trace, ..WindowOptions::default() })?;
@@ -442,11 +422,11 @@ fn replay_file(
     let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
-    let pacer = Pacer::new(session, args.pace);
-    let mut replay = match finished {
-        Some((scene, _)) => Replay::walk(pacer, camera, lanes, scene),
-        None => Replay::new(pacer, camera, lanes),
+    let player = match finished {
+        Some((scene, _)) => Player::walk(session, args.pace, scene),
+        None => Player::new(session, args.pace),
     };
+    let mut replay = Replay::new(player, camera, lanes);
     while let Some(outcomes) = replay.step()? {
         let frames = outcomes.to_vec();
         let looked: Vec<bool> = frames.iter().map(Option::is_some).collect();
@@ -523,7 +503,7 @@ where
 
 fn lanes(
     args: &ReplayArgs,
-    kinds: &[(IndexKind, Option<OcclusionChoice>)],
+    kinds: &[(IndexKind, Option<Occlusion>)],
     header: &Header,
     summary: &Summary,
     pvs: Option<&Arc<Pvs>>,
@@ -532,10 +512,10 @@ fn lanes(
     let config = IndexConfig { root: root_cube(header, &summary.bounds), capacity };
     let budget = Budget { ns: (args.budget * 1.0e9) as u64, frames: summary.frames };
     let clock = StageClock::counting(allocations::count);
-    let lane = |&(index, method): &(IndexKind, Option<OcclusionChoice>)| {
+    let lane = |&(index, method): &(IndexKind, Option<Occlusion>)| {
         let pipeline = Pipeline::new(index.create(&config), capacity, clock);
         let pipeline = match method {
-            Some(OcclusionChoice::Pvs) => match pvs {
+            Some(Occlusion::Pvs) => match pvs {
                 Some(pvs) => pipeline.with_pass(PvsPass::new(Arc::clone(pvs))),
                 None => pipeline,
             },
@@ -552,17 +532,6 @@ fn lanes(
         Lane::new(pipeline, budget)
     };
     kinds.iter().map(lane).collect()
-}
-
-/// The recording's own modelling volume, else a cube around everything that it draws.
-pub(super) fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
-    match header.root {
-        Some(root) if root.size > 0.0 && root.size.is_finite() && root.center.is_finite() => {
-            Aabb::cube(root.center, root.size)
-        }
-        _ if bounds.is_empty() => IndexConfig::default().root,
-        _ => Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.01),
-    }
 }
 
 fn progress_bar(frames: u64, name: &str) -> ProgressBar {

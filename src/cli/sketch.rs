@@ -9,8 +9,8 @@ use super::{
     Outcome, numbers,
     output::complain,
     outputs::Outputs,
+    parsers::{index_parser, occlusion_parser},
     reading::LimitArgs,
-    replay::{index_parser, occlusion_parser},
 };
 use crate::{
     app::{
@@ -18,7 +18,7 @@ use crate::{
         Studio, Subject, WindowOptions, run as run_window,
         tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
-    frame::OcclusionChoice,
+    occlusion::Occlusion,
     output_file::OutputKind,
     rivals::IndexKind,
     small_file::open_regular,
@@ -95,7 +95,7 @@ pub(super) struct WindowArgs {
     pub(super) index: IndexKind,
     /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
-    pub(super) occlusion: OcclusionChoice,
+    pub(super) occlusion: Occlusion,
     /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes one.
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,

@@ -7,20 +7,18 @@ use std::{
 
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
-use serde::Serialize;
 
+#[cfg(feature = "render")]
+use super::parsers::Size;
 use super::{
     Outcome, allocations, numbers,
     output::{complain, one_line, say},
+    parsers::{camera_parser, index_parser},
     reading::ReadArgs,
-    replay::{camera_parser, index_parser, root_cube},
-    session::OpenSession,
+    session::{OpenSession, root_cube},
+    verify_drawn::DrawnTrials,
+    verify_json,
     verify_method::{Method, method_parser},
-};
-#[cfg(feature = "render")]
-use super::{
-    render::Size,
-    verify_drawn::{DrawnRun, DrawnTrials},
 };
 use crate::{
     frame::StageClock,
@@ -30,14 +28,14 @@ use crate::{
         pvs::Pvs,
         report::thousands,
         scenes::TestScene,
-        verify::{AtRest, Totals, Trial, Verifier, VerifyConfig},
+        verify::{AtRest, Verifier, VerifyConfig},
     },
     occlusion::{
-        CullConfig, DepthConfig, Grouping, NodeTest, PolygonTest, PoolConfig, PreviousFrameOccluders,
-        SelectConfig, Soundness,
+        CullConfig, DepthConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig,
+        PreviousFrameOccluders, SelectConfig, Soundness,
     },
-    recording::{Event, Header, Pace, Pacer, RecordingError},
-    replay::{CameraChoice, CameraPath, Moment, summarize},
+    recording::{Event, Header, Pace, RecordingError},
+    replay::{CameraChoice, CameraPath, Moment, Player, summarize},
     rivals::IndexKind,
     scene::Scene,
     view::View,
@@ -181,18 +179,9 @@ impl FromStr for Pixels {
     }
 }
 
-/// Nothing is drawn in this build.
-#[cfg(not(feature = "render"))]
-struct DrawnTrials;
-
-/// Nothing is drawn in this build.
-#[cfg(not(feature = "render"))]
-#[derive(Serialize)]
-struct DrawnRun;
-
 impl VerifyArgs {
     fn methods(&self) -> Vec<Method> {
-        if self.occlusion.is_empty() { Method::sound() } else { self.occlusion.clone() }
+        if self.occlusion.is_empty() { Method::conservative() } else { self.occlusion.clone() }
     }
 }
 
@@ -241,7 +230,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
         let (verifier, drawn, polygons) = verify(args, file)?;
         let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
         say(&match args.json {
-            true => json(&name, polygons, &verifier, drawn.as_ref())?,
+            true => verify_json::line(&name, polygons, &verifier, drawn.as_ref())?,
             false => text(&name, polygons, &verifier, drawn.as_ref()),
         })?;
         if let Some((view, id)) = verifier.views().first_lost {
@@ -278,10 +267,8 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
 fn config(args: &VerifyArgs) -> VerifyConfig {
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
     let methods = args.methods();
-    let kinds = methods.iter().filter_map(|method| match *method {
-        Method::Culler(kind) => Some(kind),
-        _ => None,
-    });
+    let methods = methods.iter().map(|method| method.occlusion);
+    let kinds = methods.filter(|occlusion| Occlusion::CULLERS.contains(occlusion));
     VerifyConfig {
         kinds: kinds.collect(),
         occluders: args.occluders.clone(),
@@ -348,7 +335,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     if args.no_truth {
         verifier = verifier.without_truth();
     }
-    if args.methods().contains(&Method::Last) {
+    if args.methods().iter().any(|method| method.occlusion == Occlusion::DepthLast) {
         verifier.add_last(PreviousFrameOccluders::new(DepthConfig::default(), capacity));
     }
 
@@ -356,46 +343,39 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
     #[cfg(not(feature = "render"))]
     let mut drawn = None;
-    let mut scene = Scene::new();
-    let mut pacer = Pacer::new(source, args.pace);
-    let (mut moment, mut events, mut changes) = (Moment::default(), Vec::new(), Vec::new());
-    let mut moments = Vec::new();
-    let mut looked = 0;
-    while pacer.next_frame(&mut events)? {
-        changes.clear();
-        for event in &events {
-            moment.note(event);
-            // Built-in scenes end with their views.
-            if args.camera == CameraChoice::Auto
-                && header.source.is_empty()
-                && matches!(event, Event::Head { .. })
-            {
-                moments.push(moment);
-            }
+    let mut player = Player::new(source, args.pace);
+    let (mut moments, mut looked) = (Vec::new(), 0);
+    while player.step()? {
+        let (scene, changes) = (player.scene(), player.changes());
+        if has_own_views {
+            let heads = player.events().iter().filter(|event| matches!(event, Event::Head { .. }));
+            moments.extend(heads.map(|head| {
+                let mut moment = player.moment();
+                moment.note(head);
+                moment
+            }));
         }
-        scene.let_go();
-        scene.apply_all(&events, &mut changes);
-        verifier.follow(&scene, &changes);
+        verifier.follow(scene, changes);
         #[cfg(feature = "render")]
         if let Some(drawn) = &mut drawn {
-            drawn.follow(&changes);
+            drawn.follow(changes);
         }
-        moment.frame += 1;
+        let moment = Moment { frame: player.frames(), ..player.moment() };
         // The last frame is always one of them.
         if moment.frame * args.views / summary.frames.max(1) > looked {
             looked += 1;
             if whole && !has_own_views {
                 moments.push(moment);
             } else if !whole {
-                look(&mut verifier, &mut drawn, &scene, &camera.view(&moment))?;
+                look(&mut verifier, &mut drawn, scene, &camera.view(&moment))?;
             }
         }
     }
     if let Some(path) = &args.pvs {
-        verifier = verifier.with_pvs(Pvs::read(path, &scene)?);
+        verifier = verifier.with_pvs(Pvs::read(path, player.scene())?);
     }
     for moment in moments.iter().take(args.views as usize) {
-        look(&mut verifier, &mut drawn, &scene, &camera.view(moment))?;
+        look(&mut verifier, &mut drawn, player.scene(), &camera.view(moment))?;
     }
     Ok((verifier, drawn, summary.counts.polygons))
 }
@@ -481,123 +461,4 @@ fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTria
     #[cfg(not(feature = "render"))]
     let _ = drawn;
     lines.join("\n")
-}
-
-#[derive(Serialize)]
-struct JsonVerify<'a> {
-    recording: &'a str,
-    polygons: u64,
-    views: u64,
-    in_view_mean: f64,
-    visible_mean: f64,
-    hidden_mean: f64,
-    /// Polygons that reach into a view, but that its frustum has culled.
-    lost: u64,
-    /// Whether all that was compared with what can be seen.
-    truth: bool,
-    frustum_us: f64,
-    runs: Vec<JsonRun>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    drawn: Vec<DrawnRun>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pvs: Option<JsonPvs>,
-}
-
-#[derive(Serialize)]
-struct JsonPvs {
-    cells: usize,
-    cell_m: f32,
-    samples: u32,
-    bytes: usize,
-    views: u64,
-    false_culls: u64,
-    misreported: u64,
-    hidden_culled_percent: f64,
-    query_us: f64,
-}
-
-impl JsonPvs {
-    fn new((pvs, totals): &(Pvs, Totals)) -> Self {
-        Self {
-            cells: pvs.cells().len(),
-            cell_m: pvs.cells().side_m,
-            samples: pvs.samples(),
-            bytes: pvs.bytes(),
-            views: totals.views,
-            false_culls: totals.false_culls,
-            misreported: totals.misreported,
-            hidden_culled_percent: totals.hidden_culled_percent(),
-            query_us: totals.mean(totals.query_ns) / 1000.0,
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct JsonRun {
-    occlusion: &'static str,
-    sound: bool,
-    occluders: usize,
-    views: u64,
-    occluders_used: f64,
-    false_culls: u64,
-    misreported: u64,
-    hidden_culled_percent: f64,
-    node_tests: f64,
-    polygon_tests: f64,
-    tree_nodes: f64,
-    tree_depth: u32,
-    select_us: f64,
-    build_us: f64,
-    query_us: f64,
-}
-
-impl JsonRun {
-    fn new(trial: &Trial) -> Self {
-        let totals = trial.totals();
-        let micros = |ns: u64| totals.mean(ns) / 1000.0;
-        Self {
-            occlusion: trial.name(),
-            sound: trial.soundness() == Soundness::Conservative,
-            occluders: trial.occluders(),
-            views: totals.views,
-            occluders_used: totals.mean(u64::from(totals.select.chosen)),
-            false_culls: totals.false_culls,
-            misreported: totals.misreported,
-            hidden_culled_percent: totals.hidden_culled_percent(),
-            node_tests: totals.mean(totals.cull.node_tests),
-            polygon_tests: totals.mean(totals.cull.polygon_tests),
-            tree_nodes: totals.mean(u64::from(totals.build.nodes)),
-            tree_depth: totals.build.depth,
-            select_us: micros(totals.select_ns),
-            build_us: micros(totals.build_ns),
-            query_us: micros(totals.query_ns),
-        }
-    }
-}
-
-fn json(
-    name: &str,
-    polygons: u64,
-    verifier: &Verifier,
-    drawn: Option<&DrawnTrials>,
-) -> anyhow::Result<String> {
-    let views = verifier.views();
-    let mean = |sum: u64| sum as f64 / views.views.max(1) as f64;
-    Ok(serde_json::to_string(&JsonVerify {
-        recording: name,
-        polygons,
-        views: views.views,
-        in_view_mean: mean(views.in_view),
-        visible_mean: mean(views.visible),
-        hidden_mean: mean(views.hidden),
-        lost: views.lost,
-        truth: verifier.has_truth(),
-        frustum_us: mean(views.frustum_ns) / 1000.0,
-        runs: verifier.trials().iter().map(JsonRun::new).collect(),
-        pvs: verifier.pvs().map(JsonPvs::new),
-        #[cfg(feature = "render")]
-        drawn: drawn.map(DrawnTrials::runs).unwrap_or_default(),
-        #[cfg(not(feature = "render"))]
-        drawn: drawn.map_or(Vec::new(), |DrawnTrials| Vec::new()),
-    })?)
 }

@@ -5,40 +5,19 @@ use std::{collections::HashSet, sync::Arc};
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
-use super::{render::Size, verify_method::Method};
+use super::{parsers::Size, verify_method::Method};
 use crate::{
     index::DrawList,
     lab::{
         report::thousands,
         verify::{AtRest, Totals, Verifier},
     },
+    occlusion::Occlusion,
     polygon::{Change, PolygonId, VisibleBlocks},
-    render::{
-        DrawTimes, DrawnCounts, Gpu, GpuOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup, Layer, Offscreen,
-        PassTimes, RendererConfig,
-    },
+    render::{DrawTimes, DrawnCounts, Gpu, Layer, Offscreen, PassTimes, RendererConfig},
     scene::Scene,
     view::View,
 };
-
-/// Ways to find while drawing what is hidden, by name.
-pub(super) fn drawn_methods() -> impl Iterator<Item = (&'static str, GpuOcclusion)> {
-    let coarse = |group, bound| HzbConfig { group, bound, fine: HzbFine::Off };
-    [
-        ("hzb", HzbConfig::default()),
-        ("hzb-16", coarse(HzbGroup::Sixteen, HzbBound::Corners)),
-        ("hzb-4", coarse(HzbGroup::Four, HzbBound::Corners)),
-        ("hzb-1", coarse(HzbGroup::One, HzbBound::Corners)),
-        ("hzb-16-box", coarse(HzbGroup::Sixteen, HzbBound::Box)),
-        ("hzb-4-box", coarse(HzbGroup::Four, HzbBound::Box)),
-        ("hzb-1-box", coarse(HzbGroup::One, HzbBound::Box)),
-        ("hzb-16-fine", HzbConfig { group: HzbGroup::Sixteen, ..HzbConfig::default() }),
-        ("hzb-4-fine", HzbConfig { group: HzbGroup::Four, ..HzbConfig::default() }),
-    ]
-    .into_iter()
-    .map(|(name, config)| (name, GpuOcclusion::Hzb(config)))
-    .chain([("queries", GpuOcclusion::Queries), ("auto", GpuOcclusion::Auto)])
-}
 
 /// One method over all views so far.
 struct Trial {
@@ -75,7 +54,7 @@ impl Trial {
             None => drawn.extend_from_slice(ids),
             Some(opaque) => {
                 drawn.extend_from_slice(&opaque);
-                // Which transparent ones were left out is not told.
+                // The drawer does not say which transparent polygons it left out.
                 let is_transparent = |id: &&_| scene.stroke_of(**id).color().3 < 1.0;
                 let mut others: Vec<_> = ids.iter().filter(is_transparent).copied().collect();
                 let listed: HashSet<_> = opaque.iter().collect();
@@ -114,21 +93,18 @@ pub(super) struct DrawnTrials {
 impl DrawnTrials {
     /// Trials of those of the methods that work while drawing; `None` if there is none.
     pub(super) fn new(methods: &[Method], size: Size, at_rest: AtRest) -> anyhow::Result<Option<Self>> {
-        let drawn = methods.iter().filter_map(|method| match *method {
-            Method::Drawn(name, occlusion) => Some((name, occlusion)),
-            Method::Culler(_) | Method::Last => None,
-        });
-        let drawn: Vec<_> = drawn.collect();
+        let is_drawn = |method: &Method| method.occlusion.on_gpu() != Occlusion::None;
+        let drawn: Vec<_> = methods.iter().copied().filter(is_drawn).collect();
         if drawn.is_empty() {
             return Ok(None);
         }
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
         // The picture without culling comes first: all others are compared with it.
-        for (name, occlusion) in std::iter::once(("none", GpuOcclusion::None)).chain(drawn) {
+        for Method { name, occlusion, hzb } in std::iter::once(Method::new(Occlusion::None)).chain(drawn) {
             let mut drawer =
                 Offscreen::on(Arc::clone(&gpu), size.width, size.height, &RendererConfig::default())?;
-            drawer.set_occlusion(occlusion)?;
+            drawer.set_occlusion_with(occlusion, hzb)?;
             trials.push(Trial {
                 name,
                 drawer,

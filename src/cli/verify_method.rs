@@ -2,46 +2,68 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
+use crate::occlusion::Occlusion;
 #[cfg(feature = "render")]
-use super::verify_drawn::drawn_methods;
-#[cfg(feature = "render")]
-use crate::render::GpuOcclusion;
-use crate::{frame::OcclusionChoice, occlusion::CullerKind};
+use crate::render::{HzbBound, HzbConfig, HzbFine, HzbGroup};
 
-/// A way to find what is hidden that can be compared with the truth.
+/// A method of occlusion culling, under the name that tables show.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Method {
-    /// Before drawing, by the best of large occluders.
-    Culler(CullerKind),
-    /// Before drawing, by what was visible in the last frame.
-    Last,
-    /// While drawing.
+pub(super) struct Method {
+    pub(super) name: &'static str,
+    pub(super) occlusion: Occlusion,
+    /// Settings of a method that culls by a depth pyramid.
     #[cfg(feature = "render")]
-    Drawn(&'static str, GpuOcclusion),
+    pub(super) hzb: HzbConfig,
 }
 
 impl Method {
-    /// Those that cull before drawing and are sound.
-    pub(super) fn sound() -> Vec<Self> {
-        CullerKind::sound().into_iter().map(Self::Culler).chain([Self::Last]).collect()
+    pub(super) fn new(occlusion: Occlusion) -> Self {
+        Self {
+            name: occlusion.name(),
+            occlusion,
+            #[cfg(feature = "render")]
+            hzb: HzbConfig::default(),
+        }
     }
 
-    fn from_name(name: &str) -> Option<Self> {
+    /// The conservative methods of the CPU.
+    pub(super) fn conservative() -> Vec<Self> {
+        let methods = Occlusion::conservative_cullers().into_iter().chain([Occlusion::DepthLast]);
+        methods.map(Self::new).collect()
+    }
+
+    /// All methods that can be compared.
+    fn all() -> Vec<Self> {
+        let methods = Occlusion::CULLERS.iter().copied().chain([Occlusion::DepthLast]).map(Self::new);
         #[cfg(feature = "render")]
-        if let Some((name, occlusion)) = drawn_methods().find(|(other, _)| *other == name) {
-            return Some(Self::Drawn(name, occlusion));
-        }
-        if name == OcclusionChoice::DepthLast.name() {
-            return Some(Self::Last);
-        }
-        CullerKind::from_name(name).map(Self::Culler)
+        let methods = methods.chain(gpu_methods());
+        methods.collect()
     }
 }
 
+/// The methods of the GPU: culling by a depth pyramid with other settings than the usual ones, too.
+#[cfg(feature = "render")]
+fn gpu_methods() -> impl Iterator<Item = Method> {
+    let coarse = |group, bound| HzbConfig { group, bound, fine: HzbFine::Off };
+    let fine = |group| HzbConfig { group, ..HzbConfig::default() };
+    let pyramids = [
+        ("hzb", HzbConfig::default()),
+        ("hzb-16", coarse(HzbGroup::Sixteen, HzbBound::Corners)),
+        ("hzb-4", coarse(HzbGroup::Four, HzbBound::Corners)),
+        ("hzb-1", coarse(HzbGroup::One, HzbBound::Corners)),
+        ("hzb-16-box", coarse(HzbGroup::Sixteen, HzbBound::Box)),
+        ("hzb-4-box", coarse(HzbGroup::Four, HzbBound::Box)),
+        ("hzb-1-box", coarse(HzbGroup::One, HzbBound::Box)),
+        ("hzb-16-fine", fine(HzbGroup::Sixteen)),
+        ("hzb-4-fine", fine(HzbGroup::Four)),
+    ];
+    let pyramids = pyramids.map(|(name, hzb)| Method { name, occlusion: Occlusion::Hzb, hzb });
+    pyramids.into_iter().chain([Occlusion::Queries, Occlusion::Auto].map(Method::new))
+}
+
 pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
-    let names = CullerKind::ALL.iter().map(|kind| kind.name()).chain([OcclusionChoice::DepthLast.name()]);
-    #[cfg(feature = "render")]
-    let names = names.chain(drawn_methods().map(|(name, _)| name));
-    PossibleValuesParser::new(names)
-        .try_map(|name| Method::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
+    PossibleValuesParser::new(Method::all().into_iter().map(|method| method.name)).try_map(|name| {
+        let found = Method::all().into_iter().find(|method| method.name == name);
+        found.ok_or_else(|| format!("no method is called {name}"))
+    })
 }

@@ -1,23 +1,28 @@
 //! Binary glTF 2.0: "glTF 2.0 Specification", Khronos Group, 2021.
 
-use std::io::{self, Write};
+use std::{
+    collections::BTreeMap,
+    io::{self, Write},
+};
 
-use glam::Vec3;
-use serde_json::{Value, json};
+use glam::{Vec2, Vec3};
 use thiserror::Error;
 
-use crate::{polygon::PolygonId, scene::Scene};
+use super::{
+    gltf_json::{Object, document},
+    gltf_material::Material,
+};
+use crate::{
+    brush::Surface,
+    polygon::{ConvexPolygon, PolygonId},
+    scene::{Scene, Stroke},
+};
 
-/// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers.
-const VERTEX_BYTES: usize = 12 + 12 + 8;
+/// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers, texture coordinates as floats.
+pub(super) const VERTEX_BYTES: usize = 12 + 12 + 8 + 8;
 const GLB_MAGIC: u32 = 0x4654_6c67;
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BIN_CHUNK: u32 = 0x004e_4942;
-const FLOAT: u32 = 5126;
-const UNSIGNED_SHORT: u32 = 5123;
-const UNSIGNED_INT: u32 = 5125;
-const ARRAY_BUFFER: u32 = 34962;
-const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// Why a model was not exported.
 #[derive(Debug, Error)]
@@ -30,42 +35,78 @@ pub enum ExportError {
     TooLarge(u64),
 }
 
+/// What an object of the exported file is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Objects {
+    /// A layer of the session.
+    #[default]
+    Layers,
+    /// A stroke.
+    Strokes,
+}
+
+/// How a model is exported.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ExportOptions {
+    /// What an object is.
+    pub objects: Objects,
+    /// Names of the layers, by their numbers.
+    pub layer_names: Vec<String>,
+    /// What faces the eye is turned to this eye (world space, metres) for good, since a mesh cannot turn.
+    pub eye_in_world: Option<Vec3>,
+}
+
 /// What was exported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GltfCounts {
+    /// Objects.
+    pub objects: u64,
     /// Polygons.
     pub polygons: u64,
     /// Triangles.
     pub triangles: u64,
     /// Polygons left out: a corner is not a finite number, which the format does not have.
     pub not_finite: u64,
+    /// Polygons that face the eye in the session, and one way only in the file.
+    pub turned: u64,
 }
 
-/// Vertices and triangles of one material.
+/// Vertices and triangles of one material in one object.
 #[derive(Default)]
-struct Part {
-    vertices: Vec<u8>,
-    indices: Vec<u32>,
-    min: Vec3,
-    max: Vec3,
+pub(super) struct Part {
+    pub(super) vertices: Vec<u8>,
+    pub(super) indices: Vec<u32>,
+    pub(super) min: Vec3,
+    pub(super) max: Vec3,
 }
 
 impl Part {
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.vertices.len() / VERTEX_BYTES
     }
 
-    fn add(&mut self, corners: &[Vec3], normal: Vec3, color: [u16; 4]) {
+    pub(super) fn bytes(&self) -> usize {
+        self.vertices.len() + self.indices.len() * 4
+    }
+
+    fn add(&mut self, polygon: &ConvexPolygon, surface: &Surface, color: [f32; 4]) {
+        let corners = polygon.vertices();
+        let flat = unit_normal(polygon.area_vector());
         let first = self.count() as u32;
         if first == 0 {
             (self.min, self.max) = (corners[0], corners[0]);
         }
-        for &corner in corners {
+        for (i, &corner) in corners.iter().enumerate() {
             (self.min, self.max) = (self.min.min(corner), self.max.max(corner));
+            let normal = surface.normal(i).unwrap_or(flat);
+            let Vec2 { x, y } = surface.uv(i);
             for number in corner.to_array().into_iter().chain(normal.to_array()) {
                 self.vertices.extend(number.to_le_bytes());
             }
+            let [r, g, b, a] = color;
+            let color = [r, g, b, a * surface.alpha(i)].map(|c| (c * 65535.0).round() as u16);
             self.vertices.extend(color.iter().flat_map(|c| c.to_le_bytes()));
+            self.vertices.extend([x, y].iter().flat_map(|number| number.to_le_bytes()));
         }
         for i in 2..corners.len() as u32 {
             self.indices.extend([first, first + i - 1, first + i]);
@@ -73,32 +114,57 @@ impl Part {
     }
 }
 
-/// Writes the visible polygons of a scene as one binary glTF file: flat-shaded, two-sided, with the strokes' colours at
-/// the vertices; opaque and transparent polygons have a material each. World space, metres, as glTF has it.
+/// Writes the visible polygons of a scene as one binary glTF file: a mesh for each layer or stroke, a material for each
+/// brush, with the strokes' colours at the vertices. World space, metres, as glTF has it.
+///
+/// glTF has neither textures that grow with a stroke nor light that is added: cut-out brushes are exported whole, and those
+/// of light as emissive surfaces that what is behind shines through.
 ///
 /// # Errors
 /// The output fails, or the model does not fit the format.
-pub fn write_glb(scene: &Scene, name: &str, mut out: impl Write) -> Result<GltfCounts, ExportError> {
+pub fn write_glb(
+    scene: &Scene,
+    name: &str,
+    options: &ExportOptions,
+    mut out: impl Write,
+) -> Result<GltfCounts, ExportError> {
     let mut counts = GltfCounts::default();
-    let (mut opaque, mut transparent) = (Part::default(), Part::default());
+    let mut objects = BTreeMap::<u64, Object>::new();
+    let mut materials = Vec::<Material>::new();
     for id in scene.visible_ids() {
-        let polygon = scene.polygon(id);
+        let surface = scene.surface(id);
+        let polygon = match options.eye_in_world {
+            Some(eye) => scene.polygon_from(id, eye, Vec3::Y),
+            None => scene.polygon(id),
+        };
         // A group can be placed so far away that `f32` has no number for it.
         if !polygon.vertices().iter().all(|corner| corner.is_finite()) {
             counts.not_finite += 1;
             continue;
         }
-        let color = linear_color(scene, id);
-        let part = if color[3] < u16::MAX { &mut transparent } else { &mut opaque };
-        part.add(polygon.vertices(), unit_normal(polygon.area_vector()), color);
+        let stroke = scene.stroke_of(id);
+        // What a hull does not need any more has shrunk to a point.
+        if stroke.brush().is_some() && polygon.area_vector() == Vec3::ZERO {
+            continue;
+        }
+        let material = Material::of(stroke);
+        let material = materials.iter().position(|known| *known == material).unwrap_or_else(|| {
+            materials.push(material);
+            materials.len() - 1
+        });
+        let (key, object_name) = object_of(id, stroke, options);
+        let object =
+            objects.entry(key).or_insert_with(|| Object { name: object_name(), parts: BTreeMap::new() });
+        object.parts.entry(material).or_default().add(&polygon, &surface, linear_color(stroke.color()));
         counts.polygons += 1;
+        counts.turned += u64::from(surface.is_facing());
         counts.triangles += polygon.vertices().len() as u64 - 2;
     }
-    let parts: Vec<(usize, Part)> =
-        [opaque, transparent].into_iter().enumerate().filter(|(_, part)| part.count() > 0).collect();
-    let binary_bytes: usize =
-        parts.iter().map(|(_, part)| part.vertices.len() + part.indices.len() * 4).sum();
-    let mut json = document(name, &parts, binary_bytes).to_string().into_bytes();
+    let objects: Vec<Object> = objects.into_values().collect();
+    counts.objects = objects.len() as u64;
+    let parts = || objects.iter().flat_map(|object| object.parts.values());
+    let binary_bytes: usize = parts().map(Part::bytes).sum();
+    let mut json = document(name, &objects, &materials, binary_bytes).to_string().into_bytes();
     // Chunks are multiples of four bytes; JSON is filled up with spaces.
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary_chunk = if binary_bytes > 0 { 8 + binary_bytes as u64 } else { 0 };
@@ -110,7 +176,7 @@ pub fn write_glb(scene: &Scene, name: &str, mut out: impl Write) -> Result<GltfC
     if binary_bytes > 0 {
         out.write_all(&(binary_bytes as u32).to_le_bytes())?;
         out.write_all(&BIN_CHUNK.to_le_bytes())?;
-        for (_, part) in &parts {
+        for part in parts() {
             out.write_all(&part.vertices)?;
             for index in &part.indices {
                 out.write_all(&index.to_le_bytes())?;
@@ -121,80 +187,42 @@ pub fn write_glb(scene: &Scene, name: &str, mut out: impl Write) -> Result<GltfC
     Ok(counts)
 }
 
+/// The object that a polygon belongs to, and what it is called.
+fn object_of<'a>(
+    id: PolygonId,
+    stroke: &'a Stroke,
+    options: &'a ExportOptions,
+) -> (u64, impl FnOnce() -> String + use<'a>) {
+    let key = match (options.objects, stroke.id()) {
+        (Objects::Layers, _) => u64::from(stroke.layer()),
+        (Objects::Strokes, Some(stroke)) => u64::from(stroke.0),
+        // Polygons that came without a stroke are one each.
+        (Objects::Strokes, None) => 1 << 32 | u64::from(id.0),
+    };
+    let name = move || match (options.objects, stroke.id(), stroke.brush()) {
+        (Objects::Layers, ..) => match options.layer_names.get(stroke.layer() as usize) {
+            Some(name) if !name.is_empty() => name.clone(),
+            _ => format!("layer {}", stroke.layer()),
+        },
+        (Objects::Strokes, Some(id), Some(brush)) => format!("stroke {} ({})", id.0, brush.name),
+        (Objects::Strokes, Some(id), None) => format!("stroke {}", id.0),
+        (Objects::Strokes, None, _) => format!("polygon {}", id.0),
+    };
+    (key, name)
+}
+
 /// The normal of a polygon; that of a huge one overflows, and any will do.
 fn unit_normal(area_vector: Vec3) -> Vec3 {
     area_vector.try_normalize().filter(|normal| normal.is_finite()).unwrap_or(Vec3::Y)
 }
 
-fn document(name: &str, parts: &[(usize, Part)], binary_bytes: usize) -> Value {
-    let (mut views, mut accessors, mut primitives) = (Vec::new(), Vec::new(), Vec::new());
-    let mut offset = 0;
-    for (material, part) in parts {
-        let (vertices, indices) = (part.vertices.len(), part.indices.len() * 4);
-        let vertex_view = views.len();
-        views.push(json!({
-            "buffer": 0, "byteOffset": offset, "byteLength": vertices, "byteStride": VERTEX_BYTES,
-            "target": ARRAY_BUFFER,
-        }));
-        views.push(json!({
-            "buffer": 0, "byteOffset": offset + vertices, "byteLength": indices, "target": ELEMENT_ARRAY_BUFFER,
-        }));
-        offset += vertices + indices;
-        let first = accessors.len();
-        let count = part.count();
-        accessors.push(json!({
-            "bufferView": vertex_view, "byteOffset": 0, "componentType": FLOAT, "count": count, "type": "VEC3",
-            "min": part.min.to_array(), "max": part.max.to_array(),
-        }));
-        accessors.push(json!({
-            "bufferView": vertex_view, "byteOffset": 12, "componentType": FLOAT, "count": count, "type": "VEC3",
-        }));
-        accessors.push(json!({
-            "bufferView": vertex_view, "byteOffset": 24, "componentType": UNSIGNED_SHORT, "normalized": true,
-            "count": count, "type": "VEC4",
-        }));
-        accessors.push(json!({
-            "bufferView": vertex_view + 1, "componentType": UNSIGNED_INT, "count": part.indices.len(),
-            "type": "SCALAR",
-        }));
-        primitives.push(json!({
-            "attributes": { "POSITION": first, "NORMAL": first + 1, "COLOR_0": first + 2 },
-            "indices": first + 3,
-            "material": material,
-        }));
-    }
-    let material = |name: &str, mode: &str| {
-        json!({
-            "name": name, "doubleSided": true, "alphaMode": mode,
-            "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.8 },
-        })
-    };
-    let asset = json!({ "version": "2.0", "generator": concat!("osp ", env!("CARGO_PKG_VERSION")) });
-    if primitives.is_empty() {
-        // Empty lists are not allowed.
-        return json!({ "asset": asset, "scene": 0, "scenes": [{ "name": name }] });
-    }
-    json!({
-        "asset": asset,
-        "scene": 0,
-        "scenes": [{ "name": name, "nodes": [0] }],
-        "nodes": [{ "name": name, "mesh": 0 }],
-        "meshes": [{ "name": name, "primitives": primitives }],
-        "materials": [material("opaque", "OPAQUE"), material("transparent", "BLEND")],
-        "buffers": [{ "byteLength": binary_bytes }],
-        "bufferViews": views,
-        "accessors": accessors,
-    })
-}
-
 /// Vertex colours are linear in glTF.
-fn linear_color(scene: &Scene, id: PolygonId) -> [u16; 4] {
-    let (r, g, b, a) = scene.stroke_of(id).color();
+pub(super) fn linear_color((r, g, b, a): (f32, f32, f32, f32)) -> [f32; 4] {
     let linear = |c: f32| {
         let c = c.clamp(0.0, 1.0);
         if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
     };
-    [linear(r), linear(g), linear(b), a.clamp(0.0, 1.0)].map(|c| (c * 65535.0).round() as u16)
+    [linear(r), linear(g), linear(b), a.clamp(0.0, 1.0)]
 }
 
 #[cfg(test)]
@@ -202,6 +230,7 @@ mod tests {
     use super::*;
     use crate::recording::{Event, GroupId, StrokeId, Transform};
     use glam::Quat;
+    use serde_json::{Value, json};
 
     fn word(bytes: &[u8], at: usize) -> u32 {
         u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
@@ -211,7 +240,7 @@ mod tests {
         let mut scene = Scene::new();
         events.iter().for_each(|event| scene.apply(event, &mut Vec::new()));
         let mut bytes = Vec::new();
-        let counts = write_glb(&scene, "test", &mut bytes).expect("memory");
+        let counts = write_glb(&scene, "test", &ExportOptions::default(), &mut bytes).expect("memory");
         assert_eq!((word(&bytes, 0), word(&bytes, 4), word(&bytes, 8)), (GLB_MAGIC, 2, bytes.len() as u32));
         let json_bytes = word(&bytes, 12) as usize;
         assert_eq!((word(&bytes, 16), json_bytes % 4), (JSON_CHUNK, 0));
@@ -230,7 +259,7 @@ mod tests {
         let quad = polygon(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 1.0);
         let glass = polygon(&[[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]], 0.5);
         let (counts, json, chunk) = export(&[quad, glass]);
-        assert_eq!(counts, GltfCounts { polygons: 2, triangles: 3, not_finite: 0 });
+        assert_eq!(counts, GltfCounts { objects: 1, polygons: 2, triangles: 3, ..GltfCounts::default() });
         assert_eq!(word(&chunk, 4), BIN_CHUNK);
         let binary = &chunk[8..];
         assert_eq!(binary.len() as u64, json["buffers"][0]["byteLength"].as_u64().expect("a number"));
@@ -276,7 +305,7 @@ mod tests {
         let near = polygon(&corners, 1.0);
         let grouped = [group(2, vec![], None), group(1, vec![StrokeId(1)], Some(2)), place(1), place(2)];
         let (counts, json, _) = export(&[&[near, far], &grouped[..]].concat());
-        assert_eq!(counts, GltfCounts { polygons: 1, triangles: 1, not_finite: 1 });
+        assert_eq!(counts, GltfCounts { objects: 1, polygons: 1, triangles: 1, not_finite: 1, turned: 0 });
         assert!(json["accessors"][0]["max"].as_array().is_some_and(|max| max.iter().all(Value::is_number)));
     }
 }

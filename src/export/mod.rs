@@ -1,7 +1,9 @@
 //! The model in formats of other programs.
 //!
-//! Knows [`scene`](crate::scene).
+//! Knows [`scene`](crate::scene) and [`brush`](crate::brush).
 
 mod gltf;
+mod gltf_json;
+mod gltf_material;
 
-pub use gltf::{ExportError, GltfCounts, write_glb};
+pub use gltf::{ExportError, ExportOptions, GltfCounts, Objects, write_glb};

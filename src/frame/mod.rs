@@ -9,9 +9,10 @@ mod pass;
 mod pipeline;
 mod previous_frame_pass;
 mod record;
+mod rest;
 
 pub use clock::{Reading, Stage, StageClock};
-pub use occlusion_pass::{AutoBasis, OcclusionChoice, OcclusionPass, PassConfig};
+pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};
 pub use pass::{Pass, PassInput};
 pub use pipeline::Pipeline;
 pub use previous_frame_pass::PreviousFramePass;

@@ -1,88 +1,12 @@
 use crate::{
-    frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass},
+    frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, rest::Rest},
     occlusion::{
-        AutoConfig, AutoMethod, AutoSwitch, CullConfig, CullerKind, OcclusionConfig, OcclusionStage, Outcome,
-        SelectConfig, ShadowVolume, Soundness, work_ns,
+        AutoConfig, AutoSwitch, CullConfig, Occlusion, OcclusionConfig, OcclusionStage, Outcome,
+        SelectConfig, ShadowVolume, work_ns,
     },
     polygon::{Change, Geometry, VisibleBlocks},
     view::{View, ViewWindow},
 };
-
-/// Which culling by occlusion a pipeline does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OcclusionChoice {
-    /// This method, in every frame.
-    Always(CullerKind),
-    /// In each frame [`CullerKind::Msvbsp`], or what was visible in the last frame, or none: what takes least.
-    Auto,
-    /// Hi-Z culling on the GPU, by a depth pyramid; the CPU only culls by the frustum.
-    Hzb,
-    /// Hardware occlusion queries on the GPU; the CPU only culls by the frustum.
-    Queries,
-    /// What was visible in the last frame, in a software depth buffer: [`crate::occlusion::PreviousFrameOccluders`].
-    DepthLast,
-    /// The sets of `lab::pvs`, found beforehand by sampling.
-    Pvs,
-}
-
-impl OcclusionChoice {
-    /// Its name on the command line and in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Always(kind) => kind.name(),
-            Self::Auto => "auto",
-            Self::Hzb => "hzb",
-            Self::DepthLast => "depth-last",
-            Self::Pvs => "pvs",
-            Self::Queries => "queries",
-        }
-    }
-
-    /// The choice with this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "auto" => Some(Self::Auto),
-            "hzb" => Some(Self::Hzb),
-            "depth-last" => Some(Self::DepthLast),
-            "pvs" => Some(Self::Pvs),
-            "queries" => Some(Self::Queries),
-            name => CullerKind::from_name(name).map(Self::Always),
-        }
-    }
-
-    /// The names of all methods that need nothing but the geometry.
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        CullerKind::ALL.iter().map(|kind| kind.name()).chain(["depth-last", "auto", "hzb", "queries"])
-    }
-
-    /// Whether its answers can be relied upon.
-    pub fn soundness(self) -> Soundness {
-        match self {
-            Self::Pvs => Soundness::Unsound("what is seen only from between the samples"),
-            Self::Always(_) | Self::Auto | Self::Hzb | Self::Queries | Self::DepthLast => {
-                self.kind().soundness()
-            }
-        }
-    }
-
-    /// Whether it is whoever draws that finds what is hidden: a pipeline then culls by the frustum alone.
-    pub fn is_while_drawing(self) -> bool {
-        matches!(self, Self::Hzb | Self::Queries)
-    }
-
-    /// Whether a pipeline with this choice has an [`OcclusionPass`].
-    pub fn has_pass(self) -> bool {
-        self.kind() != CullerKind::None
-    }
-
-    fn kind(self) -> CullerKind {
-        match self {
-            Self::Always(kind) => kind,
-            Self::Auto => CullerKind::Msvbsp,
-            Self::Hzb | Self::Queries | Self::DepthLast | Self::Pvs => CullerKind::None,
-        }
-    }
-}
 
 /// What `auto` goes by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -98,7 +22,7 @@ pub enum AutoBasis {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassConfig {
     /// Which method.
-    pub choice: OcclusionChoice,
+    pub choice: Occlusion,
     /// Most occluders of a frame; `None` is 64, and 16 for `auto`.
     pub occluders: Option<usize>,
     /// What drawing a polygon costs, nanoseconds: what is worth a test, and what pays.
@@ -109,7 +33,7 @@ pub struct PassConfig {
 
 impl PassConfig {
     /// The default settings of a method.
-    pub fn new(choice: OcclusionChoice) -> Self {
+    pub fn new(choice: Occlusion) -> Self {
         let AutoConfig { polygon_ns, .. } = AutoConfig::default();
         Self { choice, occluders: None, polygon_ns, basis: AutoBasis::default() }
     }
@@ -118,7 +42,7 @@ impl PassConfig {
     fn occluders(&self) -> usize {
         self.occluders.unwrap_or(match self.choice {
             // The first few hide most: what the others add seldom pays for choosing them.
-            OcclusionChoice::Auto => 16,
+            Occlusion::Auto => 16,
             _ => SelectConfig::default().occluders,
         })
     }
@@ -134,6 +58,8 @@ pub struct OcclusionPass {
     config: PassConfig,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
+    /// Where there is no switch.
+    rest: Rest,
     /// What else the switch chooses, where it can ever pay.
     last: Option<PreviousFramePass>,
     /// Frames since `last` was used.
@@ -152,15 +78,16 @@ impl OcclusionPass {
         let select = SelectConfig { occluders: config.occluders(), ..SelectConfig::default() };
         let cull = CullConfig::for_drawing(config.polygon_ns);
         let stage = OcclusionConfig { select, cull, ..OcclusionConfig::default() };
-        let mut stage = OcclusionStage::new(config.choice.kind(), stage);
+        let mut stage = OcclusionStage::new(config.choice, stage);
         stage.reserve(capacity);
         let auto = AutoConfig { polygon_ns: config.polygon_ns, ..AutoConfig::default() };
-        let is_auto = config.choice == OcclusionChoice::Auto;
+        let is_auto = config.choice == Occlusion::Auto;
         let switch = is_auto.then(|| AutoSwitch::new(auto));
-        let has_last = switch.as_ref().is_some_and(|switch| switch.can_ever_pay(AutoMethod::DepthLast));
+        let has_last = switch.as_ref().is_some_and(|switch| switch.can_depth_last_pay());
         Self {
             stage,
             switch,
+            rest: Rest::default(),
             last: has_last.then(|| PreviousFramePass::new(capacity)),
             since_last: u32::MAX,
             by_last: false,
@@ -219,7 +146,7 @@ impl OcclusionPass {
         number: usize,
         record: &mut OcclusionRecord,
     ) -> f64 {
-        let PassInput { index, geometry, clock, .. } = *frame;
+        let PassInput { index, geometry, clock, in_view, .. } = *frame;
         let start = clock.start();
         let select = self.stage.select(geometry, window);
         record.select += clock.since(start);
@@ -230,8 +157,7 @@ impl OcclusionPass {
 
         let start = clock.start();
         let drawn = &mut self.drawn[number];
-        drawn.clear();
-        let (cull, _) = self.stage.cull(index, geometry, &view.frustum(), drawn);
+        let cull = self.stage.thin_out(index, geometry, &view.frustum(), &in_view[number], drawn);
         record.query += clock.since(start);
 
         record.occluders += u64::from(select.chosen);
@@ -257,20 +183,34 @@ impl Pass for OcclusionPass {
         let mut record = OcclusionRecord::default();
         let seen = in_view.iter().map(|list| list.len() as u64).sum();
         let start = clock.start();
-        let decided = self.switch.as_mut().map_or(Some(AutoMethod::Msvbsp), |switch| switch.decide(seen));
-        let decided = decided.filter(|_| views.iter().any(|view| view.window().is_some()));
+        if self.switch.is_none() {
+            let stage = &self.stage;
+            let comes_large = || stage.comes_large(geometry, changes, views);
+            if self.rest.leaves_out(seen, views, comes_large) {
+                self.stage.follow_roughly(geometry, changes, 0.0);
+                record.select = clock.since(start);
+                return record;
+            }
+        }
+        let decided = match &mut self.switch {
+            Some(switch) => switch.decide(seen),
+            None => self.config.choice,
+        };
+        let is_off = (self.switch.is_some() && decided == Occlusion::None)
+            || views.iter().all(|view| view.window().is_none());
+        let is_by_last = !is_off && self.switch.is_some() && decided == Occlusion::DepthLast;
         self.since_last = self.since_last.saturating_add(1);
         self.by_last = false;
         // A try makes do with the candidates that there are.
-        match self.switch.as_ref().is_none_or(|switch| switch.kept() == Some(AutoMethod::Msvbsp)) {
-            true if decided == Some(AutoMethod::Msvbsp) => self.stage.follow(geometry, changes),
+        match self.switch.as_ref().is_none_or(|switch| switch.kept() == Occlusion::Msvbsp) {
+            true if !is_off && !is_by_last => self.stage.follow_in_steps(geometry, changes),
             _ => self.follow_roughly(geometry, changes),
         }
         record.select = clock.since(start);
-        if decided.is_none() {
+        if is_off {
             return record;
         }
-        if let Some(last) = self.last.as_mut().filter(|_| decided == Some(AutoMethod::DepthLast)) {
+        if let Some(last) = self.last.as_mut().filter(|_| is_by_last) {
             let start = clock.start();
             if self.since_last > LONGEST_MEMORY {
                 last.begin(in_view);
@@ -295,6 +235,7 @@ impl Pass for OcclusionPass {
         record.used = true;
         let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
         record.occluded = seen - drawn.min(seen);
+        self.rest.note(record.occluded, seen, views);
         self.note(&record, work_cost_ns);
         record
     }
@@ -305,7 +246,8 @@ impl Pass for OcclusionPass {
 
     fn set_occluders(&mut self, occluders: Option<usize>) {
         self.config.occluders = occluders;
-        self.stage.set_occluders(self.config.choice.kind(), self.config.occluders());
+        self.rest = Rest::default();
+        self.stage.set_occluders(self.config.choice, self.config.occluders());
     }
 
     fn set_polygon_ns(&mut self, polygon_ns: f64) {
@@ -313,7 +255,7 @@ impl Pass for OcclusionPass {
         switch.set_polygon_ns(polygon_ns);
         self.config.polygon_ns = polygon_ns;
         self.stage.set_cull(CullConfig::for_drawing(polygon_ns));
-        if self.last.is_none() && switch.can_ever_pay(AutoMethod::DepthLast) {
+        if self.last.is_none() && switch.can_depth_last_pay() {
             self.last = Some(PreviousFramePass::new(self.drawn[0].len()));
         }
     }

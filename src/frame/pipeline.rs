@@ -1,17 +1,18 @@
 use std::any::Any;
 
 use crate::{
-    frame::{
-        FrameRecord, OcclusionChoice, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass,
-        StageClock,
-    },
+    frame::{FrameRecord, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass, StageClock},
     index::{IndexError, SpatialIndex},
     math::Aabb,
+    occlusion::Occlusion,
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::View,
 };
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
+
+/// Changes that an index hears of at once.
+const ANNOUNCED: usize = 16;
 
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
 pub struct Pipeline {
@@ -65,8 +66,8 @@ impl Pipeline {
     #[must_use]
     pub fn with_choice(self, config: PassConfig, capacity: usize) -> Self {
         match config.choice {
-            OcclusionChoice::DepthLast => self.with_pass(PreviousFramePass::new(capacity)),
-            choice if choice.has_pass() => self.with_pass(OcclusionPass::new(config, capacity)),
+            Occlusion::DepthLast => self.with_pass(PreviousFramePass::new(capacity)),
+            choice if choice.has_culler() => self.with_pass(OcclusionPass::new(config, capacity)),
             _ => self,
         }
     }
@@ -139,7 +140,10 @@ impl Pipeline {
     /// inserted once its box is finite again.
     fn file(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let wants_shapes = self.index.wants_shapes();
-        for &change in changes {
+        for (i, &change) in changes.iter().enumerate() {
+            if i.is_multiple_of(ANNOUNCED) {
+                self.index.announce(geometry, &changes[i..changes.len().min(i + ANNOUNCED)]);
+            }
             let outcome = match change {
                 Change::Insert(id) => {
                     record.inserted += 1;

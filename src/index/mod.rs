@@ -21,5 +21,5 @@ pub use config::IndexConfig;
 pub use draw_list::DrawList;
 pub use osp::Osp;
 pub use simd::Backend;
-pub use spatial_index::{IndexError, Node, SpatialIndex, Visit, Visitor};
+pub use spatial_index::{IndexError, Node, SpatialIndex, Thinner, Visit, Visitor};
 pub use work::WorkCounts;

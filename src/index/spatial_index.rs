@@ -4,7 +4,7 @@ use thiserror::Error;
 use super::{DrawList, WorkCounts, probe};
 use crate::{
     math::{Aabb, Containment, Frustum, Ray, Sphere},
-    polygon::{ConvexPolygon, PolygonId, VisibleBlocks},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
 };
 
 /// Why an index refused a change. It is then as it was before.
@@ -41,6 +41,9 @@ pub trait SpatialIndex: Send + Sync {
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Hears which changes come next, so that an index can ask the memory for what they will touch. Changes nothing.
+    fn announce(&self, _geometry: &dyn Geometry, _changes: &[Change]) {}
 
     /// Inserts a polygon. Queries see it after the next [`SpatialIndex::commit`].
     ///
@@ -92,6 +95,13 @@ pub trait SpatialIndex: Send + Sync {
     /// of the nodes it does not skip that pass the frustum (each once, the same set as `frustum_cull` if nothing is
     /// skipped).
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts;
+
+    /// Takes out of `visible`, which [`SpatialIndex::frustum_cull_blocks`] has found for this frustum, the polygons that
+    /// `thinner` says are hidden: the same as a [`SpatialIndex::traverse`] leaves out whose visitor answers alike. Nothing
+    /// is listed, and what is not hidden is not read. `false` if the index cannot: nothing has happened then.
+    fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
+        false
+    }
 
     /// Appends the polygons whose boxes share a point with `bounds` (touching counts) to `out`, in any order, each
     /// once: the set that [`Aabb::intersects`] accepts. A box with a NaN finds nothing.
@@ -200,4 +210,20 @@ pub trait Visitor {
     /// Receives polygons that pass the frustum. `asked` is
     /// [`Visit::Descend`] or [`Visit::Take`], whatever was answered for the node that they are in.
     fn polygons(&mut self, ids: &[PolygonId], asked: Visit);
+}
+
+/// Says in a [`SpatialIndex::thin_out`] what is hidden.
+pub trait Thinner {
+    /// A node of fewer polygons is kept without a question.
+    fn least_polygons(&self) -> usize;
+
+    /// Whether the polygons of leaves are asked about one by one.
+    fn asks_polygons(&self) -> bool;
+
+    /// Decides about a node with this box and at most so many polygons: [`Visit::Skip`] if all of it is hidden,
+    /// [`Visit::Take`] if nothing of it can be.
+    fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit;
+
+    /// Whether a polygon with this box is hidden.
+    fn is_hidden(&mut self, bounds: &Aabb) -> bool;
 }

@@ -44,8 +44,8 @@ pub struct Subject {
     pub id: PolygonId,
     /// Its shape, world space. More than three corners are a fan around the first.
     pub polygon: ConvexPolygon,
-    /// Whether it hides what is behind it.
-    pub opaque: bool,
+    /// The part of it that hides what is behind it, in its plane.
+    pub occluder: Option<ConvexPolygon>,
 }
 
 /// What can be seen of a polygon.
@@ -62,6 +62,8 @@ pub enum Sight {
 /// A drawn triangle from the eye, cut off at the near plane.
 struct Facet {
     subject: u32,
+    /// Whether it hides what is behind it.
+    is_opaque: bool,
     /// Inward normals of the sides, unit length.
     sides: [DVec3; 4],
     side_count: usize,
@@ -72,7 +74,7 @@ struct Facet {
 }
 
 impl Facet {
-    fn new(subject: u32, triangle: [DVec3; 3], window: &ViewWindow) -> Option<Self> {
+    fn new(subject: u32, is_opaque: bool, triangle: [DVec3; 3], window: &ViewWindow) -> Option<Self> {
         let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).try_normalize()?;
         let far = triangle.iter().map(|v| v.length()).fold(0.0, f64::max);
         let distance = normal.dot(triangle[0]);
@@ -108,7 +110,7 @@ impl Facet {
             let (from, to) = (corners[i], corners[(i + 1) % count]);
             sides[i] = from.cross(to - from).normalize_or_zero();
         }
-        Some(Self { subject, sides, side_count: count, corners, normal, distance })
+        Some(Self { subject, is_opaque, sides, side_count: count, corners, normal, distance })
     }
 
     /// Where a ray from the eye along a unit direction meets it.
@@ -128,7 +130,6 @@ pub struct Oracle {
     facets: Vec<Facet>,
     /// By subject: its facets lie one after the other.
     facets_of: Vec<std::ops::Range<u32>>,
-    opaque: Vec<bool>,
     ids: Vec<PolygonId>,
     /// By pixel: nearest opaque facet, and the reciprocal of its distance along the view.
     owner: Vec<u32>,
@@ -162,7 +163,6 @@ impl Oracle {
             height,
             facets: Vec::new(),
             facets_of: Vec::new(),
-            opaque: Vec::new(),
             ids: Vec::new(),
             owner: vec![NOBODY; width * height],
             depth: vec![0.0; width * height],
@@ -173,12 +173,17 @@ impl Oracle {
         for subject in subjects {
             let start = oracle.facets.len() as u32;
             let number = oracle.ids.len() as u32;
-            for pair in subject.polygon.vertices()[1..].windows(2) {
-                let triangle = [subject.polygon.vertices()[0], pair[0], pair[1]].map(|p| window.from_eye(p));
-                oracle.facets.extend(Facet::new(number, triangle, window));
+            let is_all_opaque = subject.occluder == Some(subject.polygon);
+            let parts =
+                [(Some(subject.polygon), is_all_opaque), (subject.occluder.filter(|_| !is_all_opaque), true)];
+            for (polygon, is_opaque) in parts {
+                let Some(polygon) = polygon else { continue };
+                for pair in polygon.vertices()[1..].windows(2) {
+                    let triangle = [polygon.vertices()[0], pair[0], pair[1]].map(|p| window.from_eye(p));
+                    oracle.facets.extend(Facet::new(number, is_opaque, triangle, window));
+                }
             }
             oracle.facets_of.push(start..oracle.facets.len() as u32);
-            oracle.opaque.push(subject.opaque);
             oracle.ids.push(subject.id);
         }
         oracle.sight = vec![Sight::Outside; oracle.ids.len()];
@@ -223,7 +228,7 @@ impl Oracle {
             for i in 0..self.facets.len() {
                 let facet = &self.facets[i];
                 let subject = facet.subject as usize;
-                if self.opaque[subject] != pass {
+                if facet.is_opaque != pass {
                     continue;
                 }
                 let mut sides = [[0.0; 3]; 4];
@@ -284,7 +289,7 @@ impl Oracle {
                 self.bins = (0..columns * rows).map(|b| counts[b]..counts[b + 1]).collect();
             }
             for (i, facet) in self.facets.iter().enumerate() {
-                if !self.opaque[facet.subject as usize] {
+                if !facet.is_opaque {
                     continue;
                 }
                 let (xs, ys) = self.bins_of(facet);

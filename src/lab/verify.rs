@@ -1,7 +1,7 @@
 //! Occlusion culling against the truth: what was wrongly culled, what share of the hidden was found, and at what cost.
 
 use crate::{
-    frame::{OcclusionChoice, StageClock},
+    frame::StageClock,
     index::{DrawList, SpatialIndex},
     lab::{
         lost_polygons,
@@ -10,10 +10,10 @@ use crate::{
     },
     math::Frustum,
     occlusion::{
-        BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
+        BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
         PoolConfig, PreviousFrameOccluders, SelectConfig, SelectCounts, Selector, Soundness,
     },
-    polygon::{Change, PolygonId},
+    polygon::{Change, Geometry, PolygonId},
     scene::Scene,
     view::{View, ViewWindow},
 };
@@ -22,7 +22,7 @@ use crate::{
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerifyConfig {
     /// The methods.
-    pub kinds: Vec<CullerKind>,
+    pub kinds: Vec<Occlusion>,
     /// Numbers of occluders, each with every method.
     pub occluders: Vec<usize>,
     /// Candidates.
@@ -128,7 +128,7 @@ impl Trial {
     pub fn name(&self) -> &'static str {
         match &self.means {
             Means::Chosen(_, culler) => culler.name(),
-            Means::Last(_) => OcclusionChoice::DepthLast.name(),
+            Means::Last(_) => Occlusion::DepthLast.name(),
         }
     }
 
@@ -308,7 +308,8 @@ impl Verifier {
             let lost = lost_polygons(scene, view, self.in_view.ids());
             self.views.lost += lost.len() as u64;
             self.views.first_lost = self.views.first_lost.or(lost.first().map(|&id| (self.views.views, id)));
-            let oracle = Oracle::new(&window, subjects(scene, self.in_view.ids()), self.config.oracle);
+            let oracle =
+                Oracle::new(&window, subjects(scene, &window, self.in_view.ids()), self.config.oracle);
             for (id, sight) in oracle.answers() {
                 self.truth[id.index()].0 = Some(sight);
                 self.views.visible += u64::from(sight == Sight::Visible);
@@ -514,7 +515,7 @@ pub fn visible_polygons(
     config: OracleConfig,
 ) -> Vec<PolygonId> {
     let is_visible = |&(_, sight): &(PolygonId, Sight)| sight == Sight::Visible;
-    let mut visible: Vec<PolygonId> = Oracle::new(window, subjects(scene, in_view), config)
+    let mut visible: Vec<PolygonId> = Oracle::new(window, subjects(scene, window, in_view), config)
         .answers()
         .filter(is_visible)
         .map(|(id, _)| id)
@@ -530,10 +531,15 @@ pub fn missing(visible: &[PolygonId], drawn: &[PolygonId]) -> u64 {
     visible.iter().filter(|id| drawn.binary_search(id).is_err()).count() as u64
 }
 
-fn subjects<'a>(scene: &'a Scene, ids: &'a [PolygonId]) -> impl Iterator<Item = Subject> + 'a {
-    ids.iter().map(|&id| {
-        let (.., opacity) = scene.stroke_of(id).color();
-        Subject { id, polygon: scene.polygon(id), opaque: opacity >= 1.0 }
+fn subjects<'a>(
+    scene: &'a Scene,
+    window: &ViewWindow,
+    ids: &'a [PolygonId],
+) -> impl Iterator<Item = Subject> + use<'a> {
+    let (eye, up) = (window.eye_in_world().as_vec3(), (window.corners()[3] - window.corners()[0]).as_vec3());
+    ids.iter().map(move |&id| {
+        let polygon = scene.polygon_from(id, eye, up);
+        Subject { id, polygon, occluder: scene.occluder(id) }
     })
 }
 

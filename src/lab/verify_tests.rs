@@ -12,7 +12,7 @@ fn truth() -> (Vec<(Option<Sight>, u8)>, DrawList) {
     (sights.map(|sight| (sight, 0)).to_vec(), list(&[0, 1, 2]))
 }
 
-fn trial(kind: CullerKind, totals: Totals) -> Trial {
+fn trial(kind: Occlusion, totals: Totals) -> Trial {
     let means = Means::Chosen(Selector::new(SelectConfig::default()), kind.create(1));
     Trial { occluders: 1, means, totals }
 }
@@ -34,15 +34,15 @@ fn what_is_drawn_and_left_out_is_counted_frame_by_frame() {
     assert_eq!((totals.false_culls, totals.misreported, totals.first_false), (0, 0, None));
     assert!((totals.hidden_culled_percent() - 200.0 / 3.0).abs() < 1.0e-9);
     assert!((totals.mean(totals.drawn) - 7.0 / 3.0).abs() < 1.0e-9);
-    assert!(!trial(CullerKind::Msvbsp, totals).failed());
+    assert!(!trial(Occlusion::Msvbsp, totals).failed());
 }
 
 #[test]
 fn a_visible_polygon_that_is_left_out_fails_what_promises_not_to() {
     let totals = added(&[&[0, 1], &[0], &[]]);
     assert_eq!((totals.false_culls, totals.first_false), (3, Some((1, PolygonId(1)))));
-    assert!(trial(CullerKind::Msvbsp, totals.clone()).failed());
-    assert!(!trial(CullerKind::MsvbspPaperCapless, totals).failed());
+    assert!(trial(Occlusion::Msvbsp, totals.clone()).failed());
+    assert!(!trial(Occlusion::MsvbspPaper, totals).failed());
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn a_polygon_reported_twice_or_from_out_of_view_fails_whatever_is_promised() {
     for drawn in [&[0, 1, 0][..], &[0, 1, 3]] {
         let totals = added(&[drawn]);
         assert_eq!((totals.misreported, totals.false_culls), (1, 0), "{drawn:?}");
-        for kind in [CullerKind::Msvbsp, CullerKind::MsvbspPaperCapless] {
+        for kind in [Occlusion::Msvbsp, Occlusion::MsvbspPaper] {
             assert!(trial(kind, totals.clone()).failed(), "{drawn:?}");
         }
     }
@@ -67,7 +67,7 @@ fn what_is_wrong_before_the_frames_that_count_is_wrong_all_the_same() {
     totals.add_faults(5, &list(&[1, 1, 3]), &mut truth, &in_view);
     assert_eq!((totals.false_culls, totals.misreported), (1, 2));
     assert_eq!(totals.first_false, Some((5, PolygonId(0))));
-    assert!(trial(CullerKind::Msvbsp, totals.clone()).failed());
+    assert!(trial(Occlusion::Msvbsp, totals.clone()).failed());
     // More of it adds up, and the first stays the first.
     totals.add_faults(6, &list(&[0, 3]), &mut truth, &in_view);
     assert_eq!((totals.false_culls, totals.misreported), (2, 3));

@@ -1,20 +1,22 @@
-/// What an occluded polygon saves and what the stages cost: the basis on which occlusion is switched.
+use super::{Occlusion, TryBudget};
+
+/// Settings of [`AutoSwitch`]: when a method of occlusion culling is worth its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AutoConfig {
     /// What drawing one polygon costs, nanoseconds. A renderer measures it: frame time over polygons drawn.
     pub polygon_ns: f64,
-    /// It pays if it saves at least this many times what it costs.
+    /// A method pays if the drawing time that it saves is at least this many times its own time.
     pub least_ratio: f64,
-    /// Another method is taken if a frame takes less than this part of the time with it.
+    /// A method that is tried replaces the one in use if a frame takes less than this part of the time with it.
     pub faster: f64,
-    /// Frames in a row in which it does not pay before it is switched off.
+    /// After this many frames in a row that do not pay, the method in use is switched off.
     pub patience: u32,
-    /// At most one frame in this many tries a method that is not in use.
+    /// A method that is not in use is tried at most once in this many frames.
     pub probe_every: u32,
-    /// Tries may cost this part of what drawing costs, in the long run, shared by the methods that are not in use.
+    /// All tries together may take this part of the drawing time, in the long run.
     pub probe_share: f64,
-    /// While they are not in use, keeping candidates for large occluders may cost this part of what drawing costs, in the
-    /// long run.
+    /// While large occluders are not in use, following the candidates for them may take this part of the drawing time,
+    /// in the long run.
     pub keep_share: f64,
 }
 
@@ -34,20 +36,30 @@ impl Default for AutoConfig {
     }
 }
 
-/// What is chosen among, besides none.
+/// The methods to choose from, besides frustum culling alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AutoMethod {
-    /// The best of large occluders: [`super::CullerKind::Msvbsp`].
+enum Method {
+    /// [`Occlusion::Msvbsp`].
     Msvbsp,
-    /// What was visible in the last frame: [`super::PreviousFrameOccluders`].
+    /// [`Occlusion::DepthLast`].
     DepthLast,
 }
 
-impl AutoMethod {
+impl From<Option<Method>> for Occlusion {
+    fn from(method: Option<Method>) -> Self {
+        match method {
+            None => Self::None,
+            Some(Method::Msvbsp) => Self::Msvbsp,
+            Some(Method::DepthLast) => Self::DepthLast,
+        }
+    }
+}
+
+impl Method {
     const ALL: [Self; 2] = [Self::Msvbsp, Self::DepthLast];
 
-    /// About the least that a frame costs, nanoseconds, whatever is in view: for large occluders choosing among the
-    /// candidates and building from few of them, for what was visible last a test of each four polygons.
+    /// About the least time that this method takes in a frame, nanoseconds. Large occluders: to select them and to build
+    /// the tree. Previous-frame occluders: that, and a test for every four polygons in view.
     fn least_ns(self, in_view: u64) -> f64 {
         match self {
             Self::Msvbsp => 30_000.0,
@@ -55,23 +67,23 @@ impl AutoMethod {
         }
     }
 
-    /// Whether the first frame of a try is another than those to come: what was visible last is then not known, and
-    /// everything in view is taken for it.
+    /// Whether the first frame of a try says little about the next ones: nothing is known yet of the previous frame, so
+    /// everything in view is filled into the depth buffer.
     fn has_to_start(self) -> bool {
         self == Self::DepthLast
     }
 }
 
-/// What one frame's occlusion culling cost, over culling by the frustum alone, and what it brought.
+/// Time and result of one frame's occlusion culling, compared with frustum culling alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Following the candidates, choosing among them, building, and testing, nanoseconds.
+    /// Time to follow the candidates, select occluders, build the culler and test, nanoseconds.
     pub cost_ns: f64,
-    /// Polygons not drawn because of it.
+    /// Polygons culled.
     pub culled: u64,
 }
 
-/// Part of the new value in a moving average.
+/// Weight of the newest value in a moving average.
 const WEIGHT: f64 = 0.2;
 
 /// A frame that gains less than this part of what it costs counts as [`HOPELESS_FRAMES`] that do not pay.
@@ -79,45 +91,43 @@ const HOPELESS: f64 = 0.25;
 /// See [`HOPELESS`].
 const HOPELESS_FRAMES: u32 = 3;
 
-/// What a try of what was visible last costs for each polygon in view before there was one, nanoseconds: the outlines of
-/// all of them, and then of what is left.
+/// Assumed time of the first try of previous-frame occluders, nanoseconds for each polygon in view: its first frame fills
+/// the outlines of all of them, its second frame of those that were left.
 const FIRST_PRICE_NS: f64 = 6_000.0;
 
-/// What would take more frames to earn than this, or twice as many where another method is tried, too, is not tried.
+/// A try that takes more frames than this to save for is not made; twice as many where two methods take turns.
 const MOST_FRAMES_FOR_A_TRY: f64 = 2048.0;
 
-/// Most that is put aside for keeping candidates, nanoseconds: the longest frame that it makes.
+/// Most time that is saved for following candidates, nanoseconds: one frame may spend all of it.
 const MOST_IDLE_NS: f64 = 300_000.0;
 
 /// What is known of a method.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
-    /// While it is in use a moving average, else what its last try found.
+    /// A moving average while the method is in use, else what its last try measured.
     cost_ns: f64,
     gain_ns: f64,
-    /// What its last try cost for each polygon in view, nanoseconds.
+    /// Time of its last try, nanoseconds for each polygon in view.
     price_ns: Option<f64>,
-    /// Frames since its last try, while it is not in use.
-    waited: u32,
-    /// What may be spent on its next try, nanoseconds.
-    saved_ns: f64,
+    /// For its next try, while it is not in use.
+    budget: TryBudget,
 }
 
-/// A try that goes on.
+/// A try that has begun.
 #[derive(Clone, Copy, Debug)]
 struct Try {
-    method: AutoMethod,
-    /// What its frames have cost.
+    method: Method,
+    /// Time of its frames so far, nanoseconds.
     spent_ns: f64,
-    /// It is in the first frame of two.
+    /// The first of its two frames has not been measured yet.
     is_first: bool,
 }
 
-/// Decides for every frame by which method to cull, or that culling by the frustum is enough: each method that is not in
-/// use gets a try at intervals, and the one is kept with which a frame takes least.
+/// Decides for every frame which method of occlusion culling to use, if any. Methods that are not in use are tried at
+/// intervals; the one with the shortest frames is kept.
 ///
-/// A try has to be earned: every frame puts [`AutoConfig::probe_share`] of its drawing aside, and a frame in which even
-/// culling everything would not pay is never tried.
+/// Time for tries is saved in advance: every frame saves [`AutoConfig::probe_share`] of its drawing time. Where even
+/// culling everything would not pay, nothing is tried.
 ///
 /// It has no clock. Given measured costs it adapts to the machine; given costs computed from work counts
 /// ([`super::work_ns`], [`super::PreviousFrameCounts::work_ns`]) it decides the same on every machine, which a replay that is
@@ -125,25 +135,25 @@ struct Try {
 #[derive(Clone, Debug)]
 pub struct AutoSwitch {
     config: AutoConfig,
-    kept: Option<AutoMethod>,
-    known: [Known; AutoMethod::ALL.len()],
+    kept: Option<Method>,
+    known: [Known; Method::ALL.len()],
     /// The kept method has been measured.
     is_measured: bool,
     /// Frames in a row in which it did not pay.
     losing: u32,
     trying: Option<Try>,
-    /// Polygons in view of the frame that was decided last.
+    /// Polygons in view in the last frame that was decided.
     in_view: u64,
-    /// What may be spent on keeping candidates, nanoseconds.
+    /// Time saved for following candidates, nanoseconds.
     idle_ns: f64,
 }
 
 impl AutoSwitch {
-    /// A switch that begins with large occluders, knowing nothing.
+    /// A switch without measurements; it begins with large occluders.
     pub fn new(config: AutoConfig) -> Self {
         Self {
             config,
-            kept: Some(AutoMethod::Msvbsp),
+            kept: Some(Method::Msvbsp),
             known: Default::default(),
             is_measured: false,
             losing: 0,
@@ -153,9 +163,9 @@ impl AutoSwitch {
         }
     }
 
-    /// The method in use, but for tries and for frames in which nothing can be gained.
-    pub fn kept(&self) -> Option<AutoMethod> {
-        self.kept
+    /// The method in use. Frames that try another one, and frames in which it cannot pay, are culled differently.
+    pub fn kept(&self) -> Occlusion {
+        self.kept.into()
     }
 
     /// Changes what drawing a polygon costs, nanoseconds.
@@ -163,35 +173,38 @@ impl AutoSwitch {
         self.config.polygon_ns = polygon_ns;
     }
 
-    /// Whether there can be a frame in which a method pays.
-    pub fn can_ever_pay(&self, method: AutoMethod) -> bool {
+    /// Whether there can be a frame in which culling with the previous frame's polygons pays.
+    pub fn can_depth_last_pay(&self) -> bool {
         // The more is in view, the less what does not depend on it weighs.
         let many = 1 << 32;
-        many as f64 * self.config.polygon_ns >= self.config.least_ratio * method.least_ns(many)
+        many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::DepthLast.least_ns(many)
     }
 
-    /// How to cull the next frame; asked once a frame, before it, with the number of polygons that the frustum may see.
-    pub fn decide(&mut self, in_view: u64) -> Option<AutoMethod> {
+    /// The method for the next frame. To be called once before each frame, with the number of polygons in the frustum.
+    pub fn decide(&mut self, in_view: u64) -> Occlusion {
+        self.choose(in_view).into()
+    }
+
+    fn choose(&mut self, in_view: u64) -> Option<Method> {
         self.in_view = in_view;
         let all_ns = self.all_ns();
         let kept = self.kept.filter(|method| self.may_pay(*method, all_ns));
         // Drawing all of them, or what a frame takes with the kept method: no other one saves more.
         let now_ns = kept.map_or(all_ns, |method| self.frame_ns(method));
-        if self.kept != Some(AutoMethod::Msvbsp) && self.may_pay(AutoMethod::Msvbsp, all_ns) {
+        if self.kept != Some(Method::Msvbsp) && self.may_pay(Method::Msvbsp, all_ns) {
             self.idle_ns = (self.idle_ns + self.config.keep_share * now_ns).min(MOST_IDLE_NS);
         }
-        let others = AutoMethod::ALL.map(|method| Some(method) != self.kept && self.may_try(method, now_ns));
+        let others = Method::ALL.map(|method| Some(method) != self.kept && self.may_try(method, now_ns));
         let share = self.config.probe_share / others.iter().filter(|other| **other).count().max(1) as f64;
-        let mut next: Option<(u32, AutoMethod)> = None;
-        for method in AutoMethod::ALL.into_iter().filter(|method| others[*method as usize]) {
+        let mut next: Option<(u32, Method)> = None;
+        for method in Method::ALL.into_iter().filter(|method| others[*method as usize]) {
             let price_ns = self.price_ns(method);
-            let known = &mut self.known[method as usize];
-            known.waited = known.waited.saturating_add(1);
-            known.saved_ns = (known.saved_ns + share * now_ns).min(price_ns);
-            let is_ready = known.waited >= self.config.probe_every && known.saved_ns >= price_ns;
+            let budget = &mut self.known[method as usize].budget;
+            budget.save(share * now_ns, price_ns);
+            let is_due = budget.is_due(price_ns, self.config.probe_every);
             // In turns: the one that has waited longest.
-            if is_ready && next.is_none_or(|(waited, _)| known.waited > waited) {
-                next = Some((known.waited, method));
+            if is_due && next.is_none_or(|(waited, _)| budget.frames() > waited) {
+                next = Some((budget.frames(), method));
             }
         }
         if let Some(Try { method, .. }) = self.trying {
@@ -201,23 +214,22 @@ impl AutoSwitch {
             self.trying = None;
         }
         let Some((_, method)) = next else { return kept };
-        let known = &mut self.known[method as usize];
-        (known.waited, known.saved_ns) = (0, 0.0);
+        self.known[method as usize].budget.restart();
         self.trying = Some(Try { method, spent_ns: 0.0, is_first: method.has_to_start() });
         Some(method)
     }
 
-    /// What a frame that is not culled by large occluders may spend on keeping candidates, nanoseconds.
+    /// Time that a frame without large occluders may spend on following candidates, nanoseconds.
     pub fn idle_budget_ns(&self) -> f64 {
         self.idle_ns
     }
 
-    /// Takes off what it has spent.
+    /// Subtracts what was spent of [`AutoSwitch::idle_budget_ns`].
     pub fn spend_idle(&mut self, ns: f64) {
         self.idle_ns -= ns;
     }
 
-    /// Takes the outcome of a frame that was culled as it was decided.
+    /// Takes the measurements of a frame that was culled as decided.
     pub fn note(&mut self, outcome: Outcome) {
         let gain_ns = outcome.culled as f64 * self.config.polygon_ns;
         match self.trying.take() {
@@ -240,7 +252,7 @@ impl AutoSwitch {
         let is_hopeless = known.gain_ns < HOPELESS * known.cost_ns;
         self.losing += if is_hopeless { HOPELESS_FRAMES } else { 1 };
         if self.losing >= self.config.patience {
-            (known.waited, known.saved_ns) = (0, 0.0);
+            known.budget.restart();
             self.kept = None;
         }
     }
@@ -267,31 +279,31 @@ impl AutoSwitch {
         }
     }
 
-    /// Drawing all that is in view.
+    /// Time to draw everything in view, nanoseconds.
     fn all_ns(&self) -> f64 {
         self.in_view as f64 * self.config.polygon_ns
     }
 
-    /// Drawing what this method leaves, and what it costs.
-    fn frame_ns(&self, method: AutoMethod) -> f64 {
+    /// Time of a frame with this method, drawing included, nanoseconds.
+    fn frame_ns(&self, method: Method) -> f64 {
         let Known { cost_ns, gain_ns, .. } = self.known[method as usize];
         (self.all_ns() - gain_ns).max(0.0) + cost_ns
     }
 
-    fn price_ns(&self, method: AutoMethod) -> f64 {
+    fn price_ns(&self, method: Method) -> f64 {
         let Known { cost_ns, price_ns, .. } = self.known[method as usize];
         match method {
-            AutoMethod::Msvbsp => cost_ns,
-            AutoMethod::DepthLast => price_ns.unwrap_or(FIRST_PRICE_NS) * self.in_view as f64,
+            Method::Msvbsp => cost_ns,
+            Method::DepthLast => price_ns.unwrap_or(FIRST_PRICE_NS) * self.in_view as f64,
         }
     }
 
-    /// Whether saving so much would pay.
-    fn may_pay(&self, method: AutoMethod, most_ns: f64) -> bool {
+    /// Whether the method would pay if it saved this much time.
+    fn may_pay(&self, method: Method, most_ns: f64) -> bool {
         most_ns >= self.config.least_ratio * method.least_ns(self.in_view)
     }
 
-    fn may_try(&self, method: AutoMethod, now_ns: f64) -> bool {
+    fn may_try(&self, method: Method, now_ns: f64) -> bool {
         let earned_ns = MOST_FRAMES_FOR_A_TRY * self.config.probe_share * now_ns;
         self.may_pay(method, now_ns) && (!method.has_to_start() || self.price_ns(method) <= earned_ns)
     }
@@ -300,7 +312,7 @@ impl AutoSwitch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use AutoMethod::{DepthLast, Msvbsp};
+    use Method::{DepthLast, Msvbsp};
 
     const IN_VIEW: u64 = 50_000;
 
@@ -317,17 +329,17 @@ mod tests {
     fn play_all(
         switch: &mut AutoSwitch,
         frames: u32,
-        mut outcome: impl FnMut(AutoMethod, u32) -> Outcome,
+        mut outcome: impl FnMut(Method, u32) -> Outcome,
     ) -> Used {
-        let (mut used, mut kept) = (Used::default(), switch.kept());
+        let (mut used, mut kept) = (Used::default(), switch.kept);
         for frame in 0..frames {
-            let Some(method) = switch.decide(IN_VIEW) else { continue };
+            let Some(method) = switch.choose(IN_VIEW) else { continue };
             let outcome = outcome(method, frame);
             switch.note(outcome);
             *(if method == Msvbsp { &mut used.msvbsp } else { &mut used.last }) += 1;
             used.cost_ns += outcome.cost_ns;
-            used.changes += u32::from(switch.kept() != kept);
-            kept = switch.kept();
+            used.changes += u32::from(switch.kept != kept);
+            kept = switch.kept;
         }
         used
     }
@@ -340,7 +352,7 @@ mod tests {
     }
 
     fn is_on(switch: &AutoSwitch) -> bool {
-        switch.kept().is_some()
+        switch.kept.is_some()
     }
 
     fn dear(polygon_ns: f64) -> AutoSwitch {
@@ -350,7 +362,7 @@ mod tests {
     const MS: f64 = 1.0e6;
 
     /// The same in every frame: what each method costs, milliseconds, and how many polygons it culls.
-    fn always(msvbsp: (f64, u64), last: (f64, u64)) -> impl Fn(AutoMethod, u32) -> Outcome + Copy {
+    fn always(msvbsp: (f64, u64), last: (f64, u64)) -> impl Fn(Method, u32) -> Outcome + Copy {
         move |method, _| {
             let (cost_ms, culled) = if method == Msvbsp { msvbsp } else { last };
             Outcome { cost_ns: cost_ms * MS, culled }
@@ -362,7 +374,7 @@ mod tests {
         // Drawing takes 500 ms.
         let mut switch = dear(10_000.0);
         let used = play_all(&mut switch, 2000, always((4.0, 10), (80.0, 25_000)));
-        assert_eq!(switch.kept(), Some(DepthLast));
+        assert_eq!(switch.kept, Some(DepthLast));
         assert!(used.last > 1500 && used.msvbsp < 100 && used.changes == 2, "{used:?}");
     }
 
@@ -370,7 +382,7 @@ mod tests {
     fn large_occluders_are_taken_where_they_pay_more() {
         let mut switch = dear(10_000.0);
         let used = play_all(&mut switch, 5000, always((4.0, 25_000), (80.0, 26_000)));
-        assert_eq!((switch.kept(), used.changes), (Some(Msvbsp), 0), "{used:?}");
+        assert_eq!((switch.kept, used.changes), (Some(Msvbsp), 0), "{used:?}");
         assert!(used.last > 0 && used.last < 100, "it is tried all the same: {used:?}");
     }
 
@@ -380,10 +392,10 @@ mod tests {
         // 454 ms of drawing and culling against 280, and then against 530.
         let mut switch = dear(10_000.0);
         assert!(play_all(&mut switch, 2000, last(30_000)).last > 1000);
-        assert_eq!(switch.kept(), Some(DepthLast));
+        assert_eq!(switch.kept, Some(DepthLast));
         let used = play_all(&mut switch, 2000, last(4_000));
         assert!(used.last < 100 && used.msvbsp > 1500, "{used:?}");
-        assert_eq!(switch.kept(), Some(Msvbsp));
+        assert_eq!(switch.kept, Some(Msvbsp));
         // 454 against 440: not worth a change.
         let mut switch = dear(10_000.0);
         assert_eq!(play_all(&mut switch, 4000, last(14_000)).changes, 0);
@@ -410,7 +422,7 @@ mod tests {
         play_all(&mut switch, 100, outcome);
         let used = play_all(&mut switch, 20_000, outcome);
         let share = used.cost_ns / (20_000.0 * 50.0 * MS);
-        assert_eq!((switch.kept(), used.changes), (None, 0));
+        assert_eq!((switch.kept, used.changes), (None, 0));
         assert!(share > 0.0030 && share < 0.0042, "{share} of the drawing: {used:?}");
         assert!(used.last >= 10 && used.msvbsp >= 150, "in turns: {used:?}");
     }
@@ -429,7 +441,7 @@ mod tests {
             first_frames += u32::from(is_first);
             Outcome { cost_ns: if is_first { 400.0 } else { 80.0 } * MS, culled: 25_000 }
         });
-        assert!(used.last > 400 && switch.kept() == Some(DepthLast), "{used:?}, {first_frames}");
+        assert!(used.last > 400 && switch.kept == Some(DepthLast), "{used:?}, {first_frames}");
         let mut switch = dear(10_000.0);
         let (mut in_a_row, mut longest, mut last_frame) = (0, 0, u32::MAX);
         play_all(&mut switch, 3000, |method, frame| {
@@ -449,8 +461,7 @@ mod tests {
             let used = play_all(&mut switch, 20_000, |_, _| Outcome { cost_ns: 50_000.0, culled: 100 });
             assert_eq!(used.last, 0, "{polygon_ns}");
         }
-        let can = |polygon_ns, method| dear(polygon_ns).can_ever_pay(method);
-        assert!(!can(10.0, DepthLast) && can(1_000.0, DepthLast) && can(10.0, Msvbsp));
+        assert!(!dear(10.0).can_depth_last_pay() && dear(1_000.0).can_depth_last_pay());
     }
 
     #[test]
@@ -496,8 +507,8 @@ mod tests {
     #[test]
     fn where_nothing_could_be_gained_nothing_is_tried() {
         let mut switch = AutoSwitch::new(AutoConfig::default());
-        assert!((0..500).all(|_| switch.decide(1000).is_none()), "10 µs of drawing");
-        assert_eq!(switch.decide(IN_VIEW), Some(Msvbsp));
+        assert!((0..500).all(|_| switch.choose(1000).is_none()), "10 µs of drawing");
+        assert_eq!(switch.choose(IN_VIEW), Some(Msvbsp));
     }
 
     #[test]
@@ -508,7 +519,7 @@ mod tests {
         assert!(!is_on(&switch));
         let mut spent = 0.0;
         for _ in 0..1000 {
-            if switch.decide(IN_VIEW).is_some() {
+            if switch.choose(IN_VIEW).is_some() {
                 switch.note(Outcome { cost_ns: 50_000.0, culled: 0 });
             }
             let ns = switch.idle_budget_ns();

@@ -47,7 +47,8 @@ pub(super) fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
     Span { start, len: points.len() as u32 - start }
 }
 
-/// Both parts of a cone, cut by a plane through the eye: before it, and behind it. As two calls of [`clip`], in one.
+/// Splits a cone by a plane through the eye into the part in front of it and the part behind it: two calls of [`clip`]
+/// in one.
 pub(super) fn split(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> (Span, Span) {
     // Most cones have four to eight edges; a rare large one takes the slower way.
     const ROOM: usize = 16;

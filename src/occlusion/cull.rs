@@ -1,22 +1,22 @@
 use super::{OcclusionCuller, Tested, Verdict};
 use crate::{
-    index::{Node, Visit, Visitor},
-    math::Sphere,
+    index::{Node, Thinner, Visit, Visitor},
+    math::{Aabb, Sphere},
     polygon::{Geometry, PolygonId},
 };
 
-/// What of a node is tested.
+/// The bounding volume of a node that is tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeTest {
-    /// The ball around the node's box (the paper).
+    /// The bounding sphere of the node's box, as in the paper.
     Sphere,
-    /// The box itself: inside its ball, so it hides at least as much at the same price.
+    /// The bounding box. It lies inside the sphere, so at least as much is found to be hidden in the same time.
     Box,
-    /// The box's outline, cut along the tree's planes: hides a little more, several times dearer.
+    /// The box's outline, clipped by the tree's planes: finds a little more in several times the time.
     Outline,
 }
 
-/// What happens to the polygons of a node that is neither hidden nor unoccluded and has nothing below.
+/// What happens to the polygons of a partly hidden leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PolygonTest {
     /// They are drawn.
@@ -28,7 +28,7 @@ pub enum PolygonTest {
 /// Settings of culling an index by occlusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CullConfig {
-    /// What of a node is tested.
+    /// The bounding volume of a node that is tested.
     pub node_test: NodeTest,
     /// Whether polygons are tested one by one.
     pub polygon_test: PolygonTest,
@@ -43,13 +43,13 @@ impl Default for CullConfig {
     }
 }
 
-/// Testing a node or a polygon and walking on, nanoseconds: the scale for [`CullConfig::for_drawing`].
+/// Time to test a node or a polygon and to go on, nanoseconds; see [`CullConfig::for_drawing`].
 const TEST_NS: f64 = 160.0;
 
 impl CullConfig {
-    /// Tests that are worth it where drawing a polygon costs this much, nanoseconds: a node that costs less to draw than
-    /// four tests is drawn, and polygons are tested one by one only if each costs more than that. (Most tests bring
-    /// nothing, and the nodes above have been tested, too.)
+    /// Settings for a renderer that takes this many nanoseconds to draw a polygon. A node that is drawn faster than four
+    /// tests are made is drawn without a test; polygons are tested one by one only if each takes longer than that.
+    /// (Most tests find nothing hidden, and the nodes above have been tested, too.)
     pub fn for_drawing(polygon_ns: f64) -> Self {
         let least_polygons = (4.0 * TEST_NS / polygon_ns).ceil().clamp(1.0, 1.0e6) as usize;
         let polygon_test =
@@ -77,62 +77,44 @@ pub struct CullCounts {
     pub steps: u64,
 }
 
-/// Walks an index and leaves out what a culler hides.
-pub struct OcclusionVisitor<'a, L> {
+/// Asks a culler, and counts.
+pub(super) struct Tests<'a> {
     culler: &'a dyn OcclusionCuller,
-    geometry: &'a dyn Geometry,
     config: CullConfig,
-    draw_list: &'a mut L,
     counts: CullCounts,
 }
 
-impl<L> std::fmt::Debug for OcclusionVisitor<'_, L> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("OcclusionVisitor")
-            .field("culler", &self.culler.name())
-            .field("counts", &self.counts)
-            .finish_non_exhaustive()
+impl<'a> Tests<'a> {
+    pub(super) fn new(culler: &'a dyn OcclusionCuller, config: CullConfig) -> Self {
+        Self { culler, config, counts: CullCounts::default() }
+    }
+
+    pub(super) fn counts(&self) -> CullCounts {
+        self.counts
     }
 }
 
-impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
-    /// A visitor that appends what is not hidden to `draw_list`. The culler has been built for the view that the index
-    /// is walked with.
-    pub fn new(
-        culler: &'a dyn OcclusionCuller,
-        geometry: &'a dyn Geometry,
-        config: CullConfig,
-        draw_list: &'a mut L,
-    ) -> Self {
-        Self { culler, geometry, config, draw_list, counts: CullCounts::default() }
+impl Thinner for Tests<'_> {
+    fn least_polygons(&self) -> usize {
+        self.config.least_polygons
     }
 
-    /// What was done so far.
-    pub fn counts(&self) -> CullCounts {
-        self.counts
+    fn asks_polygons(&self) -> bool {
+        self.config.polygon_test != PolygonTest::Never
     }
 
-    fn test(&mut self, node: &Node<'_>) -> Verdict {
+    fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
         let Tested { verdict, steps } = match self.config.node_test {
-            NodeTest::Sphere => self.culler.test_sphere(&Sphere::around(node.bounds)),
-            NodeTest::Box => self.culler.test_box(node.bounds),
-            NodeTest::Outline => self.culler.test_outline(node.bounds),
+            NodeTest::Sphere => self.culler.test_sphere(&Sphere::around(bounds)),
+            NodeTest::Box => self.culler.test_box(bounds),
+            NodeTest::Outline => self.culler.test_outline(bounds),
         };
         self.counts.node_tests += 1;
         self.counts.steps += u64::from(steps);
-        verdict
-    }
-}
-
-impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
-    fn node(&mut self, node: &Node<'_>) -> Visit {
-        if node.polygons < self.config.least_polygons {
-            return Visit::Take;
-        }
-        match self.test(node) {
+        match verdict {
             Verdict::Hidden => {
                 self.counts.hidden += 1;
-                self.counts.skipped += node.polygons as u64;
+                self.counts.skipped += polygons as u64;
                 Visit::Skip
             }
             Verdict::Unoccluded => {
@@ -143,18 +125,65 @@ impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
         }
     }
 
+    fn is_hidden(&mut self, bounds: &Aabb) -> bool {
+        let Tested { verdict, steps } = self.culler.test_box(bounds);
+        let is_hidden = verdict == Verdict::Hidden;
+        self.counts.polygon_tests += 1;
+        self.counts.steps += u64::from(steps);
+        self.counts.hidden_polygons += u64::from(is_hidden);
+        is_hidden
+    }
+}
+
+/// Traverses an index and leaves out what a culler finds to be hidden.
+pub struct OcclusionVisitor<'a, L> {
+    tests: Tests<'a>,
+    geometry: &'a dyn Geometry,
+    draw_list: &'a mut L,
+}
+
+impl<L> std::fmt::Debug for OcclusionVisitor<'_, L> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OcclusionVisitor")
+            .field("culler", &self.tests.culler.name())
+            .field("counts", &self.tests.counts)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
+    /// A visitor that appends what is not hidden to `draw_list`. The culler has to be built for the view with
+    /// which the index is traversed.
+    pub fn new(
+        culler: &'a dyn OcclusionCuller,
+        geometry: &'a dyn Geometry,
+        config: CullConfig,
+        draw_list: &'a mut L,
+    ) -> Self {
+        Self { tests: Tests::new(culler, config), geometry, draw_list }
+    }
+
+    /// What was done so far.
+    pub fn counts(&self) -> CullCounts {
+        self.tests.counts
+    }
+}
+
+impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        match node.polygons < self.tests.config.least_polygons {
+            true => Visit::Take,
+            false => self.tests.node(node.bounds, node.polygons),
+        }
+    }
+
     fn polygons(&mut self, ids: &[PolygonId], asked: Visit) {
-        if asked == Visit::Take || self.config.polygon_test == PolygonTest::Never {
+        if asked == Visit::Take || !self.tests.asks_polygons() {
             self.draw_list.extend(ids.iter().copied());
             return;
         }
         for &id in ids {
-            let Tested { verdict, steps } = self.culler.test_box(&self.geometry.bounds(id));
-            self.counts.polygon_tests += 1;
-            self.counts.steps += u64::from(steps);
-            if verdict == Verdict::Hidden {
-                self.counts.hidden_polygons += 1;
-            } else {
+            if !self.tests.is_hidden(&self.geometry.bounds(id)) {
                 self.draw_list.extend([id]);
             }
         }

@@ -4,23 +4,23 @@ use crate::{
     view::ViewWindow,
 };
 
-/// How a volume lies to the shadows.
+/// Whether a volume is occluded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Nothing of it can be seen through the window.
     Hidden,
-    /// No part of it is hidden by these occluders: testing what is inside it is no use.
+    /// No part of it is hidden by these occluders: what it contains needs no test.
     Unoccluded,
-    /// Neither is known.
+    /// Neither of the two is certain.
     PartlyHidden,
 }
 
-/// A verdict and what it took.
+/// A verdict, and the work that it took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tested {
     /// The answer.
     pub verdict: Verdict,
-    /// Planes tested against the volume, for a depth buffer tiles looked at.
+    /// Planes that the volume was tested against; for a depth buffer, the tiles that were read.
     pub steps: u32,
 }
 
@@ -31,7 +31,7 @@ pub struct BuildCounts {
     pub occluders: u32,
     /// Splitting planes, or tiles that are covered at least partly.
     pub nodes: u32,
-    /// Longest way from the top to a leaf.
+    /// Depth of the tree.
     pub depth: u32,
     /// Pieces of occluders that were cut off or looked at again on the way.
     pub pieces: u32,
@@ -50,7 +50,7 @@ pub enum Soundness {
 
 /// A method of occlusion culling: built for one eye and window, then asked.
 ///
-/// Contract of a sound one, for every volume V and every point x of V that is inside the window and not nearer than
+/// Contract of a conservative one, for every volume V and every point x of V that is inside the window and not nearer than
 /// the near plane: `Hidden` means that a polygon of the occluders lies between the eye and x. A volume that is not
 /// finite is never hidden.
 pub trait OcclusionCuller: Send + Sync {
@@ -75,6 +75,6 @@ pub trait OcclusionCuller: Send + Sync {
         self.test_box(bounds)
     }
 
-    /// Tests a ball, world space.
+    /// Tests a sphere, world space.
     fn test_sphere(&self, sphere: &Sphere) -> Tested;
 }

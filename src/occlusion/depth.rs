@@ -9,8 +9,8 @@
 //! * Occluders are the frame's few convex polygons, not meshes. Rows of a polygon are intervals; eight blocks of 8 x 4
 //!   pixels are updated at once, written as plain loops over arrays that the compiler turns into vector instructions.
 //! * [`Coverage::WholePixels`], the default, counts a pixel only if the polygon covers all of its square, keeps the
-//!   farthest depth within the block, and rounds every number away from "hidden". Then the buffer is sound without a
-//!   tolerance: each ray through a covered square is blocked. It pays for it along edges shared by two polygons, where
+//!   farthest depth within the block, and rounds every number away from "hidden". Then the buffer is conservative
+//!   without a tolerance: each ray through a covered square is blocked. It pays for it along edges shared by two polygons, where
 //!   a row of pixels stays uncovered.
 //! * [`Coverage::PixelCenters`] is the paper's: a polygon counts as covering a pixel whose centre it covers, so what
 //!   shows by less than half a pixel may be hidden.
@@ -75,7 +75,7 @@ fn nearest_sine(raster: &Raster) -> f64 {
 /// Which pixels a polygon covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coverage {
-    /// Those that lie in it wholly. Sound.
+    /// Those that lie in it wholly. Conservative.
     WholePixels,
     /// Those whose centre lies in it. What shows by less than half a pixel may be hidden.
     PixelCenters,
@@ -140,7 +140,7 @@ struct Filling {
 }
 
 impl DepthBuffer {
-    /// An empty buffer; takes its memory now.
+    /// An empty buffer; allocates its memory now.
     pub fn new(config: DepthConfig) -> Self {
         let up = |n: u32, step: i32| n.clamp(1, 8192).next_multiple_of(step as u32) as i32;
         let (width, height) = (up(config.width, TILE_WIDTH), up(config.height, BLOCK[1]));

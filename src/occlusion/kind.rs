@@ -4,10 +4,10 @@ use super::{
     msvbsp::{Msvbsp, MsvbspConfig},
 };
 
-/// The cullers, by name.
+/// The methods of occlusion culling, by name. Whoever culls or draws takes the same choice and does its own part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum CullerKind {
-    /// [`NoOcclusion`].
+pub enum Occlusion {
+    /// Frustum culling alone.
     None,
     /// [`ShadowFrusta`].
     Frusta,
@@ -15,25 +15,33 @@ pub enum CullerKind {
     Svbsp,
     /// [`Msvbsp`].
     Msvbsp,
-    /// [`MsvbspPaper`] with caps. Unsound.
+    /// [`MsvbspPaper`] with caps. Not conservative.
     MsvbspPaper,
-    /// [`MsvbspPaper`] without caps. Unsound.
-    MsvbspPaperCapless,
-    /// [`DepthBuffer`], whole pixels.
+    /// [`DepthBuffer`] of wholly covered pixels.
     Depth,
-    /// [`DepthBuffer`], pixel centres. Unsound by half a pixel.
+    /// [`DepthBuffer`] sampled at pixel centres. Wrong by up to half a pixel: not conservative.
     DepthCenters,
+    /// A software depth buffer of the previous frame's visible polygons: [`super::PreviousFrameOccluders`].
+    DepthLast,
+    /// In each frame whichever of none, [`Occlusion::Msvbsp`] and [`Occlusion::DepthLast`] takes the least time; a renderer
+    /// chooses between none and [`Occlusion::Hzb`] in the same way.
+    Auto,
+    /// Hi-Z culling on the GPU, by a depth pyramid; the CPU culls by the frustum only.
+    Hzb,
+    /// Hardware occlusion queries on the GPU; the CPU culls by the frustum only.
+    Queries,
+    /// The potentially visible sets of `lab::pvs`, sampled beforehand. Not conservative.
+    Pvs,
 }
 
-impl CullerKind {
-    /// All of them.
-    pub const ALL: &'static [Self] = &[
+impl Occlusion {
+    /// The methods that build an [`OcclusionCuller`] from the largest occluders of each frame, and none.
+    pub const CULLERS: &'static [Self] = &[
         Self::None,
         Self::Frusta,
         Self::Svbsp,
         Self::Msvbsp,
         Self::MsvbspPaper,
-        Self::MsvbspPaperCapless,
         Self::Depth,
         Self::DepthCenters,
     ];
@@ -46,43 +54,70 @@ impl CullerKind {
             Self::Svbsp => "svbsp",
             Self::Msvbsp => "msvbsp",
             Self::MsvbspPaper => "msvbsp-paper",
-            Self::MsvbspPaperCapless => "msvbsp-paper-capless",
             Self::Depth => "depth",
             Self::DepthCenters => "depth-centers",
+            Self::DepthLast => "depth-last",
+            Self::Auto => "auto",
+            Self::Hzb => "hzb",
+            Self::Queries => "queries",
+            Self::Pvs => "pvs",
         }
     }
 
-    /// The kind with this name.
+    /// The methods that need nothing but the geometry: all except [`Occlusion::Pvs`].
+    pub fn all() -> impl Iterator<Item = Self> + Clone {
+        Self::CULLERS.iter().copied().chain([Self::DepthLast, Self::Auto, Self::Hzb, Self::Queries])
+    }
+
+    /// The method with this name.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|kind| kind.name() == name)
+        Self::all().chain([Self::Pvs]).find(|method| method.name() == name)
     }
 
-    /// Whether its answers can be relied upon.
+    /// The cullers that are conservative and hide something.
+    pub fn conservative_cullers() -> Vec<Self> {
+        let hides_nothing_visible = |method: &Self| method.soundness() == Soundness::Conservative;
+        let cullers = Self::CULLERS.iter().copied().filter(|method| *method != Self::None);
+        cullers.filter(hides_nothing_visible).collect()
+    }
+
+    /// Whether it never culls what is visible.
     pub fn soundness(self) -> Soundness {
-        self.create(1).soundness()
+        match self {
+            Self::Pvs => Soundness::Unsound("what is seen only from between the samples"),
+            method => method.create(1).soundness(),
+        }
     }
 
-    /// The methods that are sound and hide something, to compare.
-    pub fn sound() -> Vec<Self> {
-        let is_sound = |kind: &Self| *kind != Self::None && kind.soundness() == Soundness::Conservative;
-        Self::ALL.iter().copied().filter(is_sound).collect()
+    /// What a renderer does of it: this method if it culls on the GPU, else none.
+    pub fn on_gpu(self) -> Self {
+        if matches!(self, Self::Hzb | Self::Queries | Self::Auto) { self } else { Self::None }
     }
 
-    /// A culler of this kind, with room for this many occluders (more may be given: what exceeds a budget is left
-    /// out, and counted).
+    /// Whether only the renderer finds what is hidden: the CPU culls by the frustum alone.
+    pub fn is_while_drawing(self) -> bool {
+        matches!(self, Self::Hzb | Self::Queries)
+    }
+
+    /// Whether it builds an [`OcclusionCuller`] from the largest occluders of a frame.
+    pub fn has_culler(self) -> bool {
+        self == Self::Auto || (self != Self::None && Self::CULLERS.contains(&self))
+    }
+
+    /// The culler of this method, with room for this many occluders (more may be given: what exceeds a budget is left
+    /// out, and counted). A method without one of its own gets [`NoOcclusion`].
     pub fn create(self, occluders: usize) -> Box<dyn OcclusionCuller> {
         let node_budget = (occluders * 32).clamp(512, 16_384);
         match self {
-            Self::None => Box::new(NoOcclusion),
+            Self::None | Self::DepthLast | Self::Hzb | Self::Queries | Self::Pvs => Box::new(NoOcclusion),
             Self::Frusta => Box::new(ShadowFrusta::new(occluders)),
             Self::Svbsp => Box::new(Svbsp::new(node_budget)),
-            Self::Msvbsp => Box::new(Msvbsp::new(MsvbspConfig {
+            Self::Msvbsp | Self::Auto => Box::new(Msvbsp::new(MsvbspConfig {
                 node_budget,
                 point_budget: node_budget * 16,
                 ..MsvbspConfig::default()
             })),
             Self::MsvbspPaper => Box::new(MsvbspPaper::new(PaperCaps::Supporting, node_budget)),
-            Self::MsvbspPaperCapless => Box::new(MsvbspPaper::new(PaperCaps::None, node_budget)),
             Self::Depth => Box::new(DepthBuffer::new(DepthConfig::default())),
             Self::DepthCenters => Box::new(DepthBuffer::new(DepthConfig {
                 coverage: Coverage::PixelCenters,

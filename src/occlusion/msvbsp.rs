@@ -21,7 +21,7 @@
 //!   cap divide the cell further.
 //! * The paper has no caps: whatever lies between the eye and an occluder counts as hidden.
 //!
-//! # Why it is sound
+//! # Why it is conservative
 //! 1. The cell of a leaf lies in the cone of every occluder in its list: each side plane was either cut along on the
 //!    way down, the cell being the part before it, or left out because the cell was before it then, and cells only
 //!    shrink. Clipped pieces do not appear in this argument: errors in them cost effect, never truth.

@@ -1,4 +1,4 @@
-//! The paper's MSVBSP tree, rules 1 to 6 to the letter. It hides visible things; [`super::msvbsp`] is the sound form.
+//! The paper's MSVBSP tree, rules 1 to 6 to the letter. It culls visible polygons; [`super::msvbsp`] is the conservative form.
 //!
 //! "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", section 3.2.4.
 //!

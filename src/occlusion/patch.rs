@@ -263,7 +263,7 @@ impl Patch {
         match if self.len == 1 { None } else { self.shadow(window) } {
             Some(shadow) => out.push(shadow),
             None => {
-                for polygon in self.ids().iter().filter_map(|&id| geometry.polygon(id)) {
+                for polygon in self.ids().iter().filter_map(|&id| geometry.occluder(id)) {
                     ShadowVolume::push_polygon(polygon.vertices(), window, out);
                 }
             }

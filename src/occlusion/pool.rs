@@ -138,6 +138,13 @@ impl OccluderPool {
     /// Follows one frame's changes. Costs a bounded amount for each change, and a bounded amount for the
     /// frame while candidates that have died are being replaced.
     pub fn follow(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.follow_in_steps(geometry, changes, usize::MAX);
+    }
+
+    /// Follows as [`OccluderPool::follow`] does, but of what is left over from candidates that have died only so many
+    /// polygons are offered anew, and four times as many of those that came while it followed roughly; the others wait for
+    /// later calls.
+    pub fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) {
         self.reserve(geometry.id_end());
         for &change in changes {
             match change {
@@ -154,13 +161,16 @@ impl OccluderPool {
         }
         // What was left over from patches that died; those that went or came back meanwhile are no orphans. (After a jump
         // back in a replay the geometry may never have heard of them.)
-        while let Some(id) = self.orphans.pop() {
+        let mut made = 0;
+        while made < offers
+            && let Some(id) = self.orphans.pop()
+        {
             let is_there = geometry.is_present(id);
             if is_there && self.slot(id) == NONE {
-                self.offer(geometry, id);
+                made += usize::from(self.offer(geometry, id));
             }
         }
-        self.catch_up(geometry, OFFERS_A_FRAME);
+        self.catch_up(geometry, OFFERS_A_FRAME.min(offers.saturating_mul(4)));
     }
 
     /// Follows as [`OccluderPool::follow`] does, but only as far as candidates have to go, and the largest of
@@ -185,7 +195,7 @@ impl OccluderPool {
 
     /// Whether a polygon is among the largest sixteenth, about, of those that this was asked of.
     fn is_large(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
-        let Some(polygon) = geometry.polygon(id) else { return false };
+        let Some(polygon) = geometry.occluder(id) else { return false };
         let area_m2 = 0.5 * polygon.area_vector().length();
         let is_large = area_m2 > self.large_m2;
         // Steps up and down cancel where one in sixteen is larger; small ones, so that a wide stroke stays large for
@@ -246,7 +256,7 @@ impl OccluderPool {
         if self.slot(id) != NONE || !geometry.may_occlude(id) {
             return false;
         }
-        let Some(polygon) = geometry.polygon(id) else { return false };
+        let Some(polygon) = geometry.occluder(id) else { return false };
         // Too small even at full patch size.
         if self.threshold_m2 > 0.0 {
             let enough_m2 = self.threshold_m2 / MAX_PATCH as f32;
@@ -333,9 +343,9 @@ impl OccluderPool {
         if slot == NONE {
             return;
         }
-        let patch = self.patches[slot as usize];
         self.release(slot);
-        for &other in patch.ids().iter().filter(|other| **other != id) {
+        // A patch is large: of one that has gone, no more is read than its polygons.
+        for &other in self.patches[slot as usize].ids().iter().filter(|other| **other != id) {
             if self.orphans.len() < ORPHANS {
                 self.orphans.push(other);
             } else {
@@ -357,9 +367,10 @@ impl OccluderPool {
             return;
         }
         self.sketches[slot as usize] = FREE;
-        let patch = self.patches[slot as usize];
-        for &id in patch.ids() {
-            self.set_slot(id, NONE);
+        for &id in self.patches[slot as usize].ids() {
+            if let Some(entry) = self.slot_of.get_mut(id.index()) {
+                *entry = NONE;
+            }
         }
         for open in &mut self.open {
             if *open == slot {

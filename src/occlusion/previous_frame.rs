@@ -1,5 +1,5 @@
-//! What was visible in the last frame as the occluders of this one, in a software depth buffer: for machines without a GPU
-//! of use.
+//! Previous-frame occluders: the polygons that were visible in the last frame are filled into a software depth buffer and
+//! occlude in this one. For machines without a usable GPU.
 //!
 //! What hides in a painting is not a few large polygons but thousands of small ones together. Those that were drawn in the
 //! last frame are most of what is visible in this one (temporal coherence, as in N. Greene, M. Kass, G. Miller,
@@ -36,7 +36,7 @@ pub struct PreviousFrameCounts {
 }
 
 impl PreviousFrameCounts {
-    /// About what that cost, nanoseconds: the same on every machine. Measured like [`super::work_ns`].
+    /// About the time of that, nanoseconds, estimated from the counts: the same on every machine. Measured like [`super::work_ns`].
     pub fn work_ns(&self) -> f64 {
         self.occluders as f64 * 3000.0 + self.tests as f64 * 250.0
     }
@@ -77,12 +77,12 @@ impl PreviousFrameOccluders {
         &mut self.drawn[view]
     }
 
-    /// Takes all that is in view for what was visible in the last frame of view number `view`.
+    /// Treats everything in view as visible in the last frame of view number `view`.
     pub fn begin(&mut self, view: usize, in_view: &VisibleBlocks) {
         self.drawn_in(view).copy_from(in_view);
     }
 
-    /// Fills the buffer for view number `view` with what of the polygons in view was drawn in the last frame.
+    /// Fills the buffer for view number `view` with those polygons in view that were drawn in the last frame.
     pub fn build(
         &mut self,
         view: usize,
@@ -93,7 +93,7 @@ impl PreviousFrameOccluders {
         self.drawn_in(view);
         let known = &self.drawn[view];
         let occluder = |id: PolygonId| {
-            if known.contains(id) && geometry.may_occlude(id) { geometry.polygon(id) } else { None }
+            if known.contains(id) { geometry.occluder(id) } else { None }
         };
         let pixels_of = self.depth.area_in_pixels(window);
         self.shadows.clear();

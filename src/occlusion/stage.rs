@@ -1,12 +1,12 @@
 use super::{
-    BuildCounts, CullConfig, CullCounts, CullerKind, OccluderPool, OcclusionCuller, OcclusionVisitor,
-    PoolConfig, SelectConfig, SelectCounts, Selector,
+    BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
+    PoolConfig, SelectConfig, SelectCounts, Selector, cull::Tests,
 };
 use crate::{
     index::{SpatialIndex, WorkCounts},
     math::Frustum,
-    polygon::{Change, Geometry, PolygonId},
-    view::ViewWindow,
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
+    view::{View, ViewWindow},
 };
 
 /// Settings of [`OcclusionStage`].
@@ -25,6 +25,12 @@ const OFFER_NS: f64 = 1500.0;
 
 /// Looking at a polygon's area, nanoseconds.
 const LOOK_NS: f64 = 10.0;
+
+/// Polygons left over from candidates that have died that are offered anew in a frame, in steps.
+const OFFERS_A_STEP: usize = 16;
+
+/// Most polygons that are looked at singly for whether they are large.
+const MOST_LOOKS: usize = 64;
 
 /// Most polygons that are offered in the frame in which they come.
 const MOST_AT_ONCE: f64 = 16.0;
@@ -48,7 +54,7 @@ impl std::fmt::Debug for OcclusionStage {
 
 impl OcclusionStage {
     /// A stage without candidates.
-    pub fn new(kind: CullerKind, config: OcclusionConfig) -> Self {
+    pub fn new(kind: Occlusion, config: OcclusionConfig) -> Self {
         Self::with_culler(kind.create(config.select.occluders), config)
     }
 
@@ -66,7 +72,7 @@ impl OcclusionStage {
     }
 
     /// Changes the most occluders of a frame; the candidates stay.
-    pub fn set_occluders(&mut self, kind: CullerKind, occluders: usize) {
+    pub fn set_occluders(&mut self, kind: Occlusion, occluders: usize) {
         self.config.select.occluders = occluders;
         self.selector = Selector::new(self.config.select);
         self.selector.reserve(2 * self.config.pool.capacity + 1);
@@ -81,6 +87,40 @@ impl OcclusionStage {
     /// Follows a frame's changes; once a frame that is culled.
     pub fn follow(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.pool.follow(geometry, changes);
+    }
+
+    /// As [`OcclusionStage::follow`], but what is left over from candidates that have died is offered anew a few at a time,
+    /// in this and later frames.
+    pub fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.pool.follow_in_steps(geometry, changes, OFFERS_A_STEP);
+    }
+
+    /// Whether one of the polygons that these changes bring may fill enough of a view to be an occluder, or they are too
+    /// many to look at.
+    pub fn comes_large(&self, geometry: &dyn Geometry, changes: &[Change], views: &[View]) -> bool {
+        let came = changes.iter().filter_map(|change| match *change {
+            Change::Insert(id) | Change::Update(id) => Some(id),
+            Change::Remove(_) | Change::Repaint(_) => None,
+        });
+        if came.clone().nth(MOST_LOOKS).is_some() {
+            return true;
+        }
+        let least_share = self.config.select.least_share as f32;
+        views.iter().filter_map(View::window).any(|window| {
+            let eye = window.eye_in_world().as_vec3();
+            let least_sr = least_share * window.solid_angle_sr() as f32;
+            came.clone().any(|id| {
+                // The box first, which has just been inserted: nothing of its width is larger than a disk.
+                let bounds = geometry.bounds(id);
+                let disk_m2 = std::f32::consts::FRAC_PI_4 * bounds.extent().length_squared();
+                if disk_m2 < least_sr * bounds.distance_squared(eye) || !geometry.is_present(id) {
+                    return false;
+                }
+                let Some(polygon) = geometry.occluder(id) else { return false };
+                // Not less than the solid angle: the area as if it faced the eye, at its nearest point.
+                0.5 * polygon.area_vector().length() >= least_sr * bounds.distance_squared(eye)
+            })
+        })
     }
 
     /// Instead of [`OcclusionStage::follow`] in a frame that is not culled: only what has to be done at once, and, for
@@ -119,6 +159,28 @@ impl OcclusionStage {
         let mut visitor = OcclusionVisitor::new(&*self.culler, geometry, self.config.cull, draw_list);
         let work = index.traverse(frustum, &mut visitor);
         (visitor.counts(), work)
+    }
+
+    /// What is left of `in_view`, which the index has found for the frustum, becomes `drawn`: the polygons that
+    /// [`OcclusionStage::cull`] finds. An index that can ([`SpatialIndex::thin_out`]) is not walked for what is not hidden.
+    pub fn thin_out(
+        &mut self,
+        index: &dyn SpatialIndex,
+        geometry: &dyn Geometry,
+        frustum: &Frustum,
+        in_view: &VisibleBlocks,
+        drawn: &mut VisibleBlocks,
+    ) -> CullCounts {
+        drawn.copy_from(in_view);
+        if self.selector.chosen().is_empty() {
+            return CullCounts::default();
+        }
+        let mut tests = Tests::new(&*self.culler, self.config.cull);
+        if index.thin_out(frustum, drawn, &mut tests) {
+            return tests.counts();
+        }
+        drawn.clear();
+        self.cull(index, geometry, frustum, drawn).0
     }
 
     /// The candidates.

@@ -45,7 +45,7 @@ pub struct Svbsp {
 }
 
 impl Svbsp {
-    /// A culler without occluders with room for this many splitting planes; takes all its memory now.
+    /// A culler without occluders with room for this many splitting planes; allocates all its memory now.
     pub fn new(node_budget: usize) -> Self {
         let point_budget = node_budget * 16;
         Self {

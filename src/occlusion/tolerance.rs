@@ -18,12 +18,12 @@ pub(super) const IMPLIED_SINE: f64 = 1.0e-13;
 /// that only touch a cell are cut off first and then lost for [`RELEVANT_AREA_SR`].
 pub(super) const RELEVANT_SINE: f64 = 1.0e-9;
 
-/// Pieces of occluders below this solid angle, steradians, are forgotten (a pixel of a 4k screen is about 1e-7).
+/// Pieces of occluders below this solid angle, steradians, are dropped (a pixel of a 4k screen is about 1e-7).
 /// Larger: less work, smaller shadows. At zero, slivers that hide no pixel divide cells.
 pub(super) const RELEVANT_AREA_SR: f64 = 1.0e-9;
 
 /// An occluder whose plane passes the eye at less than this fraction of its farthest vertex's distance is rejected:
-/// it is seen edge-on. Larger: long floors seen from low above stop to occlude. Smaller: the depth of its plane, known to
+/// it is seen edge-on. Larger: long floors seen from low above stop occluding. Smaller: the depth of its plane, known to
 /// 4e-16 times the tangent of the direction over this, comes near to what a depth buffer in `f32` tells apart.
 pub const EDGE_ON_SINE: f64 = 1.0e-5;
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{QUERY_SLACK, ShadowVolume, Tested, Verdict, cone};
 use crate::math::{Aabb, Sphere};
 
-/// Longest way from the top to a leaf; a cell that would lie deeper is not divided further. Bounds the query's stack.
+/// Largest depth of the tree; a cell that would lie deeper is not split further. Bounds the stack of a query.
 pub(super) const MAX_DEPTH: u32 = 256;
 
 /// A child of a node: another node, an unoccluded leaf, or a leaf in the shadow of a list of caps.
@@ -172,7 +172,7 @@ impl ShadowTree {
         self.test(&EyeSphere::new(sphere, self.eye_in_world))
     }
 
-    /// Tests a box by its outline, cut along every plane that it straddles: dearer than [`ShadowTree::test_box`], and
+    /// Tests a box by its outline, clipped by every plane that it straddles: slower than [`ShadowTree::test_box`], and
     /// it meets only leaves that the box really reaches.
     pub(super) fn test_outline(&self, bounds: &Aabb) -> Tested {
         let volume = EyeBox::new(bounds, self.eye_in_world);
@@ -397,7 +397,7 @@ impl Volume for EyeBox {
     }
 }
 
-/// A ball seen from the eye.
+/// A sphere seen from the eye.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EyeSphere {
     center: DVec3,

@@ -18,6 +18,12 @@ pub trait Geometry {
     /// nothing.
     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon>;
 
-    /// Whether a polygon that is present hides all that is behind it: opaque, and seen from both sides.
+    /// Whether a polygon that is present hides what is behind it: opaque, and seen from both sides.
     fn may_occlude(&self, id: PolygonId) -> bool;
+
+    /// The part of a polygon that hides all that is behind it, in its plane: all of it if it may occlude, unless there are
+    /// holes in it.
+    fn occluder(&self, id: PolygonId) -> Option<ConvexPolygon> {
+        if self.may_occlude(id) { self.polygon(id) } else { None }
+    }
 }

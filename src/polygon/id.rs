@@ -2,6 +2,7 @@
 /// cost least, because several structures keep an array by number. In a `Scene` it is the order of
 /// arrival.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "render", derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(transparent)]
 pub struct PolygonId(pub u32);
 

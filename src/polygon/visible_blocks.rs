@@ -6,6 +6,9 @@ pub const BLOCK: usize = 16;
 /// Blocks are made room for in multiples of this many, as indexes do.
 const PAGE: usize = 256;
 
+/// Blocks of 64 polygons; divides [`PAGE`].
+const WORD: usize = 4;
+
 /// Entries that an index may write behind a list.
 const BEHIND: usize = 512;
 
@@ -99,10 +102,25 @@ impl VisibleBlocks {
         *there |= mask;
     }
 
+    /// Takes polygons of a block out.
+    pub fn remove_block(&mut self, block: usize, mask: u16) {
+        if let Some(there) = self.masks.get_mut(block) {
+            self.len -= (mask & *there).count_ones() as usize;
+            *there &= !mask;
+        }
+    }
+
     /// The blocks that are not empty, in order: number and mask.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, u16)> + Clone + '_ {
         let masks = self.masks[self.begin..self.end].iter().enumerate();
         masks.filter(|(_, mask)| **mask != 0).map(|(at, mask)| (self.begin + at, *mask))
+    }
+
+    /// The masks of 64 polygons at a time, those of the empty blocks in between, too, and the first of the polygons.
+    #[cfg_attr(not(feature = "render"), expect(dead_code, reason = "only the order of drawing reads them"))]
+    pub(crate) fn words(&self) -> (usize, &[[u16; WORD]]) {
+        let (begin, end) = (self.begin / WORD * WORD, self.end.next_multiple_of(WORD));
+        (begin * BLOCK, self.masks[begin..end].as_chunks().0)
     }
 
     /// The polygons, in order of their numbers.
@@ -122,7 +140,8 @@ impl VisibleBlocks {
     pub(crate) fn masks_for(&mut self, ids: usize) -> &mut [u16] {
         let blocks = ids.div_ceil(BLOCK);
         if blocks > self.masks.len() {
-            self.masks.resize(blocks.next_multiple_of(PAGE).max(self.masks.len() + self.masks.len() / 2), 0);
+            let room = blocks.max(self.masks.len() + self.masks.len() / 2);
+            self.masks.resize(room.next_multiple_of(PAGE), 0);
         }
         &mut self.masks
     }

@@ -31,6 +31,11 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// Longest name of a preset, bytes.
+    pub const MAX_NAME_BYTES: usize = 64;
+    const BRIGHTEST: f32 = 1.0e4;
+    const DENSEST: f32 = 1.0e6;
+
     /// Checks every number; the error says what was expected.
     ///
     /// # Errors
@@ -38,17 +43,21 @@ impl Environment {
     pub fn check(&self) -> Result<(), &'static str> {
         let colors = self.sky.iter().chain(&self.floor).chain([&self.fog.0, &self.ambient]);
         let mut colors = colors.chain(self.lights.iter().map(|(_, color)| color));
-        if !colors.all(|c| c.is_finite() && c.abs().max_element() <= 1.0e4) {
-            return Err("colours of the environment between -10000 and 10000");
+        if !colors.all(|c| c.is_finite() && c.min_element() >= 0.0 && c.max_element() <= Self::BRIGHTEST) {
+            return Err("colours of the environment between 0 and 10000");
         }
-        if !(self.fog.1.is_finite() && self.fog.1 >= 0.0) {
-            return Err("a fog of density 0 or more");
+        if !(0.0..=Self::DENSEST).contains(&self.fog.1) {
+            return Err("a density of fog between 0 and 1000000 per metre");
         }
-        if !(self.reflection.is_finite() && self.reflection >= 0.0) {
-            return Err("a reflection of 0 or more");
+        if !(0.0..=Self::BRIGHTEST).contains(&self.reflection) {
+            return Err("a reflection between 0 and 10000");
         }
-        if !self.lights.iter().all(|(way, _)| way.is_finite() && way.abs().max_element() <= 1.01) {
-            return Err("directions of light of length 1");
+        let is_direction = |way: Vec3| (way.dot(way) - 1.0).abs() <= 0.02;
+        if !self.lights.iter().all(|&(way, color)| is_direction(way) || (way, color) == Default::default()) {
+            return Err("directions of light of length 1 (or a light that is all 0)");
+        }
+        if self.preset.len() > Self::MAX_NAME_BYTES {
+            return Err("a preset's name of at most 64 bytes");
         }
         let q = self.sky_rotation;
         let length_squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;

@@ -90,7 +90,7 @@ pub struct Layer {
     #[serde(default)]
     pub name: String,
     /// Whether its strokes are not drawn.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_false")]
     pub hidden: bool,
 }
 
@@ -142,6 +142,9 @@ pub struct Paint {
     /// The layer: a place in [`Header::layers`], if there are any.
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub layer: u32,
+    /// Whether the stroke is not drawn, as its layer was hidden when the session was saved.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub hidden: bool,
 }
 
 impl Paint {
@@ -150,7 +153,7 @@ impl Paint {
 
     /// This brush, at its own scale, on the first layer.
     pub fn new(brush: impl Into<String>, seed: u32) -> Self {
-        Self { brush: brush.into(), seed, scale: 1.0, layer: 0 }
+        Self { brush: brush.into(), seed, scale: 1.0, layer: 0, hidden: false }
     }
 
     fn check(&self) -> Result<(), &'static str> {
@@ -337,6 +340,10 @@ fn is_zero(value: &f32) -> bool {
 
 fn is_zero_number(value: &u32) -> bool {
     *value == 0
+}
+
+fn is_false(value: &bool) -> bool {
+    !*value
 }
 
 fn is_default_rule(rule: &NormalRule) -> bool {

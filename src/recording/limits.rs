@@ -2,7 +2,10 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use super::{Event, EventSource, Notes, OpenOptions, RecordingError, StrokeId, Tool};
+use super::{
+    Event, EventSource, Notes, OpenOptions, RecordingError, StrokeId, Tool, unknown_brushes::UnknownBrushes,
+};
+use crate::brush::{self, Family};
 
 /// How much a session may hold: a small packed file can claim to be more than fits into memory.
 ///
@@ -162,7 +165,7 @@ impl fmt::Display for Amount {
     }
 }
 
-/// A source that ends where a session becomes too large.
+/// A source that ends where a session becomes too large, and notes which brushes nobody knows.
 pub(super) struct Limited {
     source: Box<dyn EventSource>,
     path: PathBuf,
@@ -174,6 +177,7 @@ pub(super) struct Limited {
     last: Option<(StrokeId, u64)>,
     /// Why the source was ended, for a lenient reader.
     warning: Option<String>,
+    unknown_brushes: UnknownBrushes,
     is_over: bool,
 }
 
@@ -187,6 +191,7 @@ impl Limited {
             open: HashMap::new(),
             last: None,
             warning: None,
+            unknown_brushes: UnknownBrushes::default(),
             is_over: false,
         }
     }
@@ -196,9 +201,14 @@ impl Limited {
         let mut read = self.read;
         read.events += 1;
         match event {
-            Event::Begin { stroke, tool, .. } => {
+            Event::Begin { stroke, tool, paint, .. } => {
                 read.strokes += 1;
-                let polygons = if *tool == Tool::Tube { TUBE_POLYGONS } else { 1 };
+                let brush = paint.as_ref().and_then(|paint| brush::find(&paint.brush));
+                let is_tube = match brush.map(|brush| brush.family) {
+                    Some(family) => matches!(family, Family::Tube { .. } | Family::BoxSection),
+                    None => *tool == Tool::Tube,
+                };
+                let polygons = if is_tube { TUBE_POLYGONS } else { 1 };
                 self.open.entry(*stroke).or_insert(polygons);
             }
             Event::Point { stroke, .. } => {
@@ -261,6 +271,7 @@ impl EventSource for Limited {
             return self.stop(beyond(&self.path, self.source.place(), most, what));
         }
         self.read = read;
+        self.unknown_brushes.note(&event);
         Ok(Some(event))
     }
 
@@ -268,6 +279,7 @@ impl EventSource for Limited {
         let mut notes = self.source.notes();
         notes.skipped += u64::from(self.warning.is_some());
         notes.warnings.extend(self.warning.clone());
+        notes.warnings.extend(self.unknown_brushes.warning(&self.path));
         notes
     }
 

@@ -21,6 +21,7 @@ mod ron_scan;
 mod ron_writer;
 mod source;
 mod synth;
+mod unknown_brushes;
 #[cfg(feature = "formats")]
 mod unpacked;
 

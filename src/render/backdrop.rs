@@ -38,6 +38,11 @@ fn linear(srgb: f64) -> f64 {
     if srgb <= 0.04045 { srgb / 12.92 } else { libm::pow((srgb + 0.055) / 1.055, 2.4) }
 }
 
+/// A part of a colour as a screen takes it.
+pub(super) fn srgb_from_linear(linear: f64) -> f64 {
+    if linear <= 0.0031308 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

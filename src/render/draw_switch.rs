@@ -1,46 +1,57 @@
+use crate::occlusion::TryBudget;
+
 /// Frames before the first try, so that what is measured is not the start.
 const FIRST_TRY: u32 = 16;
-/// Frames that each way is measured by: the fastest of so many counts, because whatever disturbs a frame makes it longer.
+/// Each way is measured by the fastest of this many frames: a disturbance only makes a frame longer.
 const MEASURED: usize = 4;
-/// Frames of a try whose time has come back; the first of them has nothing to go by and does not count.
+/// Frames of a try. The first one knows of no previous frame and does not count.
 const TRY_FRAMES: u32 = MEASURED as u32 + 1;
-/// Frames after which a try ends whatever has come back.
+/// A try ends after this many frames, even if the times of some have not come back.
 const LONGEST_TRY: u32 = 24;
 /// Frames from one try to the next, at least and at most.
 const PAUSE: [u32; 2] = [64, 8192];
-/// What tries may cost, as a part of what drawing costs.
+/// Tries may take this part of the drawing time.
 const TRY_SHARE: f64 = 0.01;
 /// The other way has to be faster by this factor to be taken.
 const FASTER: f64 = 0.98;
 /// Fewer polygons in view are drawn in less time than any test takes.
 const LEAST_POLYGONS: usize = 2000;
 
-/// Decides for every frame whether to look for hidden polygons while drawing, by what frames have taken: now and then some
-/// frames are drawn the other way, and the faster way is kept. It changes no picture.
+/// Decides for every frame whether the GPU culls hidden polygons. Now and then a few frames are drawn the other way, and
+/// the faster way is kept. It changes no picture.
 #[derive(Clone, Debug)]
 pub(super) struct DrawSwitch {
-    /// Whether frames are culled, but for tries.
+    /// Whether frames are culled, except during a try.
     culls: bool,
-    /// What the last frames took the way that is kept, nanoseconds; infinite where there was none yet.
+    /// Times of the last frames that were drawn the way that is kept, nanoseconds; infinite where there is none yet.
     usual_ns: [f64; MEASURED],
     tried: Option<Tried>,
-    /// Frames since the last try, or since this one began.
-    since: u32,
-    pause: u32,
+    budget: TryBudget,
+    /// How much longer the frames of the last try took than they would have otherwise, nanoseconds.
+    price_ns: Option<f64>,
 }
 
-/// What the frames of a try took so far.
+/// The frames of a try so far.
 #[derive(Clone, Copy, Debug)]
 struct Tried {
+    /// Frames since it began, whether their times have come back or not.
+    begun: u32,
+    /// Frames whose times have come back.
     frames: u32,
     all_ns: f64,
-    /// The fastest, but for the first.
+    /// The fastest except the first.
     least_ns: f64,
 }
 
 impl Default for DrawSwitch {
     fn default() -> Self {
-        Self { culls: false, usual_ns: [f64::INFINITY; MEASURED], tried: None, since: 0, pause: 0 }
+        Self {
+            culls: false,
+            usual_ns: [f64::INFINITY; MEASURED],
+            tried: None,
+            budget: TryBudget::default(),
+            price_ns: None,
+        }
     }
 }
 
@@ -50,19 +61,18 @@ impl DrawSwitch {
         if in_view < LEAST_POLYGONS {
             return false;
         }
-        self.since = self.since.saturating_add(1);
-        match self.tried {
-            Some(_) if self.since > LONGEST_TRY => self.end_try(),
-            None if self.usual().is_finite() && self.since > self.pause.max(FIRST_TRY) => {
-                self.tried = Some(Tried { frames: 0, all_ns: 0.0, least_ns: f64::INFINITY });
-                self.since = 0;
+        if let Some(tried) = &mut self.tried {
+            tried.begun += 1;
+            if tried.begun > LONGEST_TRY {
+                self.end_try();
             }
-            _ => {}
+        } else if self.is_try_due() {
+            self.tried = Some(Tried { begun: 0, frames: 0, all_ns: 0.0, least_ns: f64::INFINITY });
         }
         self.culls != self.tried.is_some()
     }
 
-    /// Takes what a frame took, perhaps some frames later, and whether it was culled.
+    /// Takes the time of a frame, perhaps some frames later, and whether that frame was culled.
     pub(super) fn note(&mut self, culled: bool, ns: u64) {
         let ns = ns as f64;
         if culled == self.culls {
@@ -80,17 +90,26 @@ impl DrawSwitch {
         }
     }
 
+    /// Counts a frame without a try.
+    fn is_try_due(&mut self) -> bool {
+        let usual_ns = self.usual();
+        if usual_ns.is_infinite() {
+            return false;
+        }
+        let (price_ns, least) = self.price_ns.map_or((0.0, FIRST_TRY), |price_ns| (price_ns, PAUSE[0]));
+        self.budget.save(TRY_SHARE * usual_ns, price_ns);
+        self.budget.is_due(price_ns, least) || self.budget.frames() >= PAUSE[1]
+    }
+
     fn usual(&self) -> f64 {
         self.usual_ns.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
     fn end_try(&mut self) {
-        let Some(Tried { frames, all_ns, least_ns }) = self.tried.take() else { return };
+        let Some(Tried { frames, all_ns, least_ns, .. }) = self.tried.take() else { return };
         let usual_ns = self.usual();
-        self.since = 0;
-        // So long that what the try has cost more than its frames otherwise would is a small part.
-        let lost = (all_ns / usual_ns - f64::from(frames)).max(0.0) / TRY_SHARE;
-        self.pause = if lost.is_finite() { (lost as u32).clamp(PAUSE[0], PAUSE[1]) } else { PAUSE[1] };
+        self.budget.restart();
+        self.price_ns = Some((all_ns - f64::from(frames) * usual_ns).max(0.0));
         if least_ns < FASTER * usual_ns {
             (self.culls, self.usual_ns) = (!self.culls, [least_ns; MEASURED]);
         }

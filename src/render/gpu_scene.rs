@@ -1,6 +1,7 @@
 use super::{
     Gpu,
-    record::{PolygonRecord, is_transparent},
+    order::Classes,
+    record::{DrawClass, PolygonRecord},
 };
 use crate::{
     polygon::{BLOCK, Change, PolygonId},
@@ -10,15 +11,15 @@ use crate::{
 /// Chunks that are bound at once; with the draw list they fill the eight storage buffers that every adapter has.
 pub(super) const CHUNKS_A_PAGE: usize = 7;
 
-/// Moved polygons with at most this many unmoved ones between them are sent in one piece: sending 64 bytes more
+/// Moved polygons with at most this many unmoved ones between them are sent in one piece: sending 96 bytes more
 /// costs less than another transfer.
 const GAP: usize = 16;
 
-/// Polygons of one transfer (1 MiB), so that loading a large session does not need as much staging memory again.
+/// Polygons of one transfer (1.5 MiB), so that loading a large session does not need as much staging memory again.
 const TRANSFER: usize = 1 << 14;
 
-/// Most polygons of a chunk: 128 MiB, what every adapter binds at once.
-const MAX_CHUNK: usize = 1 << 21;
+/// Most polygons of a chunk, whole blocks: 128 MiB, what every adapter binds at once.
+const MAX_CHUNK: usize = (128 << 20) / PolygonRecord::SIZE as usize / BLOCK * BLOCK;
 
 /// Every polygon of a scene on the GPU, in chunks of fixed size: growing adds a chunk and never moves what is there.
 #[derive(Debug)]
@@ -39,8 +40,14 @@ pub(super) struct GpuScene {
     /// One bit for each uploaded polygon that has moved since.
     moved: Vec<u64>,
     any_moved: bool,
-    /// One bit for each polygon that can be seen through.
+    /// One bit for each polygon that can be seen through …
     transparent: Vec<u64>,
+    /// … and for each whose light is added.
+    additive: Vec<u64>,
+    /// Whether a brush has painted any of them.
+    has_brushes: bool,
+    /// Whether any of these brushes moves by itself.
+    is_animated: bool,
     scratch: Vec<PolygonRecord>,
 }
 
@@ -73,6 +80,9 @@ impl GpuScene {
             moved: Vec::new(),
             any_moved: false,
             transparent: Vec::new(),
+            additive: Vec::new(),
+            has_brushes: false,
+            is_animated: false,
             scratch: Vec::new(),
         }
     }
@@ -109,9 +119,20 @@ impl GpuScene {
         chunks.filter(|(_, is_free)| !**is_free).map(|(chunk, _)| chunk.size()).sum()
     }
 
-    /// Which of the 64 polygons from `first`, a multiple of 64, can be seen through.
-    pub(super) fn transparent_of(&self, first: usize) -> u64 {
-        self.transparent.get(first / 64).copied().unwrap_or(0)
+    /// How the 64 polygons from `first`, a multiple of 64, are drawn.
+    pub(super) fn classes_of(&self, first: usize) -> Classes {
+        let of = |words: &[u64]| words.get(first / 64).copied().unwrap_or(0);
+        Classes { transparent: of(&self.transparent), additive: of(&self.additive) }
+    }
+
+    /// Whether a brush that moves by itself has painted any polygon.
+    pub(super) fn is_animated(&self) -> bool {
+        self.is_animated
+    }
+
+    /// Whether a brush has painted any polygon.
+    pub(super) fn has_brushes(&self) -> bool {
+        self.has_brushes
     }
 
     /// Notes what has moved. New polygons need no note: [`GpuScene::flush`] sends whatever is above the last one sent,
@@ -133,10 +154,12 @@ impl GpuScene {
             return;
         }
         for i in count..self.uploaded {
-            for words in [&mut self.moved, &mut self.transparent] {
+            for words in [&mut self.moved, &mut self.transparent, &mut self.additive] {
                 words[i / 64] &= !(1 << (i % 64));
             }
         }
+        self.has_brushes &= count > 0;
+        self.is_animated &= count > 0;
         self.uploaded = count;
     }
 
@@ -154,8 +177,13 @@ impl GpuScene {
         if count > self.uploaded {
             self.grow(gpu, count);
             for i in self.uploaded..count {
-                if is_transparent(scene.stroke_of(PolygonId(i as u32)).color()) {
-                    self.transparent[i / 64] |= 1 << (i % 64);
+                let stroke = scene.stroke_of(PolygonId(i as u32));
+                self.has_brushes |= stroke.brush().is_some();
+                self.is_animated |= stroke.brush().is_some_and(|brush| brush.is_animated);
+                match DrawClass::of(stroke) {
+                    DrawClass::Solid => {}
+                    DrawClass::Transparent => self.transparent[i / 64] |= 1 << (i % 64),
+                    DrawClass::Additive => self.additive[i / 64] |= 1 << (i % 64),
                 }
             }
             bytes += self.send(gpu, scene, self.uploaded..count);
@@ -233,6 +261,7 @@ impl GpuScene {
         let words = count.div_ceil(64);
         self.moved.resize(words, 0);
         self.transparent.resize(words, 0);
+        self.additive.resize(words, 0);
         while self.chunks.len() * self.chunk_len < count {
             self.chunks.push(create_chunk(gpu, self.chunk_len));
             self.is_free.push(false);

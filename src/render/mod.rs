@@ -7,17 +7,19 @@
 //! * [`Target`] is what is drawn into, the same for a picture and for a window; [`Offscreen`] makes [`Image`]s and
 //!   measures.
 //!
-//! * [`GpuOcclusion`] finds while drawing what is hidden ([`Renderer::set_occlusion`]).
+//! * [`Renderer::set_occlusion`]: hidden polygons are culled on the GPU.
 //!
-//! Polygons are flat-shaded from both sides. Opaque ones go front to back, transparent ones back to front; both orders
+//! Polygons are flat-shaded from both sides. Opaque ones go by number, transparent ones back to front; both orders
 //! depend on the view and the polygons alone, not on the index that found them nor on what is left out, and of two at the
 //! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
 //!
-//! Knows [`scene`](crate::scene), [`view`](crate::view) and [`frame`](crate::frame), and nothing of how polygons were found.
+//! Knows [`scene`](crate::scene), [`view`](crate::view), [`frame`](crate::frame) and the names of the methods of
+//! [`occlusion`](crate::occlusion), and nothing of how polygons were found.
 
 mod backdrop;
 mod draw_switch;
 mod error;
+mod finish;
 mod gpu;
 mod gpu_scene;
 mod hzb;
@@ -25,6 +27,8 @@ mod image;
 mod lines;
 mod offscreen;
 mod order;
+mod paint;
+mod pipelines;
 mod read_back;
 mod read_ring;
 mod record;
@@ -39,11 +43,11 @@ mod view_slot;
 pub use backdrop::background_for;
 pub use error::RenderError;
 pub use gpu::Gpu;
-pub use hzb::{DrawnCounts, GpuOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel};
+pub use hzb::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel};
 pub use image::Image;
 pub use lines::{Depth, LineBatch, LineColor, LinePass};
 pub use offscreen::{DrawTimes, Offscreen};
-pub use order::{Blend, DrawOrder, Run};
+pub use order::{Blend, Classes, DrawOrder, Run};
 pub use renderer::{Layer, Renderer, RendererConfig, Style};
 pub use shaders::SHADERS;
 pub use show::{Area, Channels, ShowPass, Shown};

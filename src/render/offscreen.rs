@@ -1,28 +1,30 @@
 use std::sync::Arc;
 
 use super::{
-    DrawnCounts, Gpu, GpuOcclusion, GpuTimer, Image, Layer, PassTimes, PyramidLevel, RenderError, Renderer,
+    DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, PassTimes, PyramidLevel, RenderError, Renderer,
     RendererConfig, Target, ViewSlot,
 };
 use crate::{
     frame::{Stage, StageClock},
+    occlusion::Occlusion,
     polygon::{Change, PolygonId},
+    recording::Environment,
     scene::Scene,
     view::View,
 };
 
-/// What drawing a frame took.
+/// Times and counts of drawing a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawTimes {
     /// Sending new polygons, sorting the visible ones, sending their numbers.
     pub prepare: Stage,
     /// From submission to completion.
     pub draw: Stage,
-    /// What the GPU itself says that it drew; `None` where it cannot tell.
+    /// GPU time by time stamps, nanoseconds; `None` where the adapter has none.
     pub gpu_ns: Option<u64>,
-    /// The same by pass.
+    /// The same for each pass.
     pub passes: Option<PassTimes>,
-    /// What culling while drawing did; `None` in a frame without.
+    /// Counts of culling on the GPU; `None` in a frame without it.
     pub occlusion: Option<DrawnCounts>,
     /// Bytes sent for polygons that are new or have moved.
     pub polygon_bytes: u64,
@@ -32,7 +34,7 @@ pub struct DrawTimes {
     pub draw_calls: u64,
 }
 
-/// Draws without a window, a frame at a time, each one to its end.
+/// Draws without a window, one frame at a time, and waits for each.
 #[derive(Debug)]
 pub struct Offscreen {
     renderer: Renderer,
@@ -74,12 +76,30 @@ impl Offscreen {
         self.target.aspect()
     }
 
-    /// Chooses how hidden polygons are found while drawing.
+    /// Chooses how hidden polygons are culled on the GPU: see [`Renderer::set_occlusion`].
     ///
     /// # Errors
     /// The adapter lacks what that needs.
-    pub fn set_occlusion(&mut self, occlusion: GpuOcclusion) -> Result<(), RenderError> {
+    pub fn set_occlusion(&mut self, occlusion: Occlusion) -> Result<(), RenderError> {
         self.renderer.set_occlusion(&mut self.slot, occlusion)
+    }
+
+    /// The same, with settings for [`Occlusion::Hzb`] and [`Occlusion::Auto`].
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs.
+    pub fn set_occlusion_with(&mut self, occlusion: Occlusion, config: HzbConfig) -> Result<(), RenderError> {
+        self.renderer.set_occlusion_with(&mut self.slot, occlusion, config)
+    }
+
+    /// Changes light and sky: see [`Renderer::set_environment`].
+    pub fn set_environment(&mut self, environment: Option<&Environment>) {
+        self.renderer.set_environment(environment);
+    }
+
+    /// Changes the moment that what moves by itself is seen at, seconds.
+    pub fn set_time(&mut self, time_s: f32) {
+        self.renderer.set_time(time_s);
     }
 
     /// Notes what has changed; to be called with the changes of every frame, drawn or not.
@@ -153,7 +173,7 @@ impl Offscreen {
         self.renderer.read_pyramid(&self.slot)
     }
 
-    /// The opaque polygons that were drawn last, if hidden ones were looked for while drawing.
+    /// The opaque polygons of the last frame, if it was culled on the GPU.
     ///
     /// # Errors
     /// The device is lost or the driver reported something.

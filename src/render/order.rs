@@ -8,20 +8,37 @@ use crate::{
     scene::Scene,
 };
 
+/// The page of a run whose page is not over.
+const NO_PAGE: u32 = u32::MAX;
+
 /// Whether polygons hide what is behind them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
-    /// They do.
+    /// They do, at least where they are solid.
     Opaque,
+    /// Their light is added to what is behind.
+    Additive,
     /// What is behind shines through.
     Transparent,
+}
+
+/// How 64 polygons are drawn, a bit each; what is neither is opaque.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Classes {
+    /// Those that can be seen through.
+    pub transparent: u64,
+    /// Those whose light is added.
+    pub additive: u64,
 }
 
 /// A part of the list to draw that takes one draw call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Places in [`DrawOrder::ids`].
+    /// Places in [`DrawOrder::ids`], or numbers of polygons.
     pub range: Range<u32>,
+    /// Whether the range is of places in the list. If not, it is of numbers: every polygon from the first to the last is
+    /// drawn.
+    pub is_listed: bool,
     /// Which polygons of the scene it reaches: those from `page` times the page's length.
     pub page: u32,
     /// Which style they are drawn in.
@@ -30,15 +47,10 @@ pub struct Run {
     pub blend: Blend,
 }
 
-/// Blocks of opaque polygons are sorted into this many steps of distance; a step is about 6 % of the distance.
-const STEPS: usize = 1 << (32 - STEP_SHIFT);
-/// Bits of a squared distance that do not matter: sign and exponent and three bits of the mantissa stay.
-const STEP_SHIFT: u32 = 20;
-
 /// What is kept of a list of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Listing {
-    /// The number of every polygon.
+    /// The number of every polygon, but for long spans without a gap.
     #[default]
     Ids,
     /// Blocks with a mask for the opaque polygons, the numbers of the transparent ones.
@@ -68,26 +80,36 @@ pub(super) struct HandleRun {
     pub(super) polygons: u32,
 }
 
+/// Polygons that are looked at together.
+const WORD: usize = 64;
+
+/// Words that are looked at together, where all of their polygons are to be drawn or none.
+const CHUNK_WORDS: usize = 8;
+
+/// As many polygons without a gap are a run of their own, which sends no list. Fewer: more draw calls.
+const LEAST_SPAN: usize = 2048;
+
 /// The order in which polygons are drawn, rebuilt every frame in memory that is kept.
 ///
-/// Opaque polygons go by block: by the step of distance from the eye to the block's first polygon, drawn or not, then
-/// by number; transparent ones by distance, farthest first, then by number. The place of a polygon among others does
-/// not depend on what else is in the list, nor on the order in which it came in: leaving out what is hidden leaves the
-/// picture as it is.
+/// Opaque polygons go by number, then those whose light is added by number, then transparent ones by distance, farthest
+/// first, then by number. The place of a polygon
+/// among others does not depend on what else is in the list, nor on the order in which it came in: leaving out what is
+/// hidden leaves the picture as it is.
 #[derive(Clone, Debug, Default)]
 pub struct DrawOrder {
-    ids: Vec<u32>,
+    ids: Vec<PolygonId>,
     runs: Vec<Run>,
     listing: Listing,
+    /// Whether every run is listed.
+    lists_all: bool,
     /// In the order of numbers.
     handles: Vec<Handle>,
     handle_runs: Vec<HandleRun>,
-    /// Blocks of the page at hand, in the order of numbers: number, mask, step.
-    blocks: Vec<(u32, u16, u16)>,
-    sorted: Vec<(u32, u16)>,
+    /// Like `ids` and `runs`, until the frame ends.
+    additive: Vec<PolygonId>,
+    additive_runs: Vec<Run>,
     /// Distance squared (its bits sort like the number), place in the list of styles, polygon.
     transparent: Vec<(u32, u32, u32)>,
-    steps: Vec<u32>,
 }
 
 impl DrawOrder {
@@ -96,9 +118,9 @@ impl DrawOrder {
         Self::default()
     }
 
-    /// The polygons' numbers in the order of drawing.
+    /// The polygons' numbers in the order of drawing, without those of runs that are not listed.
     pub fn ids(&self) -> &[u32] {
-        &self.ids
+        bytemuck::cast_slice(&self.ids)
     }
 
     /// The draw calls, in order: all opaque ones first.
@@ -126,6 +148,12 @@ impl DrawOrder {
         self.listing
     }
 
+    /// Says whether every run is to be listed, long spans, too: for who cannot draw them without a list. From the next
+    /// frame on.
+    pub fn list_all(&mut self, lists_all: bool) {
+        self.lists_all = lists_all;
+    }
+
     /// Starts a new frame.
     pub fn clear(&mut self) {
         self.clear_for(Listing::Ids);
@@ -138,11 +166,13 @@ impl DrawOrder {
         self.runs.clear();
         self.handles.clear();
         self.handle_runs.clear();
+        self.additive.clear();
+        self.additive_runs.clear();
         self.transparent.clear();
     }
 
     /// Adds polygons to be drawn in `style`. Numbers that the scene does not have are left out. `page_len` is a multiple of
-    /// 16; `transparent_of` gives for 64 polygons from a multiple of 64 on which of them can be seen through.
+    /// 16; `classes_of` says of 64 polygons from a multiple of 64 on how they are drawn.
     pub fn add(
         &mut self,
         scene: &Scene,
@@ -150,116 +180,284 @@ impl DrawOrder {
         style: u32,
         eye_in_world: Vec3,
         page_len: usize,
-        transparent_of: impl Fn(usize) -> u64,
+        classes_of: impl Fn(usize) -> Classes,
     ) {
         debug_assert!(page_len.is_multiple_of(BLOCK));
-        let count = scene.polygon_count();
-        // A distance that is not a number sorts as the farthest; it is drawn all the same.
-        let distance_squared =
-            |id: usize| scene.bounds(PolygonId(id as u32)).center().distance_squared(eye_in_world).to_bits();
-        let mut page = 0;
-        // The transparent ones of four blocks are looked up at once.
-        let (mut looked_up, mut transparent_there) = (usize::MAX, 0);
-        for (block, mask) in polygons.blocks() {
-            let first = block * BLOCK;
-            let known = match count.saturating_sub(first) {
-                0 => break,
-                left if left < BLOCK => mask & ((1 << left) - 1),
-                _ => mask,
-            };
-            if first / 64 != looked_up {
-                (looked_up, transparent_there) = (first / 64, transparent_of(first / 64 * 64));
+        let Self { ids, runs, listing, lists_all, handles, handle_runs, .. } = self;
+        let Self { additive, additive_runs, transparent, .. } = self;
+        let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
+        // What is tested while drawing has to be listed.
+        let least_span = if *lists_all || *listing == Listing::Blocks { usize::MAX } else { LEAST_SPAN };
+        let numbers = |ids, runs, blend| Numbers::new(ids, runs, style, blend, least_span);
+        let additive = numbers(additive, additive_runs, Blend::Additive);
+        match listing {
+            Listing::Ids => {
+                let sink = numbers(ids, runs, Blend::Opaque);
+                Walk { list, sink, additive }.run();
             }
-            let transparent = known & (transparent_there >> (first % 64)) as u16;
-            let opaque = known & !transparent;
-            if opaque != 0 {
-                if first / page_len != page {
-                    self.end_page(page, style);
-                    page = first / page_len;
-                }
-                let step = (distance_squared(first) >> STEP_SHIFT) as u16;
-                self.blocks.push((block as u32, opaque, step));
+            Listing::Blocks => {
+                let start = handles.len();
+                let sink = Handles { handles, handle_runs, start, polygons: 0 };
+                Walk { list, sink, additive }.run();
             }
-            for id in ids_of(block, transparent) {
-                self.transparent.push((distance_squared(id.index()), style, id.0));
-            }
-        }
-        self.end_page(page, style);
-    }
-
-    /// Sorts the blocks of one page by steps (a counting sort: equal steps keep the order of numbers).
-    fn end_page(&mut self, page: usize, style: u32) {
-        if self.blocks.is_empty() {
-            return;
-        }
-        self.steps.clear();
-        self.steps.resize(STEPS, 0);
-        for (.., step) in &self.blocks {
-            self.steps[*step as usize] += 1;
-        }
-        let mut at = 0;
-        for step in &mut self.steps {
-            at += std::mem::replace(step, at);
-        }
-        match self.listing {
-            Listing::Ids => self.list_ids(page, style),
-            Listing::Blocks => self.list_blocks(page),
         }
     }
 
-    fn list_ids(&mut self, page: usize, style: u32) {
-        self.sorted.clear();
-        self.sorted.resize(self.blocks.len(), (0, 0));
-        for (block, mask, step) in self.blocks.drain(..) {
-            let place = &mut self.steps[step as usize];
-            self.sorted[*place as usize] = (block, mask);
-            *place += 1;
-        }
-        let first = self.ids.len() as u32;
-        for &(block, mask) in &self.sorted {
-            let id = block * BLOCK as u32;
-            if mask == u16::MAX {
-                // Most blocks: sixteen numbers are written at once.
-                let all: [u32; BLOCK] = std::array::from_fn(|bit| id + bit as u32);
-                self.ids.extend_from_slice(&all);
-                continue;
-            }
-            let mut bits = u32::from(mask);
-            while bits != 0 {
-                self.ids.push(id + bits.trailing_zeros());
-                bits &= bits - 1;
-            }
-        }
-        let range = first..self.ids.len() as u32;
-        self.runs.push(Run { range, page: page as u32, style, blend: Blend::Opaque });
-    }
-
-    fn list_blocks(&mut self, page: usize) {
-        let (first, mut polygons) = (self.handles.len() as u32, 0);
-        for (block, mask, step) in self.blocks.drain(..) {
-            let place = &mut self.steps[step as usize];
-            self.handles.push(Handle { block, mask: u32::from(mask), place: first + *place });
-            *place += 1;
-            polygons += mask.count_ones();
-        }
-        let range = first..self.handles.len() as u32;
-        self.handle_runs.push(HandleRun { range, page: page as u32, polygons });
-    }
-
-    /// Ends the frame: appends the transparent polygons of all lists.
+    /// Ends the frame: appends the polygons of all lists that are not opaque.
     pub fn finish(&mut self, page_len: usize) {
+        let before = self.ids.len() as u32;
+        self.ids.append(&mut self.additive);
+        self.runs.extend(self.additive_runs.drain(..).map(|mut run| {
+            if run.is_listed {
+                run.range = run.range.start + before..run.range.end + before;
+            }
+            run
+        }));
         self.transparent.sort_unstable_by(|a, b| b.0.cmp(&a.0).then_with(|| (a.2, a.1).cmp(&(b.2, b.1))));
         for &(_, style, id) in &self.transparent {
             let page = id / page_len as u32;
             let at = self.ids.len() as u32;
-            self.ids.push(id);
+            self.ids.push(PolygonId(id));
             match self.runs.last_mut() {
                 Some(run) if run.blend == Blend::Transparent && run.page == page && run.style == style => {
                     run.range.end = at + 1;
                 }
-                _ => self.runs.push(Run { range: at..at + 1, page, style, blend: Blend::Transparent }),
+                _ => {
+                    let blend = Blend::Transparent;
+                    self.runs.push(Run { range: at..at + 1, is_listed: true, page, style, blend });
+                }
             }
         }
+    }
+}
+
+/// A list on its way into the order.
+struct List<'a, F> {
+    scene: &'a Scene,
+    polygons: &'a VisibleBlocks,
+    style: u32,
+    eye_in_world: Vec3,
+    page_len: usize,
+    classes_of: F,
+    transparent: &'a mut Vec<(u32, u32, u32)>,
+}
+
+/// Takes the opaque polygons of a list, by number.
+trait Sink {
+    /// Polygons `first + bit`, of one page.
+    fn add(&mut self, first: usize, opaque: u64);
+
+    /// All polygons of a range of whole words, of one page.
+    #[inline(always)]
+    fn add_full(&mut self, polygons: Range<usize>) {
+        polygons.step_by(WORD).for_each(|first| self.add(first, u64::MAX));
+    }
+
+    /// What was added since the page before is all of this page.
+    fn end_page(&mut self, page: usize);
+}
+
+/// A list and what takes it.
+struct Walk<'a, F, S> {
+    list: List<'a, F>,
+    sink: S,
+    additive: Numbers<'a>,
+}
+
+impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
+    #[inline(always)]
+    fn run(self) {
+        let Walk { mut list, mut sink, mut additive } = self;
+        let count = list.scene.polygon_count();
+        let (begin, words) = list.polygons.words();
+        let mut page = begin / list.page_len;
+        let mut page_end = (page + 1) * list.page_len;
+        'words: for (i, chunk) in words.chunks(CHUNK_WORDS).enumerate() {
+            let start = begin + i * CHUNK_WORDS * WORD;
+            let end = start + chunk.len() * WORD;
+            let (all, any) =
+                chunk.as_flattened().iter().fold((u16::MAX, 0), |(all, any), mask| (all & mask, any | mask));
+            let is_opaque = |first| {
+                let Classes { additive, transparent } = (list.classes_of)(first);
+                additive | transparent == 0
+            };
+            if any == 0 {
+                continue;
+            }
+            if all == u16::MAX && end <= page_end.min(count) && (start..end).step_by(WORD).all(is_opaque) {
+                sink.add_full(start..end);
+                continue;
+            }
+            for (first, masks) in (start..).step_by(WORD).zip(chunk) {
+                let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
+                if seen == 0 {
+                    continue;
+                }
+                let known = match count.saturating_sub(first) {
+                    0 => break 'words,
+                    left if left < WORD => seen & ((1 << left) - 1),
+                    _ => seen,
+                };
+                let classes = (list.classes_of)(first);
+                let transparent = known & classes.transparent;
+                if transparent != 0 {
+                    note_transparent(&mut list, first, transparent);
+                }
+                let mut added = known & classes.additive & !transparent;
+                let mut opaque = known & !(transparent | added);
+                while first + WORD > page_end {
+                    let before = (1 << page_end.saturating_sub(first)) - 1;
+                    sink.add(first, opaque & before);
+                    additive.add(first, added & before);
+                    opaque &= !before;
+                    added &= !before;
+                    sink.end_page(page);
+                    additive.end_page(page);
+                    page += 1;
+                    page_end += list.page_len;
+                }
+                sink.add(first, opaque);
+                additive.add(first, added);
+            }
+        }
+        sink.end_page(page);
+        additive.end_page(page);
+    }
+}
+
+/// Takes the polygons as numbers.
+struct Numbers<'a> {
+    ids: &'a mut Vec<PolygonId>,
+    runs: &'a mut Vec<Run>,
+    style: u32,
+    blend: Blend,
+    /// What is listed from here on is of no run yet.
+    start: usize,
+    /// A span of so many is not listed.
+    least_span: usize,
+    /// All polygons of this range came last, and are of no run yet.
+    full: Range<usize>,
+}
+
+impl<'a> Numbers<'a> {
+    fn new(
+        ids: &'a mut Vec<PolygonId>,
+        runs: &'a mut Vec<Run>,
+        style: u32,
+        blend: Blend,
+        least_span: usize,
+    ) -> Self {
+        let start = ids.len();
+        Self { ids, runs, style, blend, start, least_span, full: 0..0 }
+    }
+
+    #[inline(always)]
+    fn end_span(&mut self) {
+        let Range { start, end } = std::mem::take(&mut self.full);
+        if end - start >= self.least_span {
+            self.end_listed();
+            self.push_run(start..end, false);
+        } else if start < end {
+            self.ids.extend((start as u32..end as u32).map(PolygonId));
+        }
+    }
+
+    fn end_listed(&mut self) {
+        let listed = self.start..self.ids.len();
+        self.start = listed.end;
+        if !listed.is_empty() {
+            self.push_run(listed, true);
+        }
+    }
+
+    fn push_run(&mut self, range: Range<usize>, is_listed: bool) {
+        let range = range.start as u32..range.end as u32;
+        // The page is filled in when it ends.
+        self.runs.push(Run { range, is_listed, page: NO_PAGE, style: self.style, blend: self.blend });
+    }
+}
+
+impl Sink for Numbers<'_> {
+    #[inline(always)]
+    fn add_full(&mut self, polygons: Range<usize>) {
+        if self.full.end != polygons.start || self.full.is_empty() {
+            self.end_span();
+            self.full.start = polygons.start;
+        }
+        self.full.end = polygons.end;
+    }
+
+    #[inline(always)]
+    fn add(&mut self, first: usize, opaque: u64) {
+        if opaque == 0 {
+            return;
+        }
+        if opaque == u64::MAX {
+            self.add_full(first..first + WORD);
+            return;
+        }
+        self.end_span();
+        for block in 0..WORD / BLOCK {
+            let mask = opaque >> (block * BLOCK) & 0xFFFF;
+            if mask != 0 {
+                self.ids.extend(ids_of(first / BLOCK + block, mask as u16));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn end_page(&mut self, page: usize) {
+        self.end_span();
+        self.end_listed();
+        for run in self.runs.iter_mut().rev().take_while(|run| run.page == NO_PAGE) {
+            run.page = page as u32;
+        }
+    }
+}
+
+/// Takes the polygons as blocks.
+struct Handles<'a> {
+    handles: &'a mut Vec<Handle>,
+    handle_runs: &'a mut Vec<HandleRun>,
+    /// The first of no run yet, and polygons since then.
+    start: usize,
+    polygons: u32,
+}
+
+impl Sink for Handles<'_> {
+    #[inline(always)]
+    fn add(&mut self, first: usize, opaque: u64) {
+        for block in 0..WORD / BLOCK {
+            let mask = (opaque >> (block * BLOCK) & 0xFFFF) as u32;
+            if mask != 0 {
+                let (block, place) = ((first / BLOCK + block) as u32, self.handles.len() as u32);
+                self.handles.push(Handle { block, mask, place });
+                self.polygons += mask.count_ones();
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn end_page(&mut self, page: usize) {
+        let range = self.start as u32..self.handles.len() as u32;
+        self.start = self.handles.len();
+        let polygons = std::mem::take(&mut self.polygons);
+        if !range.is_empty() {
+            self.handle_runs.push(HandleRun { range, page: page as u32, polygons });
+        }
+    }
+}
+
+/// Notes polygons that can be seen through.
+#[inline(never)]
+fn note_transparent<F>(list: &mut List<'_, F>, first: usize, transparent: u64) {
+    let mut left = transparent;
+    while left != 0 {
+        let id = PolygonId((first + left.trailing_zeros() as usize) as u32);
+        left &= left - 1;
+        let distance_squared = list.scene.bounds(id).center().distance_squared(list.eye_in_world);
+        // A distance that is not a number sorts as the farthest; it is drawn all the same.
+        list.transparent.push((distance_squared.to_bits(), list.style, id.0));
     }
 }
 
@@ -287,8 +485,12 @@ mod tests {
         let ids: VisibleBlocks = ids.iter().map(|&i| PolygonId(i)).collect();
         let mut order = DrawOrder::new();
         order.clear_for(listing);
-        let transparent = if blend == Blend::Opaque { 0 } else { u64::MAX };
-        order.add(&scene, &ids, 0, Vec3::ZERO, page_len, |_| transparent);
+        let all_if = |is_so| if is_so { u64::MAX } else { 0 };
+        let classes = Classes {
+            transparent: all_if(blend == Blend::Transparent),
+            additive: all_if(blend == Blend::Additive),
+        };
+        order.add(&scene, &ids, 0, Vec3::ZERO, page_len, |_| classes);
         order.finish(page_len);
         order
     }
@@ -298,17 +500,57 @@ mod tests {
     }
 
     #[test]
-    fn opaque_polygons_go_front_to_back_and_transparent_ones_back_to_front() {
+    fn opaque_polygons_go_by_number_and_transparent_ones_back_to_front() {
         let near_and_far = [150, 3, 70, 20, 3];
         assert_eq!(order_of(&near_and_far, 1024, Blend::Opaque).ids(), [3, 20, 70, 150]);
         assert_eq!(order_of(&near_and_far, 1024, Blend::Transparent).ids(), [150, 70, 20, 3]);
     }
 
     #[test]
+    fn opaque_polygons_come_first_then_additive_and_transparent_ones() {
+        let scene = scene_of(200);
+        let ids: VisibleBlocks = (0..200).map(PolygonId).collect();
+        for listing in [Listing::Ids, Listing::Blocks] {
+            let mut order = DrawOrder::new();
+            order.clear_for(listing);
+            // Every third is transparent, of the others the odd ones are additive.
+            let class = |i: u32| if i.is_multiple_of(3) { 2 } else { i % 2 };
+            let of = |wanted| {
+                move |first: usize| {
+                    let bits = (0..64).filter(|bit| class(first as u32 + bit) == wanted);
+                    bits.fold(0, |word, bit| word | 1 << bit)
+                }
+            };
+            order.add(&scene, &ids, 0, Vec3::ZERO, 64, |first| Classes {
+                transparent: of(2)(first),
+                additive: of(1)(first),
+            });
+            order.finish(64);
+            let listed: Vec<u32> = (0..3)
+                .filter(|&wanted| wanted > 0 || listing == Listing::Ids)
+                .flat_map(|wanted| {
+                    let ids = (0..200).filter(move |&i| class(i) == wanted);
+                    // Back to front: the later, the farther.
+                    if wanted == 2 { ids.rev().collect::<Vec<_>>() } else { ids.collect() }
+                })
+                .collect();
+            assert_eq!(order.ids(), listed);
+            let blends = order.runs().iter().map(|run| run.blend as u8);
+            assert!(blends.is_sorted(), "{:?}", order.runs());
+            let mut at = 0;
+            for run in order.runs() {
+                assert!(run.is_listed && run.range.start == at);
+                at = run.range.end;
+            }
+            assert_eq!(at as usize, listed.len());
+        }
+    }
+
+    #[test]
     fn the_place_of_a_polygon_does_not_depend_on_the_others() {
         let all: Vec<u32> = (0..200).rev().collect();
         let some: Vec<u32> = (0..200).filter(|i| i % 3 != 0).collect();
-        for blend in [Blend::Opaque, Blend::Transparent] {
+        for blend in [Blend::Opaque, Blend::Additive, Blend::Transparent] {
             let mut of_all = order_of(&all, 1024, blend).ids().to_vec();
             of_all.retain(|i| i % 3 != 0);
             assert_eq!(of_all, order_of(&some, 1024, blend).ids());
@@ -347,6 +589,37 @@ mod tests {
             for (run, of_ids) in runs.iter().zip(listed.runs()) {
                 assert_eq!((run.page, run.polygons), (of_ids.page, of_ids.range.len() as u32));
             }
+        }
+    }
+
+    /// What a run draws.
+    fn drawn(order: &DrawOrder, run: &Run) -> Vec<u32> {
+        match run.is_listed {
+            true => order.ids()[run.range.start as usize..run.range.end as usize].to_vec(),
+            false => run.range.clone().collect(),
+        }
+    }
+
+    #[test]
+    fn long_spans_without_a_gap_are_not_listed() {
+        let count = 4 * LEAST_SPAN as u32;
+        let scene = scene_of(count);
+        let (gap, page_len) = (LEAST_SPAN as u32 + 1000, 3 * LEAST_SPAN);
+        let polygons: VisibleBlocks = (0..count).filter(|&i| i != gap && i != 7).map(PolygonId).collect();
+        let mut order = DrawOrder::new();
+        for lists_all in [false, true] {
+            order.list_all(lists_all);
+            order.clear();
+            order.add(&scene, &polygons, 0, Vec3::ZERO, page_len, |_| Classes::default());
+            order.finish(page_len);
+            let all: Vec<u32> = order.runs().iter().flat_map(|run| drawn(&order, run)).collect();
+            assert_eq!(all, (0..count).filter(|&i| i != gap && i != 7).collect::<Vec<_>>());
+            for run in order.runs() {
+                assert!(drawn(&order, run).iter().all(|id| id / page_len as u32 == run.page));
+            }
+            let listed = order.ids().len();
+            assert_eq!(listed == all.len(), lists_all, "{listed} of {} are listed", all.len());
+            assert!(lists_all || listed < LEAST_SPAN, "{listed} of {}", all.len());
         }
     }
 

@@ -1,17 +1,23 @@
 use std::sync::Arc;
 
 use super::{
-    Blend, Gpu, GpuOcclusion, GpuTimer, PyramidLevel, RenderError, Run, Target, ViewSlot,
+    Classes, Gpu, GpuTimer, PyramidLevel, RenderError, Target, ViewSlot,
+    backdrop::srgb_from_linear,
     draw_switch::DrawSwitch,
+    finish::Finish,
     gpu_scene::GpuScene,
     hzb::{Frame, Hzb, HzbConfig, HzbView},
     order::Listing,
+    paint::Paint,
+    pipelines::{Pipelines, Shader},
     shaders,
-    target::{COLOR_FORMAT, DEPTH_FORMAT, DepthBefore, SAMPLES},
+    target::DepthBefore,
     timer::Ends,
 };
 use crate::{
+    occlusion::Occlusion,
     polygon::{BLOCK, Change, PolygonId, VisibleBlocks},
+    recording::Environment,
     scene::Scene,
     view::View,
 };
@@ -37,7 +43,7 @@ impl Style {
     pub const PLAIN: Self = Self { tint: [0.0; 3], amount: 0.0, opacity: 1.0, glow: 0.0 };
 
     pub(super) fn words(self) -> [[f32; 4]; 2] {
-        let [r, g, b] = self.tint;
+        let [r, g, b] = self.tint.map(|c| srgb_from_linear(f64::from(c)) as f32);
         [[r, g, b, self.amount], [self.opacity, self.glow, 0.0, 0.0]]
     }
 }
@@ -61,7 +67,7 @@ impl<'a> Layer<'a> {
 /// Settings of a renderer that do not change the picture, but for the background.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RendererConfig {
-    /// Polygons of a chunk of GPU memory, 64 bytes each. Larger: fewer draw calls for large scenes, more memory for
+    /// Polygons of a chunk of GPU memory, 96 bytes each. Larger: fewer draw calls for large scenes, more memory for
     /// small ones.
     pub chunk_len: usize,
     /// Red, green, blue where nothing is, linear.
@@ -69,7 +75,7 @@ pub struct RendererConfig {
 }
 
 impl Default for RendererConfig {
-    /// Chunks of 8 MiB, a dark blue-grey background.
+    /// Chunks of 12 MiB, a dark blue-grey background.
     fn default() -> Self {
         Self { chunk_len: 1 << 17, background: super::backdrop::DARK }
     }
@@ -82,6 +88,11 @@ pub struct Renderer {
     scene: GpuScene,
     view_layout: wgpu::BindGroupLayout,
     pipelines: Pipelines,
+    finish: Finish,
+    /// Made when the first polygon comes that a brush has painted, or an environment.
+    paint: Option<Paint>,
+    environment: Option<Environment>,
+    time_s: f32,
     /// Made when a view first asks for it.
     hzb: Option<Hzb>,
     background: wgpu::Color,
@@ -92,14 +103,60 @@ impl Renderer {
     pub fn new(gpu: Arc<Gpu>, config: &RendererConfig) -> Self {
         let scene = GpuScene::new(&gpu, config.chunk_len);
         let view_layout = ViewSlot::layout(&gpu);
-        let pipelines = Pipelines::new(&gpu, &view_layout, scene.layout(), scene.chunk_len());
-        let [r, g, b] = config.background;
-        Self { scene, view_layout, pipelines, hzb: None, background: wgpu::Color { r, g, b, a: 1.0 }, gpu }
+        let pipelines = plain_pipelines(&gpu, &view_layout, &scene);
+        let finish = Finish::new(&gpu);
+        let mut renderer = Self {
+            scene,
+            view_layout,
+            pipelines,
+            finish,
+            paint: None,
+            environment: None,
+            time_s: 0.0,
+            hzb: None,
+            background: wgpu::Color::BLACK,
+            gpu,
+        };
+        renderer.set_background(config.background);
+        renderer
     }
 
-    /// Changes what is seen where nothing is: linear red, green, blue.
-    pub fn set_background(&mut self, [r, g, b]: [f64; 3]) {
+    /// Changes what is seen where nothing is and there is no environment: linear red, green, blue.
+    pub fn set_background(&mut self, linear: [f64; 3]) {
+        let [r, g, b] = linear.map(srgb_from_linear);
         self.background = wgpu::Color { r, g, b, a: 1.0 };
+    }
+
+    /// Changes the light, and what is seen where nothing is. Without an environment that is the background, and what brushes
+    /// have painted stands in the light that their application begins with.
+    pub fn set_environment(&mut self, environment: Option<&Environment>) {
+        self.environment = environment.cloned();
+        if let Some(paint) = &mut self.paint {
+            paint.set_environment(self.environment.as_ref());
+        }
+    }
+
+    /// Changes the moment that what moves by itself is seen at, seconds.
+    pub fn set_time(&mut self, time_s: f32) {
+        self.time_s = time_s;
+    }
+
+    /// Whether something moves by itself with [`Renderer::set_time`].
+    pub fn is_animated(&self) -> bool {
+        self.scene.is_animated()
+    }
+
+    /// Whether brushes or an environment decide how things look.
+    fn is_painted(&self) -> bool {
+        self.scene.has_brushes() || self.environment.is_some()
+    }
+
+    /// The pipelines of the frame at hand.
+    fn pipelines(&self) -> &Pipelines {
+        match &self.paint {
+            Some(paint) if self.is_painted() => paint.pipelines(),
+            _ => &self.pipelines,
+        }
     }
 
     /// The adapter and device.
@@ -127,27 +184,48 @@ impl Renderer {
     /// Sends the polygons that are new or have moved; returns the bytes sent.
     pub fn send(&mut self, scene: &Scene) -> u64 {
         let bytes = self.scene.flush(&self.gpu, scene);
+        if self.is_painted() {
+            let Self { paint, gpu, scene, view_layout, environment, .. } = self;
+            let paint = paint.get_or_insert_with(|| {
+                Paint::new(gpu, view_layout, scene.layout(), scene.chunk_len(), environment.as_ref())
+            });
+            paint.send(gpu, self.time_s);
+        }
         if let Some(hzb) = &mut self.hzb {
             hzb.follow(&self.gpu, &self.scene);
         }
         bytes
     }
 
-    /// Chooses how a view finds while drawing what is hidden. It does so in frames of which all that is drawn comes in
-    /// one layer in its own colours; others are drawn without.
+    /// Chooses how a view culls hidden polygons on the GPU; a method that culls on the CPU is none here. It does so in
+    /// frames of which all that is drawn comes in one layer in its own colours; others are drawn without.
     ///
     /// # Errors
     /// The adapter lacks what that needs; the view is drawn as before.
-    pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: GpuOcclusion) -> Result<(), RenderError> {
+    pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: Occlusion) -> Result<(), RenderError> {
+        self.set_occlusion_with(slot, occlusion, HzbConfig::default())
+    }
+
+    /// The same, with settings for [`Occlusion::Hzb`] and [`Occlusion::Auto`].
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs; the view is drawn as before.
+    pub fn set_occlusion_with(
+        &mut self,
+        slot: &mut ViewSlot,
+        occlusion: Occlusion,
+        config: HzbConfig,
+    ) -> Result<(), RenderError> {
+        let occlusion = occlusion.on_gpu();
         slot.switch = None;
-        if occlusion == GpuOcclusion::None {
+        if occlusion == Occlusion::None {
             slot.hzb = None;
             return Ok(());
         }
         if self.hzb.is_none() {
             let mut hzb = match Hzb::new(&self.gpu) {
                 // Then drawing all is the fastest way that there is.
-                Err(_) if occlusion == GpuOcclusion::Auto => {
+                Err(_) if occlusion == Occlusion::Auto => {
                     slot.hzb = None;
                     slot.switch = Some(DrawSwitch::default());
                     return Ok(());
@@ -157,15 +235,12 @@ impl Renderer {
             hzb.follow(&self.gpu, &self.scene);
             self.hzb = Some(hzb);
         }
-        let occlusion = match occlusion {
-            GpuOcclusion::Auto => {
-                slot.switch = Some(DrawSwitch::default());
-                GpuOcclusion::Hzb(HzbConfig::default())
-            }
-            occlusion => occlusion,
-        };
+        slot.switch = (occlusion == Occlusion::Auto).then(DrawSwitch::default);
         let view = slot.hzb.get_or_insert_with(|| Box::new(HzbView::new(&self.gpu)));
-        view.set_occlusion(&self.gpu, occlusion);
+        match occlusion {
+            Occlusion::Queries => view.use_queries(&self.gpu),
+            _ => view.use_pyramid(config),
+        }
         Ok(())
     }
 
@@ -217,12 +292,16 @@ impl Renderer {
         let in_view = layers.first().map_or(0, |layer| layer.polygons.len());
         let culls = can_cull && slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
         slot.order.clear_for(if culls { Listing::Blocks } else { Listing::Ids });
+        slot.order.list_all(!ViewSlot::can_hold_all(&self.gpu, scene.polygon_count()));
         for (i, layer) in layers.iter().enumerate() {
             let style = i.min(MAX_STYLES - 1);
             styles[style] = layer.style;
             let is_faint = layer.style.opacity < 1.0;
-            let transparent_of = |first| if is_faint { u64::MAX } else { self.scene.transparent_of(first) };
-            slot.order.add(scene, layer.polygons, style as u32, view.eye_in_world, page_len, transparent_of);
+            let classes_of = |first| match self.scene.classes_of(first) {
+                Classes { additive, .. } if is_faint => Classes { additive, transparent: !additive },
+                classes => classes,
+            };
+            slot.order.add(scene, layer.polygons, style as u32, view.eye_in_world, page_len, classes_of);
         }
         slot.order.finish(page_len);
         let mut bytes = slot.send(&self.gpu, &self.view_layout, view, &styles);
@@ -249,7 +328,9 @@ impl Renderer {
                 gpu: &self.gpu,
                 hzb,
                 scene: &self.scene,
-                pipelines: &self.pipelines,
+                pipelines: self.pipelines(),
+                finish: &self.finish,
+                spreads: self.is_painted(),
                 view_layout: &self.view_layout,
                 target,
                 background: self.background,
@@ -263,128 +344,37 @@ impl Renderer {
             return;
         }
         timer.begin();
-        let stamps = timer.stamps(0, Ends::Both).map(|stamps| stamps.of_render());
+        let stamps = timer.stamps(0, Ends::Begin).map(|stamps| stamps.of_render());
         let mut pass = target.begin(encoder, self.background, DepthBefore::Nothing, stamps);
-        pass.set_bind_group(0, slot.bind_group(), &[]);
-        self.pipelines.draw_runs(&mut pass, &self.scene, slot.order.runs(), 0);
+        let pipelines = self.pipelines();
+        pipelines.begin(&mut pass, slot.bind_group());
+        pipelines.draw_runs(&mut pass, &self.scene, slot.order.runs(), 0, slot.all_from());
         more(&mut pass);
         drop(pass);
+        let stamps = timer.stamps(0, Ends::End).map(|stamps| stamps.of_render());
+        self.finish.encode(&self.gpu, encoder, target, self.is_painted(), stamps);
         timer.end(encoder, 1);
     }
 }
 
-/// The pipelines that draw polygons.
-#[derive(Debug)]
-pub(super) struct Pipelines {
-    opaque: wgpu::RenderPipeline,
-    transparent: wgpu::RenderPipeline,
-    /// Opaque polygons, without colours.
-    pub(super) depth: wgpu::RenderPipeline,
-}
-
-/// What a pipeline draws.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Drawn {
-    Colors(Blend),
-    Depth,
-}
-
-impl Pipelines {
-    fn new(gpu: &Gpu, view: &wgpu::BindGroupLayout, page: &wgpu::BindGroupLayout, chunk_len: usize) -> Self {
-        let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("polygon"),
-            source: wgpu::ShaderSource::Wgsl(shaders::POLYGON.into()),
-        });
-        let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("polygon"),
-            bind_group_layouts: &[Some(view), Some(page)],
-            immediate_size: 0,
-        });
-        let create = |drawn| create(gpu, &module, &layout, chunk_len as f64, drawn);
-        Self {
-            opaque: create(Drawn::Colors(Blend::Opaque)),
-            transparent: create(Drawn::Colors(Blend::Transparent)),
-            depth: create(Drawn::Depth),
-        }
-    }
-
-    pub(super) fn with_colors(&self, blend: Blend) -> &wgpu::RenderPipeline {
-        match blend {
-            Blend::Opaque => &self.opaque,
-            Blend::Transparent => &self.transparent,
-        }
-    }
-
-    /// Draws runs of a list; their places count from `first`.
-    pub(super) fn draw_runs(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        scene: &GpuScene,
-        runs: &[Run],
-        first: u32,
-    ) {
-        let mut bound = None;
-        for run in runs {
-            let Some(page) = scene.page(run.page as usize) else { continue };
-            if bound != Some((run.page, run.blend)) {
-                pass.set_pipeline(self.with_colors(run.blend));
-                pass.set_bind_group(1, page, &[]);
-                bound = Some((run.page, run.blend));
-            }
-            let vertices = (first + run.range.start) * 6..(first + run.range.end) * 6;
-            pass.draw(vertices, run.style..run.style + 1);
-        }
-    }
-}
-
-fn create(
-    gpu: &Gpu,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::PipelineLayout,
-    chunk_len: f64,
-    drawn: Drawn,
-) -> wgpu::RenderPipeline {
-    let constants = [("CHUNK_LEN", chunk_len)];
-    let hides = drawn != Drawn::Colors(Blend::Transparent);
-    let target = [Some(wgpu::ColorTargetState {
-        format: COLOR_FORMAT,
-        blend: (!hides).then_some(wgpu::BlendState::ALPHA_BLENDING),
-        write_mask: wgpu::ColorWrites::ALL,
-    })];
-    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(match drawn {
-            Drawn::Colors(Blend::Opaque) => "opaque polygons",
-            Drawn::Colors(Blend::Transparent) => "transparent polygons",
-            Drawn::Depth => "polygons' depth",
-        }),
-        layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some(if drawn == Drawn::Depth { "vertex_depth" } else { "vertex" }),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &constants,
-                ..Default::default()
-            },
-            buffers: &[],
-        },
-        // Both sides of a polygon are seen: nothing is culled by its winding.
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(hides),
-            // Of two at the same depth the later one is seen: which that is does not depend on what is left out.
-            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
-        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-        fragment: (drawn != Drawn::Depth).then(|| wgpu::FragmentState {
-            module,
-            entry_point: Some("fragment"),
-            compilation_options: Default::default(),
-            targets: &target,
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+/// The pipelines of what no brush has painted.
+fn plain_pipelines(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Pipelines {
+    let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("polygon"),
+        source: wgpu::ShaderSource::Wgsl(shaders::POLYGON.into()),
+    });
+    let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("polygon"),
+        bind_group_layouts: &[Some(view_layout), Some(scene.layout())],
+        immediate_size: 0,
+    });
+    let shader = Shader {
+        module: &module,
+        layout: &layout,
+        chunk_len: scene.chunk_len(),
+        vertex: "vertex",
+        fragments: ["fragment"; 3],
+        depth: ("vertex_depth", None),
+    };
+    Pipelines::new(gpu, shader, None)
 }

@@ -1,10 +1,12 @@
-/// Every shader of the crate by its name, in WGSL.
+/// Every shader of the crate by its name, in WGSL. A shader may be made of several files, one after the other.
 pub const SHADERS: &[(&str, &str)] = &[
+    ("finish", FINISH),
     ("hzb_compact", HZB_COMPACT),
     ("hzb_pyramid", HZB_PYRAMID),
     ("hzb_recall", HZB_RECALL),
     ("hzb_test", HZB_TEST),
     ("line", LINE),
+    ("painted", PAINTED),
     ("polygon", POLYGON),
     ("query_apply", QUERY_APPLY),
     ("query_box", QUERY_BOX),
@@ -12,11 +14,17 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("show", SHOW),
 ];
 
+pub(super) const FINISH: &str = include_str!("shaders/finish.wgsl");
 pub(super) const HZB_COMPACT: &str = include_str!("shaders/hzb_compact.wgsl");
 pub(super) const HZB_PYRAMID: &str = include_str!("shaders/hzb_pyramid.wgsl");
 pub(super) const HZB_RECALL: &str = include_str!("shaders/hzb_recall.wgsl");
 pub(super) const HZB_TEST: &str = include_str!("shaders/hzb_test.wgsl");
 pub(super) const LINE: &str = include_str!("shaders/line.wgsl");
+pub(super) const PAINTED: &str = concat!(
+    include_str!("shaders/polygon.wgsl"),
+    include_str!("shaders/painted.wgsl"),
+    include_str!("shaders/effects.wgsl"),
+);
 pub(super) const POLYGON: &str = include_str!("shaders/polygon.wgsl");
 pub(super) const QUERY_APPLY: &str = include_str!("shaders/query_apply.wgsl");
 pub(super) const QUERY_BOX: &str = include_str!("shaders/query_box.wgsl");

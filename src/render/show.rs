@@ -65,10 +65,10 @@ impl ShowPass {
         });
         let pipeline = |channels| {
             let entry = match (format.is_srgb(), channels) {
-                (false, Channels::All) => "encode",
-                (true, Channels::All) => "pass_on",
-                (false, _) => "encode_one_eye",
-                (true, _) => "pass_on_one_eye",
+                (false, Channels::All) => "pass_on",
+                (true, Channels::All) => "decode",
+                (false, _) => "pass_on_one_eye",
+                (true, _) => "decode_one_eye",
             };
             let write_mask = match channels {
                 Channels::All => wgpu::ColorWrites::ALL,

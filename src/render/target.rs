@@ -1,21 +1,29 @@
-use super::{Gpu, Image, RenderError, read_back::read_back};
+use std::sync::OnceLock;
+
+use super::{Gpu, Image, RenderError, finish::Octaves, read_back::read_back};
 
 /// Samples a pixel.
 pub const SAMPLES: u32 = 4;
-/// What is drawn into: linear light in the shader, sRGB in memory.
-pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// What is drawn into: sRGB numbers, as a screen takes them, but without bounds.
+pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// The finished picture: sRGB numbers from 0 to 1.
+pub(super) const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Floating point, for reversed depth.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// What is drawn into: a multisampled picture with its depth, and the resolved picture that is saved or shown.
+/// What is drawn into: a multisampled picture with its depth, the resolved picture without bounds, and the finished one
+/// that is saved or shown.
 #[derive(Debug)]
 pub struct Target {
     width: u32,
     height: u32,
     samples: wgpu::TextureView,
     depth: wgpu::TextureView,
-    resolved: wgpu::Texture,
-    resolved_view: wgpu::TextureView,
+    resolved: wgpu::TextureView,
+    picture: wgpu::Texture,
+    picture_view: wgpu::TextureView,
+    /// What finishing the picture needs, made when it first is.
+    pub(super) octaves: OnceLock<Octaves>,
 }
 
 impl Target {
@@ -44,16 +52,18 @@ impl Target {
         let samples = texture("samples", COLOR_FORMAT, SAMPLES, attachment);
         let sampled = attachment | wgpu::TextureUsages::TEXTURE_BINDING;
         let depth = texture("depth", DEPTH_FORMAT, SAMPLES, sampled);
-        let usage = attachment | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
-        let resolved = texture("picture", COLOR_FORMAT, 1, usage);
+        let resolved = texture("resolved", COLOR_FORMAT, 1, sampled);
+        let picture = texture("picture", PICTURE_FORMAT, 1, sampled | wgpu::TextureUsages::COPY_SRC);
         gpu.check()?;
         Ok(Self {
             width,
             height,
             samples: samples.create_view(&Default::default()),
             depth: depth.create_view(&Default::default()),
-            resolved_view: resolved.create_view(&Default::default()),
-            resolved,
+            resolved: resolved.create_view(&Default::default()),
+            picture_view: picture.create_view(&Default::default()),
+            picture,
+            octaves: OnceLock::new(),
         })
     }
 
@@ -69,7 +79,7 @@ impl Target {
 
     /// The finished picture.
     pub fn picture(&self) -> &wgpu::Texture {
-        &self.resolved
+        &self.picture
     }
 
     /// A copy of the finished picture.
@@ -77,12 +87,17 @@ impl Target {
     /// # Errors
     /// The device is lost or the driver reported something.
     pub fn image(&self, gpu: &Gpu) -> Result<Image, RenderError> {
-        read_back(gpu, &self.resolved)
+        read_back(gpu, &self.picture)
     }
 
     /// The finished picture, for a shader that shows it.
     pub fn picture_view(&self) -> &wgpu::TextureView {
-        &self.resolved_view
+        &self.picture_view
+    }
+
+    /// What was drawn, one value a pixel.
+    pub(super) fn resolved(&self) -> &wgpu::TextureView {
+        &self.resolved
     }
 
     /// The depth of every sample.
@@ -103,7 +118,7 @@ impl Target {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: &self.samples,
                 depth_slice: None,
-                resolve_target: Some(&self.resolved_view),
+                resolve_target: Some(&self.resolved),
                 ops: wgpu::Operations {
                     load: wgpu::LoadOp::Clear(background),
                     store: wgpu::StoreOp::Discard,

@@ -12,14 +12,14 @@ const STAMPS: u32 = 2 * MAX_PASSES as u32;
 /// Where a query result goes has to be a multiple of this.
 const ALIGNMENT: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
-/// What the GPU says that the passes of a frame took, nanoseconds.
+/// GPU times of the passes of a frame, nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PassTimes {
     /// From the beginning of the first to the end of the last.
     pub total_ns: u64,
-    /// Depth of what was visible in the last frame; 0 without culling while drawing.
+    /// The depth pass, of polygons that were visible in the last frame; 0 without culling on the GPU.
     pub depth_ns: u64,
-    /// The depth pyramid, and the test of what is in view; 0 without culling while drawing.
+    /// The depth pyramid, and the test of the polygons in view; 0 without culling on the GPU.
     pub test_ns: u64,
     /// The pass with colours.
     pub color_ns: u64,
@@ -39,7 +39,7 @@ impl Add for PassTimes {
     }
 }
 
-/// How long the GPU took for the passes of a frame, by time stamps; says nothing where the adapter has none.
+/// Measures the passes of a frame by time stamps of the GPU; gives no times where the adapter has no time stamps.
 #[derive(Debug)]
 pub struct GpuTimer {
     queries: Option<Queries>,
@@ -156,7 +156,7 @@ impl GpuTimer {
         }
     }
 
-    /// The times of a frame that have come back since the last call; the latest if several have.
+    /// The times of the latest frame whose time stamps have arrived since the last call.
     pub fn take(&mut self) -> Option<PassTimes> {
         let period_ns = f64::from(self.period_ns);
         let mut times = None;
@@ -164,7 +164,7 @@ impl GpuTimer {
         times
     }
 
-    /// The time of a frame that has come back since the last call, nanoseconds; the latest if several have.
+    /// The time of the latest frame whose time stamps have arrived since the last call, nanoseconds.
     pub fn take_ns(&mut self) -> Option<u64> {
         self.take().map(|times| times.total_ns)
     }

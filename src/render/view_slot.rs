@@ -1,20 +1,25 @@
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
 use super::{
-    DrawOrder, DrawnCounts, Gpu, GpuOcclusion, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
+    DrawOrder, DrawnCounts, Gpu, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
     renderer::MAX_STYLES,
 };
-use crate::view::View;
+use crate::{math::rotate, occlusion::Occlusion, view::View};
 
 /// What a frame sends for one view: the view itself and the numbers of its polygons. One for each screen and eye.
 #[derive(Debug)]
 pub struct ViewSlot {
     uniforms: wgpu::Buffer,
+    /// The numbers that a frame lists, and behind them all numbers in order: a run that is not listed reads them there.
     ids: wgpu::Buffer,
+    /// Where all numbers begin, and how many there are.
+    all_from: u32,
+    all_len: u32,
     bind_group: wgpu::BindGroup,
     pub(super) order: DrawOrder,
     pub(super) hzb: Option<Box<HzbView>>,
-    /// Where hidden polygons are looked for only if it pays.
+    /// For [`Occlusion::Auto`]: whether the next frame is culled.
     pub(super) switch: Option<DrawSwitch>,
 }
 
@@ -24,6 +29,8 @@ struct Uniforms {
     clip_from_eye: [[f32; 4]; 4],
     eye_in_world: [f32; 4],
     styles: [[[f32; 4]; 2]; MAX_STYLES],
+    up_in_world: [f32; 4],
+    corners: [[f32; 4]; 3],
 }
 
 impl ViewSlot {
@@ -34,15 +41,17 @@ impl ViewSlot {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let ids = create_ids(gpu, 1 << 14);
+        let all_from = 1 << 14;
+        let ids = create_ids(gpu, u64::from(all_from));
         let bind_group = bind(gpu, layout, &uniforms, &ids);
-        Self { uniforms, ids, bind_group, order: DrawOrder::new(), hzb: None, switch: None }
+        let order = DrawOrder::new();
+        Self { uniforms, ids, all_from, all_len: 0, bind_group, order, hzb: None, switch: None }
     }
 
     pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-        let entry = |binding, ty, size: u64| wgpu::BindGroupLayoutEntry {
+        let entry = |binding, visibility, ty, size: u64| wgpu::BindGroupLayoutEntry {
             binding,
-            visibility: wgpu::ShaderStages::VERTEX,
+            visibility,
             ty: wgpu::BindingType::Buffer {
                 ty,
                 has_dynamic_offset: false,
@@ -53,8 +62,13 @@ impl ViewSlot {
         gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("view"),
             entries: &[
-                entry(0, wgpu::BufferBindingType::Uniform, size_of::<Uniforms>() as u64),
-                entry(1, wgpu::BufferBindingType::Storage { read_only: true }, 4),
+                entry(
+                    0,
+                    wgpu::ShaderStages::VERTEX_FRAGMENT,
+                    wgpu::BufferBindingType::Uniform,
+                    size_of::<Uniforms>() as u64,
+                ),
+                entry(1, wgpu::ShaderStages::VERTEX, wgpu::BufferBindingType::Storage { read_only: true }, 4),
             ],
         })
     }
@@ -71,24 +85,36 @@ impl ViewSlot {
         &self.ids
     }
 
-    /// How this view finds while drawing what is hidden.
-    pub fn occlusion(&self) -> GpuOcclusion {
+    /// Where all numbers begin in the list, for runs that are not listed.
+    pub(super) fn all_from(&self) -> u32 {
+        self.all_from
+    }
+
+    /// Before the order of a frame: whether the device can hold all numbers of so many polygons beside what is listed.
+    pub(super) fn can_hold_all(gpu: &Gpu, polygons: usize) -> bool {
+        let limits = gpu.device().limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        (polygons as u64).next_power_of_two() * 4 * 4 <= most
+    }
+
+    /// The method by which this view is culled on the GPU.
+    pub fn occlusion(&self) -> Occlusion {
         match (&self.switch, &self.hzb) {
-            (Some(_), _) => GpuOcclusion::Auto,
+            (Some(_), _) => Occlusion::Auto,
             (None, Some(view)) => view.occlusion(),
-            (None, None) => GpuOcclusion::None,
+            (None, None) => Occlusion::None,
         }
     }
 
-    /// Takes what a frame of this view took, at once or some frames later, and whether it was one that looked for what is
-    /// hidden: by it [`GpuOcclusion::Auto`] decides.
+    /// Takes the time of a frame of this view, now or some frames later, and whether that frame was culled on the GPU.
+    /// [`Occlusion::Auto`] decides by these times.
     pub fn note_time(&mut self, culled: bool, ns: u64) {
         if let Some(switch) = &mut self.switch {
             switch.note(culled, ns);
         }
     }
 
-    /// Whether the frame at hand is one that looks for what is hidden.
+    /// Whether the current frame is culled on the GPU.
     pub fn culls(&self) -> bool {
         self.hzb.is_some() && self.order.listing() == Listing::Blocks
     }
@@ -102,7 +128,7 @@ impl ViewSlot {
         }
     }
 
-    /// What culling while drawing did in a frame that has come back since the last call; the latest if several have.
+    /// Counts of the latest frame whose results have arrived since the last call.
     pub fn take_counts(&mut self) -> Option<DrawnCounts> {
         self.hzb.as_mut()?.take_counts()
     }
@@ -115,28 +141,51 @@ impl ViewSlot {
         view: &View,
         styles: &[Style; MAX_STYLES],
     ) -> u64 {
-        let from_eye = View { eye_in_world: glam::Vec3::ZERO, ..*view };
+        let from_eye = View { eye_in_world: Vec3::ZERO, ..*view };
+        let [from, right, _, up] = view.corner_directions();
         let uniforms = Uniforms {
             clip_from_eye: from_eye.clip_from_world().to_cols_array_2d(),
             eye_in_world: view.eye_in_world.extend(1.0).to_array(),
             styles: styles.map(|style| style.words()),
+            up_in_world: rotate(view.world_from_view, Vec3::Y).extend(0.0).to_array(),
+            corners: [from, right - from, up - from].map(|way| way.extend(0.0).to_array()),
         };
         gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
-        let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
         // Opaque polygons that are handed over as blocks are listed on the GPU, before the others.
         let before = u64::from(self.order.opaque_count());
-        let count = before + self.order.ids().len() as u64;
-        if count * 4 > self.ids.size() {
-            // The list is written anew every frame: the old one need not be copied.
-            self.ids = create_ids(gpu, count.next_power_of_two());
-            self.bind_group = bind(gpu, layout, &self.uniforms, &self.ids);
-        }
+        let bytes_of_room = self.make_room(gpu, layout, before + self.order.ids().len() as u64);
+        let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
         if !ids.is_empty() {
             gpu.queue().write_buffer(&self.ids, before * 4, ids);
         }
-        ids.len() as u64 + size_of::<Uniforms>() as u64
+        bytes_of_room + ids.len() as u64 + size_of::<Uniforms>() as u64
+    }
+
+    /// Makes room for so many listed numbers and for all numbers that are not listed; returns the bytes sent.
+    fn make_room(&mut self, gpu: &Gpu, layout: &wgpu::BindGroupLayout, listed: u64) -> u64 {
+        let not_listed = self.order.runs().iter().filter(|run| !run.is_listed);
+        let all = not_listed.map(|run| run.range.end).max().unwrap_or(0);
+        if listed <= u64::from(self.all_from) && all <= self.all_len {
+            return 0;
+        }
+        // The list is written anew every frame: the old one need not be copied.
+        self.all_from = u64::from(self.all_from).max(listed.next_power_of_two()) as u32;
+        self.all_len = self.all_len.max(if all > 0 { all.next_power_of_two() } else { 0 });
+        self.ids = create_ids(gpu, u64::from(self.all_from) + u64::from(self.all_len));
+        self.bind_group = bind(gpu, layout, &self.uniforms, &self.ids);
+        let mut numbers = Vec::new();
+        for first in (0..self.all_len).step_by(NUMBERS_A_TRANSFER) {
+            numbers.clear();
+            numbers.extend(first..self.all_len.min(first + NUMBERS_A_TRANSFER as u32));
+            let at = (u64::from(self.all_from) + u64::from(first)) * 4;
+            gpu.queue().write_buffer(&self.ids, at, bytemuck::cast_slice(&numbers));
+        }
+        u64::from(self.all_len) * 4
     }
 }
+
+/// Numbers that are sent at once (1 MiB), when all are.
+const NUMBERS_A_TRANSFER: usize = 1 << 18;
 
 fn create_ids(gpu: &Gpu, count: u64) -> wgpu::Buffer {
     gpu.device().create_buffer(&wgpu::BufferDescriptor {

@@ -1,8 +1,8 @@
-use super::{CameraPath, Moment};
+use super::{CameraPath, Player};
 use crate::{
     frame::{FrameRecord, Pipeline, Stage},
     polygon::{Change, VisibleBlocks},
-    recording::{Event, Pacer, RecordingError},
+    recording::{Event, RecordingError},
     replay::fingerprint_of_views,
     scene::Scene,
     view::View,
@@ -34,7 +34,7 @@ pub struct Lane {
     budget: Budget,
     stretch: u64,
     spent_ns: u64,
-    /// Changes have been filed without a commit: the next frame pays for more than itself.
+    /// Changes have been applied without a commit: the next frame pays for more than itself.
     behind: bool,
 }
 
@@ -95,82 +95,57 @@ pub struct LaneFrame {
 /// view for each, one after the other, so that what disturbs the machine disturbs all alike.
 #[derive(Debug)]
 pub struct Replay<I> {
-    pacer: Pacer<I>,
+    player: Player<I>,
     camera: CameraPath,
-    scene: Scene,
     lanes: Vec<Lane>,
-    moment: Moment,
     view: Option<View>,
-    events: Vec<Event>,
-    changes: Vec<Change>,
     outcomes: Vec<Option<LaneFrame>>,
-    /// The model is finished: events only move the eye.
-    finished: bool,
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
-    /// A replay at its beginning.
-    pub fn new(pacer: Pacer<I>, camera: CameraPath, lanes: Vec<Lane>) -> Self {
+    /// A replay at its beginning. If the player already has a model ([`Player::walk`]), every lane inserts all of it before
+    /// the first frame.
+    pub fn new(player: Player<I>, camera: CameraPath, mut lanes: Vec<Lane>) -> Self {
+        if player.scene().polygon_count() > 0 {
+            for lane in &mut lanes {
+                lane.pipeline.load(player.scene());
+                lane.pipeline.commit();
+            }
+        }
         let outcomes = vec![None; lanes.len()];
-        Self {
-            pacer,
-            camera,
-            scene: Scene::new(),
-            lanes,
-            moment: Moment::default(),
-            view: None,
-            events: Vec::new(),
-            changes: Vec::new(),
-            outcomes,
-            finished: false,
-        }
-    }
-
-    /// A walk through a finished model: every lane files all of it before the first frame, and the session's events only
-    /// move the eye.
-    pub fn walk(pacer: Pacer<I>, camera: CameraPath, mut lanes: Vec<Lane>, scene: Scene) -> Self {
-        for lane in &mut lanes {
-            lane.pipeline.load(&scene);
-            lane.pipeline.commit();
-        }
-        Self { scene, finished: true, ..Self::new(pacer, camera, lanes) }
+        Self { player, camera, lanes, view: None, outcomes }
     }
 
     /// Plays one frame; what each lane did, in their order (`None`: it is out of its budget for now). `Ok(None)`: the
     /// session is over.
     ///
     /// # Errors
-    /// The recording is damaged here; what came before has been played.
+    /// The recording is damaged here; the frames before have been played in every lane.
     pub fn step(&mut self) -> Result<Option<&[Option<LaneFrame>]>, RecordingError> {
-        if !self.pacer.next_frame(&mut self.events)? {
+        if !self.player.step()? {
             return Ok(None);
         }
-        self.changes.clear();
-        self.events.iter().for_each(|event| self.moment.note(event));
-        if !self.finished {
-            self.scene.let_go();
-            self.scene.apply_all(&self.events, &mut self.changes);
-        }
-        let view = self.camera.view(&self.moment);
+        let moment = self.player.moment();
+        let view = self.camera.view(&moment);
         self.view = Some(view);
         let count = self.lanes.len();
         for turn in 0..count {
             // Another lane begins each frame: none always meets the caches that the reader has just filled.
-            let at = (turn + self.moment.frame as usize) % count;
-            self.outcomes[at] = self.lanes[at].step(self.moment.frame, &self.scene, &self.changes, &view);
+            let at = (turn + moment.frame as usize) % count;
+            self.outcomes[at] =
+                self.lanes[at].step(moment.frame, self.player.scene(), self.player.changes(), &view);
         }
-        self.moment.frame += 1;
         Ok(Some(&self.outcomes))
     }
 
     /// The model as it is now.
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        self.player.scene()
     }
 
     /// What the last frame changed.
     pub fn changes(&self) -> &[Change] {
-        &self.changes
+        self.player.changes()
     }
 
     /// The view of the last frame.
@@ -185,6 +160,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
 
     /// Frames played so far.
     pub fn frames(&self) -> u64 {
-        self.moment.frame
+        self.player.frames()
     }
 }

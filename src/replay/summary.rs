@@ -1,7 +1,8 @@
+use super::Player;
 use crate::{
     math::Aabb,
     polygon::Change,
-    recording::{Event, Pace, Pacer, RecordingError},
+    recording::{Event, Pace, RecordingError},
     scene::{Scene, SceneCounts},
 };
 
@@ -47,16 +48,11 @@ where
         backward_steps: 0,
         bounds: Aabb::EMPTY,
     };
-    let mut scene = Scene::new();
-    let mut pacer = Pacer::new(events, pace);
-    let (mut frame, mut changes) = (Vec::new(), Vec::new());
+    let mut player = Player::new(events, pace);
     let mut last_secs = f64::NEG_INFINITY;
     let outcome = loop {
-        let outcome = pacer.next_frame(&mut frame);
-        if !frame.is_empty() || matches!(outcome, Ok(true)) {
-            summary.frames += 1;
-        }
-        for event in &frame {
+        let outcome = player.step();
+        for event in player.events() {
             let t = event.time_secs();
             summary.backward_steps += u64::from(t < last_secs);
             last_secs = t;
@@ -70,12 +66,9 @@ where
                 _ => {}
             }
         }
-        changes.clear();
-        scene.let_go();
-        scene.apply_all(&frame, &mut changes);
-        for change in &changes {
+        for change in player.changes() {
             if let Change::Insert(id) | Change::Update(id) = *change {
-                summary.bounds = summary.bounds.union(scene.bounds(id));
+                summary.bounds = summary.bounds.union(player.scene().bounds(id));
             }
         }
         match outcome {
@@ -84,6 +77,8 @@ where
             Err(error) => break Err(error),
         }
     };
+    summary.frames = player.frames();
+    let scene = player.into_scene();
     summary.counts = scene.counts();
     (summary, scene, outcome)
 }

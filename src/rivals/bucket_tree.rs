@@ -10,7 +10,7 @@ use glam::Vec3;
 use super::{
     buckets::{Buckets, NOWHERE, Spot},
     by_id::{ById, FiledBoxes},
-    flat_tree::Item,
+    item::Item,
 };
 use crate::{
     index::{

@@ -1,7 +1,7 @@
 //! Polygons in small buckets with their boxes side by side, for trees that grow: a node has a chain of them.
 
 use super::{
-    flat_tree::Item,
+    item::Item,
     lanes::{LANES, Planes, cull_lanes},
     sink::Sink,
 };

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::{by_id::NO_POLYGON, flat_tree::Item, sink::Sink};
+use super::{by_id::NO_POLYGON, item::Item, sink::Sink};
 use crate::{
     index::{
         WorkCounts,

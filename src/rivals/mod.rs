@@ -12,6 +12,7 @@ mod by_id;
 mod dynamic_bvh;
 mod exact;
 mod flat_tree;
+mod item;
 mod kd_tree;
 mod kind;
 mod lanes;

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::{
     bucket_tree::{BucketTree, Partition},
-    flat_tree::Item,
+    item::Item,
 };
 use crate::{
     index::{IndexConfig, SpatialIndex},

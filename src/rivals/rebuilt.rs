@@ -2,7 +2,8 @@ use glam::Vec3;
 
 use super::{
     by_id::{ById, FiledBoxes},
-    flat_tree::{FlatTree, Item, Tightness},
+    flat_tree::{FlatTree, Tightness},
+    item::Item,
 };
 use crate::{
     index::{

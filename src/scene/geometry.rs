@@ -1,3 +1,5 @@
+use glam::Vec3;
+
 use super::Scene;
 use crate::{
     brush::Draw,
@@ -19,15 +21,39 @@ impl Geometry for Scene {
     }
 
     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
-        // What turns to the eye has no corners of its own.
-        (!self.surface(id).is_facing()).then(|| Self::polygon(self, id))
+        // What turns to the eye, or moves about, has no corners of its own.
+        let is_fixed = !self.surface(id).is_facing() && self.stroke_of(id).padding_m == 0.0;
+        is_fixed.then(|| Self::polygon(self, id))
     }
 
     fn may_occlude(&self, id: PolygonId) -> bool {
         let stroke = self.stroke_of(id);
         match stroke.brush() {
-            Some(brush) => brush.draw == Draw::Opaque && !self.surface(id).is_facing(),
+            Some(brush) => {
+                brush.draw == Draw::Opaque && !self.surface(id).is_facing() && stroke.padding_m == 0.0
+            }
             None => stroke.color().3 >= 1.0,
         }
+    }
+}
+
+impl Scene {
+    /// A polygon as an eye sees it, world space: one that [faces the eye](crate::brush::Surface::facing) is a square across
+    /// the line of sight, turned about it from `up`, the direction of the picture's upward side; any other is what it is.
+    pub fn polygon_from(&self, id: PolygonId, eye: Vec3, up: Vec3) -> ConvexPolygon {
+        let stored = Self::polygon(self, id);
+        let surface = self.surface(id);
+        if !surface.is_facing() {
+            return stored;
+        }
+        let middle = stored.bounds().center();
+        let half_edge = stored.vertices()[0].distance(middle) * std::f32::consts::FRAC_1_SQRT_2;
+        let away = (middle - eye).normalize_or(Vec3::NEG_Z);
+        let right = away.cross(up).try_normalize().unwrap_or_else(|| away.any_orthonormal_vector());
+        let upward = right.cross(away);
+        let (sin, cos) = libm::sincosf(surface.roll_radians());
+        let (right, upward) = (right * cos + upward * sin, upward * cos - right * sin);
+        let corner = |x: f32, y: f32| middle + (right * x + upward * y) * half_edge;
+        ConvexPolygon::quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
     }
 }

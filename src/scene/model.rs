@@ -21,6 +21,8 @@ pub struct Stroke {
     /// How far the brush's animation may take polygons out of their boxes, metres, in the stroke's own space.
     pub(super) padding_m: f32,
     layer: u32,
+    /// Its recording says that it is not drawn.
+    is_hidden: bool,
     points: u32,
     /// Its polygons; more than one range where strokes overlap in time.
     pub(super) polygons: Vec<Range<u32>>,
@@ -57,6 +59,7 @@ impl Stroke {
         brush: None,
         padding_m: 0.0,
         layer: 0,
+        is_hidden: false,
         points: 0,
         polygons: Vec::new(),
         used: 0,
@@ -92,9 +95,19 @@ impl Stroke {
         self.layer
     }
 
+    /// Whether its recording says that it is not drawn, as its layer is hidden.
+    pub fn is_hidden(&self) -> bool {
+        self.is_hidden
+    }
+
+    /// Whether it is erased or undone.
+    pub fn is_taken_away(&self) -> bool {
+        self.erased || self.undone
+    }
+
     /// Whether its polygons are in the model now.
     pub fn is_visible(&self) -> bool {
-        !self.erased && !self.undone
+        !self.is_taken_away() && !self.is_hidden
     }
 
     /// Whether it was moved while it could not be seen: no change has told of it yet, one will when it comes back.
@@ -110,6 +123,11 @@ impl Stroke {
     /// Its control points so far.
     pub fn point_count(&self) -> u32 {
         self.points
+    }
+
+    /// Its polygons in use; others have shrunk to a point until it needs them again.
+    pub fn polygon_count(&self) -> u32 {
+        self.used
     }
 
     /// The id of its polygon at a place, counted from its first.
@@ -406,6 +424,7 @@ impl Scene {
         stroke.padding_m = settings.brush.map_or(0.0, |brush| brush.bounds_padding_m * settings.scale);
         if let Some(paint) = paint {
             stroke.layer = paint.layer;
+            stroke.is_hidden = paint.hidden;
             let is_new = stroke.brush.is_none() && !self.unknown_brushes.contains(&paint.brush);
             if is_new && self.unknown_brushes.len() < 1000 {
                 self.unknown_brushes.push(paint.brush.clone());

@@ -1,4 +1,4 @@
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use super::Sample;
 use crate::{math::rotate, recording::NormalRule};
@@ -50,4 +50,17 @@ pub(super) fn side(rule: NormalRule, sample: &Sample, travel: Vec3, previous: Op
         .or_else(|| previous.and_then(|p| perpendicular_part(p, travel)))
         .unwrap_or_else(|| any_perpendicular(travel));
     agreeing(side)
+}
+
+/// The frame of a brush's ribbon at a sample, as Tilt Brush makes it: the direction of the width, turned to agree with
+/// `previous` (which may be zero), and the normal; unit vectors.
+pub(super) fn ribbon(previous: Vec3, travel: Vec3, orientation: Quat) -> [Vec3; 2] {
+    let agreeing = |v: Vec3| if previous.dot(v) < 0.0 { -v } else { v };
+    let forward = rotate(orientation, Vec3::NEG_Z);
+    let by_forward = agreeing(travel.cross(forward));
+    // Where the tracker points along the way, its up axis says how the ribbon lies.
+    let by_up = agreeing(travel.cross(rotate(orientation, Vec3::Y)));
+    let sum = by_forward + by_up * forward.dot(travel).abs();
+    let right = sum.try_normalize().unwrap_or_else(|| any_perpendicular(travel));
+    [right, right.cross(travel)]
 }

@@ -48,15 +48,25 @@ pub(super) struct Knots {
     width_m: f32,
     scale: f32,
     spacing: Spacing,
-    is_smooth: bool,
     last: Option<Knot>,
+    /// Whether a sample after the first one was kept.
+    is_begun: bool,
+    is_smooth: bool,
 }
 
 impl Knots {
     pub(super) fn new(settings: &StrokeSettings, brush: &'static Brush, spacing: Spacing) -> Self {
         // A scale of zero would be no length to smooth over.
         let scale = settings.scale.max(f32::MIN_POSITIVE);
-        Self { brush, width_m: settings.width_m, scale, spacing, is_smooth: true, last: None }
+        Self {
+            brush,
+            width_m: settings.width_m,
+            scale,
+            spacing,
+            last: None,
+            is_begun: false,
+            is_smooth: true,
+        }
     }
 
     /// For brushes that take the pressure as it is recorded.
@@ -76,8 +86,8 @@ impl Knots {
 
     /// Takes a sample. `None` for the first one, which is always kept, and for one that is too far away to be drawn.
     pub(super) fn push(&mut self, sample: Sample, drops: &mut Drops) -> Option<Step> {
-        let Some(from) = self.last else {
-            self.last = Some(self.knot(sample, sample.pressure));
+        let Some(mut from) = self.last else {
+            self.last = Some(self.knot(sample, self.first_pressure(&sample)));
             return None;
         };
         let step = sample.position - from.sample.position;
@@ -86,16 +96,29 @@ impl Knots {
             drops.out_of_range += 1;
             return None;
         }
+        if !self.is_begun {
+            from = self.knot(from.sample, self.first_pressure(&sample));
+        }
         let to = self.knot(sample, self.smoothed(&from, sample.pressure, length_m));
         let is_kept = length_m >= self.spacing_m(&to) && length_m > 0.0;
         if is_kept {
             self.last = Some(to);
+            self.is_begun = true;
         }
         Some(Step { from, to, length_m, travel: step.normalize_or_zero(), is_kept })
     }
 
     fn knot(&self, sample: Sample, smoothed: f32) -> Knot {
         Knot { sample, smoothed, size_m: self.width_m * self.brush.size(smoothed) }
+    }
+
+    /// The smoothed pressure at the stroke's first sample is that of the next one that is kept, as long as there is none
+    /// that of the stroke's end; with brushes of the old kind it is 0.
+    fn first_pressure(&self, next: &Sample) -> f32 {
+        if !self.is_smooth {
+            return self.last.map_or(next.pressure, |last| last.sample.pressure);
+        }
+        if self.brush.has_short_pressure_window { 0.0 } else { next.pressure }
     }
 
     /// The old pressure fades to a tenth over a length of the brush.
@@ -157,8 +180,11 @@ mod tests {
     fn pressure_follows_over_a_fifth_of_a_metre() {
         for scale in [1.0, 0.25] {
             let (mut knots, mut drops) = (knots(scale), Drops::default());
-            knots.push(at(0.0, 0.0), &mut drops);
-            let step = knots.push(at(0.2 * scale, 1.0), &mut drops).expect("in range");
+            knots.push(at(0.0, 1.0), &mut drops);
+            // The first pressure does not count: few hands press hard at once.
+            let step = knots.push(at(0.1, 0.0), &mut drops).expect("in range");
+            assert!(step.is_kept && step.from.smoothed == 0.0 && step.to.smoothed == 0.0);
+            let step = knots.push(at(0.1 + 0.2 * scale, 1.0), &mut drops).expect("in range");
             assert!((step.to.smoothed - 0.9).abs() < 1.0e-5, "{}", step.to.smoothed);
             assert_eq!(step.to.sample.pressure, 1.0);
             assert_eq!(step.to.size_m, 0.1 * knots.brush.size(step.to.smoothed));
@@ -166,11 +192,21 @@ mod tests {
     }
 
     #[test]
+    fn brushes_of_the_old_kind_begin_without_pressure() {
+        let brush = brush::find("DoubleTaperedMarker").expect("a brush of the table");
+        let (mut knots, mut drops) = (Knots { brush, ..knots(1.0) }, Drops::default());
+        knots.push(at(0.0, 1.0), &mut drops);
+        let step = knots.push(at(0.1, 1.0), &mut drops).expect("in range");
+        assert_eq!(step.from.size_m, 0.1 * brush.size(0.0));
+        assert!((step.to.smoothed - 0.9).abs() < 1.0e-5, "{}", step.to.smoothed);
+    }
+
+    #[test]
     fn samples_without_a_move_and_beyond_all_bounds_are_no_steps() {
         let (mut knots, mut drops) = (knots(0.0), Drops::default());
         knots.push(at(0.0, 1.0), &mut drops);
         let step = knots.push(at(0.0, 0.5), &mut drops).expect("in range");
-        assert!(!step.is_kept && step.travel == Vec3::ZERO && step.to.smoothed == 1.0);
+        assert!(!step.is_kept && step.travel == Vec3::ZERO && step.to.smoothed == 0.5);
         assert_eq!((knots.push(at(3.0e38, 1.0), &mut drops), drops.out_of_range), (None, 1));
     }
 }

@@ -6,6 +6,7 @@
 //!
 //! Knows [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](crate::polygon).
 
+mod bolt;
 mod convex_hull;
 mod frame;
 mod hull;
@@ -13,31 +14,39 @@ mod knots;
 mod particles;
 mod pieces;
 mod polygon;
+mod quad_strip;
 mod random;
 mod ribbon;
+mod sections;
+mod slices;
 mod spray;
+mod track;
 mod triangulate;
 mod tube;
 mod tube_brush;
 mod tube_shape;
 mod wall;
+mod welded;
 mod windowed_hull;
 
 pub use hull::HullBuilder;
 pub use particles::ParticlesBuilder;
-pub use pieces::{Piece, Pieces};
+pub use pieces::{Piece, Pieces, QuadPieces};
+pub use quad_strip::QuadStripBuilder;
 pub use ribbon::RibbonBuilder;
+pub use slices::SlicesBuilder;
 pub use spray::SprayBuilder;
 pub use triangulate::split_into_convex;
 pub use tube::{TUBE_SIDES, TubeBuilder};
 pub use tube_brush::TubeBrushBuilder;
 pub use wall::WallBuilder;
+pub use welded::WeldedBuilder;
 pub use windowed_hull::WindowedHullBuilder;
 
 use glam::{Quat, Vec3};
 
 use crate::{
-    brush::{self, Family, Surface},
+    brush::{Brush, Family, Surface},
     recording::{NormalRule, Tool},
 };
 
@@ -56,7 +65,7 @@ pub struct Sample {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeSettings {
     /// The brush; without one, the samples become what `tool` says.
-    pub brush: Option<&'static brush::Brush>,
+    pub brush: Option<&'static Brush>,
     /// What the samples become without a brush.
     pub tool: Tool,
     /// Full width at full pressure, metres.
@@ -107,6 +116,12 @@ pub enum StrokeBuilder {
     Wall(WallBuilder),
     /// [`Tool::Tube`].
     Tube(TubeBuilder),
+    /// [`Family::QuadStrip`].
+    QuadStrip(QuadStripBuilder),
+    /// [`Family::Welded`], [`Family::ThickRibbon`], [`Family::BoxSection`].
+    Welded(WeldedBuilder),
+    /// [`Family::Slices`].
+    Slices(SlicesBuilder),
     /// [`Family::Hull`].
     Hull(HullBuilder),
     /// [`Family::Particles`].
@@ -122,26 +137,32 @@ pub enum StrokeBuilder {
 impl StrokeBuilder {
     /// A builder for these settings.
     pub fn new(settings: StrokeSettings) -> Self {
-        if let Some(brush) = settings.brush {
-            if let Some(builder) = TubeBrushBuilder::new(&settings, brush) {
-                return Self::TubeBrush(builder);
-            }
-            match brush.family {
-                Family::Hull { faceted } => return Self::Hull(HullBuilder::new(&settings, brush, faceted)),
-                Family::Particles => return Self::Particles(ParticlesBuilder::new(&settings, brush)),
-                Family::Spray { midpoint } => {
-                    return Self::Spray(SprayBuilder::new(&settings, brush, midpoint));
-                }
-                Family::WindowedHull => {
-                    return Self::WindowedHull(WindowedHullBuilder::new(&settings, brush));
-                }
-                _ => {}
-            }
+        if let Some(brush) = settings.brush
+            && let Some(builder) = Self::of_brush(settings, brush)
+        {
+            return builder;
         }
         match settings.tool {
             Tool::Ribbon => Self::Ribbon(RibbonBuilder::new(settings)),
             Tool::Wall => Self::Wall(WallBuilder::new()),
             Tool::Tube => Self::Tube(TubeBuilder::new(settings)),
+        }
+    }
+
+    fn of_brush(settings: StrokeSettings, brush: &'static Brush) -> Option<Self> {
+        match brush.family {
+            Family::QuadStrip(uv) => Some(Self::QuadStrip(QuadStripBuilder::new(settings, brush, uv))),
+            Family::Welded { uv, shape } => {
+                Some(Self::Welded(WeldedBuilder::new(settings, brush, uv, shape)))
+            }
+            Family::ThickRibbon => Some(Self::Welded(WeldedBuilder::thick(settings, brush))),
+            Family::BoxSection => Some(Self::Welded(WeldedBuilder::bar(settings, brush))),
+            Family::Hull { faceted } => Some(Self::Hull(HullBuilder::new(&settings, brush, faceted))),
+            Family::Particles => Some(Self::Particles(ParticlesBuilder::new(&settings, brush))),
+            Family::Spray { midpoint } => Some(Self::Spray(SprayBuilder::new(&settings, brush, midpoint))),
+            Family::Slices => Some(Self::Slices(SlicesBuilder::new(settings, brush))),
+            Family::Tube { .. } => TubeBrushBuilder::new(&settings, brush).map(Self::TubeBrush),
+            Family::WindowedHull => Some(Self::WindowedHull(WindowedHullBuilder::new(&settings, brush))),
         }
     }
 
@@ -151,6 +172,9 @@ impl StrokeBuilder {
             Self::Ribbon(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
             Self::Wall(b) => b.push(sample, drops),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
+            Self::QuadStrip(b) => b.push(sample, out, drops),
+            Self::Welded(b) => b.push(sample, out, drops),
+            Self::Slices(b) => b.push(sample, out, drops),
             Self::Hull(b) => b.push(sample, out, drops),
             Self::Particles(b) => b.push(sample, out, drops),
             Self::Spray(b) => b.push(sample, out, drops),
@@ -162,9 +186,15 @@ impl StrokeBuilder {
     /// Ends the stroke; `out` says what that does to its polygons.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         match self {
-            Self::Ribbon(_) | Self::Particles(_) | Self::Spray(_) | Self::WindowedHull(_) => {}
+            Self::Ribbon(_)
+            | Self::Slices(_)
+            | Self::Particles(_)
+            | Self::Spray(_)
+            | Self::WindowedHull(_) => {}
             Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
+            Self::QuadStrip(b) => b.finish(out),
+            Self::Welded(b) => b.finish(out, drops),
             Self::Hull(b) => b.finish(out, drops),
             Self::TubeBrush(b) => b.finish(out, drops),
         }
@@ -182,6 +212,18 @@ impl StrokeBuilder {
     /// length of the whole stroke, or on the distance from its end. Appends places, ascending, and how those are painted.
     /// To be called once a frame, and after [`StrokeBuilder::finish`].
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
-        let _ = out;
+        match self {
+            Self::Ribbon(_)
+            | Self::Wall(_)
+            | Self::Tube(_)
+            | Self::Slices(_)
+            | Self::Hull(_)
+            | Self::Particles(_)
+            | Self::Spray(_)
+            | Self::TubeBrush(_)
+            | Self::WindowedHull(_) => {}
+            Self::Welded(b) => b.repaint(out),
+            Self::QuadStrip(b) => b.repaint(out),
+        }
     }
 }

@@ -12,6 +12,29 @@ pub struct Piece {
     pub surface: Surface,
 }
 
+/// Where the polygons of a quad went: none, one or two, and which corners of the quad they have.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct QuadPieces {
+    first: u32,
+    count: u8,
+    corners: [[u8; 4]; 2],
+}
+
+impl QuadPieces {
+    /// The place of the first one, or where it would be.
+    pub fn first(&self) -> u32 {
+        self.first
+    }
+
+    /// The places of all, and how they are painted if `surface` paints the quad.
+    pub fn painted(self, surface: Surface) -> impl Iterator<Item = (u32, Surface)> {
+        (self.first..).zip(self.corners).take(usize::from(self.count)).map(move |(place, corners)| {
+            let is_whole = corners == [0, 1, 2, 3];
+            (place, if is_whole { surface } else { surface.with_corners(corners.map(usize::from)) })
+        })
+    }
+}
+
 /// What a sample does to the polygons of its stroke: those before the first one that it touches stay, the others are
 /// replaced.
 ///
@@ -66,21 +89,29 @@ impl Pieces {
 
     /// Appends a quad whose corners `surface` paints in their order: as one polygon if it is flat and convex, as two
     /// triangles if not. A triangle repeats its last corner.
-    pub fn push_quad(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) {
+    pub fn push_quad(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) -> QuadPieces {
         let before = self.fresh.len();
+        let mut pieces = self.no_quad();
         self.push_all(drops, |out, drops| ConvexPolygon::push_quad(corners, out, drops));
-        for piece in &mut self.fresh[before..] {
+        for (piece, places) in self.fresh[before..].iter_mut().zip(&mut pieces.corners) {
             // Each corner of a half is one of the quad's, bit for bit.
             let vertices = piece.polygon.vertices();
             let place = |i: usize| {
                 let vertex = vertices[i.min(vertices.len() - 1)];
-                corners.iter().position(|corner| *corner == vertex).unwrap_or(0)
+                corners.iter().position(|corner| *corner == vertex).unwrap_or(0) as u8
             };
-            piece.surface = match vertices.len() {
-                4 => surface,
-                _ => surface.with_corners([place(0), place(1), place(2), place(2)]),
-            };
+            *places = if vertices.len() == 4 { [0, 1, 2, 3] } else { [0, 1, 2, 3].map(place) };
+            pieces.count += 1;
         }
+        for (place, surface) in pieces.painted(surface) {
+            self.fresh[(place - self.kept) as usize].surface = surface;
+        }
+        pieces
+    }
+
+    /// What a quad without polygons would be here.
+    pub fn no_quad(&self) -> QuadPieces {
+        QuadPieces { first: self.len(), ..QuadPieces::default() }
     }
 
     /// Appends polygons without texture.

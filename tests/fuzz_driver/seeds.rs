@@ -7,9 +7,9 @@ use crate::{
     fuzzing::read_bytes::{FORMATS, Packing},
 };
 use osp::{
-    glam::{UVec3, Vec3},
+    glam::{Quat, UVec3, Vec3},
     lab::pvs::{GROUP, Pvs, ViewCells},
-    recording::{Flush, Header, RonWriter},
+    recording::{Environment, Flush, Header, Layer, RonWriter},
 };
 use zip::CompressionMethod;
 
@@ -57,8 +57,23 @@ fn events() -> Vec<u8> {
     let noise: Vec<u8> = (0..6000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
     let mut u = crate::fuzzing::input::Input::new(&noise);
     let mut bytes = Vec::new();
-    let mut writer =
-        RonWriter::new(&mut bytes, "seed.ron", &Header::new("seed", "fuzz"), Flush::AtEnd).expect("a header");
+    let environment = Environment {
+        preset: "Standard".into(),
+        sky: [Vec3::splat(0.25), Vec3::new(0.0, 0.25, 1.0)],
+        sky_rotation: Quat::from_xyzw(0.5, 0.5, 0.5, 0.5),
+        floor: Some(Vec3::splat(0.05)),
+        fog: (Vec3::X, 0.025),
+        ambient: Vec3::splat(0.4),
+        lights: [(Vec3::NEG_Y, Vec3::ONE), (Vec3::X, Vec3::splat(2.5))],
+        reflection: 0.3,
+    };
+    let header = Header {
+        environment: Some(Box::new(environment)),
+        layers: vec![Layer { name: "a".into(), hidden: false }, Layer { name: "b".into(), hidden: true }],
+        left_out: vec!["2 models (a.glb, b)".into()],
+        ..Header::new("seed", "fuzz")
+    };
+    let mut writer = RonWriter::new(&mut bytes, "seed.ron", &header, Flush::AtEnd).expect("a header");
     for _ in 0..80 {
         writer.write(&crate::fuzzing::input::event(&mut u)).expect("a sound event");
     }

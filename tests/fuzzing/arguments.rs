@@ -3,7 +3,7 @@
 
 use super::input::{self, Input, below};
 use osp::{
-    frame::OcclusionChoice,
+    occlusion::Occlusion,
     recording::{Event, Pace, Pacer, SynthKind},
     rivals::IndexKind,
     view::Rig,
@@ -21,7 +21,7 @@ pub fn run(data: &[u8]) {
             assert_eq!(pace.to_string().parse(), Ok(pace));
             play(rest, pace);
         }
-        let _ = (word.parse::<SynthKind>(), IndexKind::from_name(word), OcclusionChoice::from_name(word));
+        let _ = (word.parse::<SynthKind>(), IndexKind::from_name(word), Occlusion::from_name(word));
         if !word.contains('/') {
             let _ = Rig::open(word);
         }

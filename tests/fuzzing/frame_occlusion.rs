@@ -3,11 +3,11 @@
 
 use super::input::{self, Input, below, chance, signed, unit};
 use osp::{
-    frame::{AutoBasis, OcclusionChoice, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     glam::{DVec3, Vec2, Vec3},
     index::IndexConfig,
     lab::{oracle::OracleConfig, verify::visible_polygons},
-    occlusion::CullerKind,
+    occlusion::Occlusion,
     polygon::PolygonId,
     recording::{Event, StrokeId},
     rivals::IndexKind,
@@ -21,19 +21,18 @@ const MOST_POLYGONS: usize = 120;
 const PIXELS: OracleConfig = OracleConfig { width: 96, height: 64 };
 
 pub fn run(data: &[u8]) {
-    let mut choices: Vec<OcclusionChoice> =
-        CullerKind::sound().into_iter().map(OcclusionChoice::Always).collect();
-    choices.extend([OcclusionChoice::DepthLast, OcclusionChoice::Auto]);
+    let mut choices: Vec<Occlusion> = Occlusion::conservative_cullers();
+    choices.extend([Occlusion::DepthLast, Occlusion::Auto]);
     judge(data, choices);
 }
 
 /// Plays what the bytes say through these methods, and panics where one leaves out what can be seen. How many polygons
 /// all of them together found hidden.
-pub fn judge(data: &[u8], choices: Vec<OcclusionChoice>) -> usize {
+pub fn judge(data: &[u8], choices: Vec<Occlusion>) -> usize {
     let mut hidden = 0;
     let mut u = Input::new(data);
     let index = [IndexKind::Osp, IndexKind::BvhSah, IndexKind::LooseOctree][below(&mut u, 3)];
-    let mut lanes: Vec<(OcclusionChoice, Pipeline)> = choices
+    let mut lanes: Vec<(Occlusion, Pipeline)> = choices
         .into_iter()
         .map(|choice| {
             let index = index.create(&IndexConfig { capacity: 16, ..IndexConfig::default() });

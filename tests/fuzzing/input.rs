@@ -4,7 +4,7 @@ use arbitrary::Unstructured;
 use osp::{
     glam::{Quat, Vec3},
     math::{Aabb, COORDINATE_LIMIT_M},
-    recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform},
+    recording::{Event, GroupId, NormalRule, Paint, StrokeId, Tool, Transform},
     view::{Projection, View},
 };
 
@@ -129,6 +129,19 @@ pub fn time(u: &mut Input<'_>) -> f64 {
     f64::from(unit(u)) * 100.0
 }
 
+/// A brush, now and then one that nobody knows, now and then on a hidden layer.
+fn paint(u: &mut Input<'_>) -> Paint {
+    let known = osp::brush::all();
+    let brush = match below(u, 6) {
+        0 => "Nobody's".to_owned(),
+        1 => String::new(),
+        _ => known[below(u, known.len())].name.clone(),
+    };
+    let scale = [1.0, 0.1, 4.0, 1.0e4][below(u, 4)];
+    let seed = u.arbitrary().unwrap_or(0);
+    Paint { brush, seed, scale, layer: below(u, 4) as u32, hidden: chance(u, 6) }
+}
+
 /// Any event that a session may hold.
 pub fn event(u: &mut Input<'_>) -> Event {
     let t = time(u);
@@ -147,7 +160,7 @@ pub fn event(u: &mut Input<'_>) -> Event {
                 color: color(u),
                 normal,
                 thinnest: unit(u),
-                paint: None,
+                paint: chance(u, 3).then(|| Box::new(paint(u))),
             }
         }
         5..=12 => {

@@ -6,7 +6,10 @@ use std::process::{Command, Output};
 use osp::recording::{OpenOptions, open};
 use zip::CompressionMethod;
 
-use crate::files::{read, read_sound, small_apa, small_tilt, write, write_cassie};
+use crate::files::{
+    METADATA, layer_stroke, raw_points, read, read_sound, sketch, small_apa, small_sketch, small_tilt, write,
+    write_cassie,
+};
 
 fn import(folder: &Path, args: &[&str]) -> Output {
     let output =
@@ -53,6 +56,64 @@ fn every_session_comes_back_from_its_recording() {
         names(folder),
         ["a.ron", "a.tilt", "b.apa", "b.ron.zst", "c.ron", "d.ron.zst", "raw_data", "sketch_history"]
     );
+}
+
+/// What `osp info` says of a session, without the names of file and format.
+fn info(folder: &Path, file: &str) -> serde_json::Value {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_osp")).args(["info", "--json", file]).current_dir(folder).output();
+    let output = output.expect("the program starts");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let mut info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    for name in ["recording", "format"] {
+        info.as_object_mut().unwrap().remove(name).expect("it is named");
+    }
+    info
+}
+
+#[test]
+fn info_says_the_same_of_a_sketch_and_of_its_recording() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path();
+    let stroke = |layer| layer_stroke(layer, [1.0; 4], 0.5, 1.0, &raw_points(6, [0.0; 3], 0));
+    write(folder, "a.tilt/data.sketch", &sketch(5, &[stroke(0), stroke(1)]).0);
+    write(folder, "a.tilt/metadata.json", METADATA.as_bytes());
+    assert!(import(folder, &["a.tilt", "a.ron"]).status.success());
+    let said = info(folder, "a.tilt");
+    assert_eq!(said, info(folder, "a.ron"));
+    assert_eq!(said["environment"]["preset"], "Standard");
+    assert_eq!(said["layers"][1]["name"], "Notes");
+    assert_eq!(said["left_out"][0], "2 models (a.glb, b)");
+    let [row] = &said["brushes"].as_array().unwrap()[..] else { panic!("{said}") };
+    assert_eq!((&row["brush"], &row["drawn_as"]), (&"Flat".into(), &"ribbon, opaque, matte".into()));
+    assert_eq!((&row["strokes"], &row["hidden_strokes"], &row["points"]), (&2.into(), &1.into(), &12.into()));
+    let text = Command::new(env!("CARGO_BIN_EXE_osp")).args(["info", "a.ron"]).current_dir(folder).output();
+    let text = String::from_utf8(text.expect("the program starts").stdout).unwrap();
+    for line in [
+        "light       Standard, sky (0, 51, 102) below",
+        "layers      Main Canvas, Notes (hidden)",
+        "not shown   2 models (a.glb, b)",
+        "ribbon, opaque, matte; 1 of them hidden",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+}
+
+#[test]
+fn import_and_info_name_a_brush_that_nobody_knows() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path();
+    write(folder, "a.tilt/data.sketch", &small_sketch().0);
+    write(folder, "a.tilt/metadata.json", METADATA.replace("2d35bcf0-e4d8", "00000000-0000").as_bytes());
+    let warning =
+        "the brush `00000000-0000-452c-97b1-3311be063130` is unknown: its strokes are plain ribbons";
+    let done = import(folder, &["a.tilt", "a.ron"]);
+    assert!(done.status.success(), "{}", stderr(&done));
+    assert_eq!(stderr(&done).matches(warning).count(), 1, "{}", stderr(&done));
+    let said = info(folder, "a.ron");
+    assert_eq!(said["brushes"][0]["drawn_as"], "unknown: drawn as a plain ribbon");
+    assert_eq!(said["brushes"][0]["strokes"], 3);
+    assert!(said["warnings"][0].as_str().unwrap().contains(warning), "{said}");
 }
 
 #[test]

@@ -153,8 +153,12 @@ fn push_points(mut bytes: Bytes, points: &[RawPoint]) -> Bytes {
 
 /// A stroke of `data.sketch` as the programs write it: stroke mask 0x1b (flags, scale, seed, layer), point mask 3.
 pub(crate) fn sketch_stroke(color: [f32; 4], size: f32, scale: f32, points: &[RawPoint]) -> Bytes {
+    layer_stroke(0, color, size, scale, points)
+}
+
+pub(crate) fn layer_stroke(layer: u32, color: [f32; 4], size: f32, scale: f32, points: &[RawPoint]) -> Bytes {
     let head = Bytes::default().u32s(&[0]).f32s(&color).f32s(&[size]).u32s(&[0x1b, 3]);
-    let head = head.u32s(&[2]).f32s(&[scale]).u32s(&[77, 0]);
+    let head = head.u32s(&[2]).f32s(&[scale]).u32s(&[77, layer]);
     push_points(head.u32s(&[points.len() as u32]), points)
 }
 
@@ -176,9 +180,17 @@ pub(crate) fn small_sketch() -> Bytes {
     sketch(5, &strokes)
 }
 
-pub(crate) const METADATA: &str = r#"{"EnvironmentPreset":"x","Authors":["Ann","Bob"],
+pub(crate) const METADATA: &str = r#"{"EnvironmentPreset":"ab080599-e465-4a6d-8587-43bf495af68b","Authors":["Ann","Bob"],
  "SceneTransformInRoomSpace":[[1.0,2.0,3.0],[0.0,0.70710678,0.0,0.70710678],0.5],
- "ThumbnailCameraTransformInRoomSpace":[[6.0,2.0,3.0],[0.0,0.70710678,0.0,0.70710678],1.0],"SchemaVersion":2}"#;
+ "ThumbnailCameraTransformInRoomSpace":[[6.0,2.0,3.0],[0.0,0.70710678,0.0,0.70710678],1.0],"SchemaVersion":2,
+ "BrushIndex":["2d35bcf0-e4d8-452c-97b1-3311be063130"],
+ "Environment":{"GradientColors":[[0,51,102,255],[255,204,153,255]],"GradientSkew":[0.5,0.5,0.5,0.5],
+  "FogColor":[51,0,0,255],"FogDensity":0.004,"ReflectionIntensity":0.7},
+ "Lights":{"Ambient":[51,102,153,255],"Shadow":{"Orientation":[0.0,0.70710678,0.0,0.70710678],"Color":[2.0,1.0,0.5,1.0]},
+  "NoShadow":{"Orientation":[0.70710678,0.0,0.0,0.70710678],"Color":[0.25,0.5,0.75,1.0]}},
+ "Layers":[{"Name":"Main Canvas","Visible":true},{"Name":"Notes","Visible":false}],
+ "ModelIndex":[{"FilePath":"Models\\a.glb","RawTransforms":[[[0,0,0],[0,0,0,1],1]]},{"AssetId":"b"}],
+ "ImageIndex":[{"FileName":"c.png","AspectRatio":1.5}],"Videos":[],"LightIndex":[{"Intensity":1}]}"#;
 
 /// A `.tilt` file: its head and a zip of these entries.
 pub(crate) fn tilt(entries: &[(&str, &[u8])], method: CompressionMethod) -> Vec<u8> {

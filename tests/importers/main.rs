@@ -9,6 +9,7 @@
 
 #[cfg(feature = "cli")]
 mod bombs;
+mod brushes;
 #[cfg(feature = "cli")]
 mod command;
 mod corpus;
@@ -17,5 +18,6 @@ mod files;
 mod forged;
 mod limits;
 mod messages;
+mod metadata;
 mod tilt;
 mod values;

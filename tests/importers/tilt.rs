@@ -4,7 +4,7 @@ use crate::files::{
     Bytes, METADATA, count, raw_points, read, read_sound, sketch, sketch_stroke, small_sketch, tilt, write,
 };
 use glam::{Quat, Vec3};
-use osp::recording::{Event, NormalRule, OpenOptions, StrokeId, Tool, open};
+use osp::recording::{Event, NormalRule, OpenOptions, Paint, StrokeId, Tool, open};
 use zip::CompressionMethod;
 
 #[test]
@@ -32,7 +32,7 @@ fn a_stroke_comes_out_in_metres_and_our_axes() {
                 color: (0.25, 1.0, 0.0, 0.0),
                 normal: NormalRule::Travel,
                 thinnest: 1.0,
-                paint: None,
+                paint: Some(Box::new(Paint { scale: 3.0, ..Paint::new("Flat", 77) })),
             },
             point(1.5, 1.0, Quat::from_xyzw(-0.5, 0.5, 0.5, 0.5), 0.25),
             // Time runs backwards and stays so; a pressure above 1 is full.

@@ -3,13 +3,13 @@
 use crate::counting::allocations;
 use crate::random::{FAMILIES, Random, Scene, volume};
 use osp::occlusion::{
-    CullerKind, OcclusionCuller,
+    Occlusion, OcclusionCuller,
     msvbsp::{Msvbsp, MsvbspConfig},
 };
 
 #[test]
 fn steady_builds_and_queries_allocate_nothing() {
-    for kind in CullerKind::ALL {
+    for kind in Occlusion::CULLERS {
         let mut culler = kind.create(64);
         for warm in [true, false] {
             for family in 0..FAMILIES.len() {

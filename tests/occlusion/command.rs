@@ -47,6 +47,27 @@ fn verify_says_what_each_method_culled_and_what_it_cost() {
     }
 }
 
+/// A session that names no source is no built-in scene: its head path is not looked along again at the end.
+#[test]
+fn as_many_views_are_taken_as_are_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("heads.ron");
+    let mut lines = String::from("Header(format: 1, name: \"heads\")\n");
+    for i in 0..40 {
+        let (t, x) = (f64::from(i) * 0.1, f64::from(i) * 0.05);
+        lines += &format!("Head(t: {t}, p: ({x}, 1.0, 3.0), q: (0.0, 0.0, 0.0, 1.0))\n");
+        lines += &format!(
+            "Polygon(t: {t}, vertices: [({x}, 0.5, 0.0), ({x}, 1.5, 0.0), ({}, 1.5, 0.0)], color: (1.0, 0.5, 0.2, 1.0))\n",
+            x + 0.1
+        );
+    }
+    std::fs::write(&path, lines).expect("a session");
+    let path = path.to_str().expect("a path in UTF-8");
+    let pace = ["--pace", "samples:1", "--occlusion", "msvbsp", "--no-truth", "--repeats", "1"];
+    let report = json_of(&verify(&[&[path, "--views", "3", "--json"], &pace[..]].concat()));
+    assert_eq!(report["views"], 3);
+}
+
 #[test]
 fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
     let mut files: Vec<String> = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings"))

@@ -7,7 +7,9 @@ use crate::{
 use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
-    occlusion::{CullerKind, NotAnOccluder, OcclusionCuller, ShadowVolume, Soundness, Verdict},
+    occlusion::{
+        MsvbspPaper, NotAnOccluder, Occlusion, OcclusionCuller, PaperCaps, ShadowVolume, Soundness, Verdict,
+    },
     view::ViewWindow,
 };
 
@@ -58,12 +60,12 @@ fn wrongly_hidden_per_mille(
 }
 
 fn assert_only_the_paper_is_wrong(window: &ViewWindow, polygons: &[Polygon], paper_at_least_per_mille: u64) {
-    for kind in CullerKind::ALL {
+    for kind in Occlusion::CULLERS {
         let mut culler = kind.create(16);
         let wrong = wrongly_hidden_per_mille(&mut *culler, window, polygons, 6.0);
         match culler.soundness() {
             Soundness::Conservative => assert_eq!(wrong, 0, "{}", culler.name()),
-            Soundness::Unsound(_) if *kind != CullerKind::DepthCenters => {
+            Soundness::Unsound(_) if *kind != Occlusion::DepthCenters => {
                 assert!(wrong >= paper_at_least_per_mille, "{}: {wrong}", culler.name());
             }
             Soundness::Unsound(_) => {}
@@ -97,7 +99,7 @@ fn rule_5_uniting_groups_is_no_worse_than_rule_2() {
     let b = square(2.0, [0.0, 1.0], [0.0, 1.0]);
     let c = seen_at(3.0, &[(-1.5, 0.5), (-0.9, -0.9), (1.5, -1.5)]);
     let window = straight();
-    for kind in CullerKind::ALL {
+    for kind in Occlusion::CULLERS {
         let mut culler = kind.create(16);
         let wrong = wrongly_hidden_per_mille(&mut *culler, &window, &[a.clone(), b.clone(), c.clone()], 6.0);
         if culler.soundness() == Soundness::Conservative {
@@ -114,13 +116,15 @@ fn what_is_before_its_occluder_is_visible() {
     let before = Aabb::cube(Vec3::new(0.0, 0.0, 3.0), 0.5);
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, 9.0), 0.5);
     let through = Aabb::cube(Vec3::new(0.0, 0.0, 5.0), 0.5);
-    for kind in CullerKind::ALL {
+    let mut capless = MsvbspPaper::new(PaperCaps::None, 512);
+    capless.build(&window, &shadows(&window, std::slice::from_ref(&wall)));
+    assert_eq!(capless.test_box(&before).verdict, Verdict::Hidden);
+    for kind in Occlusion::CULLERS {
         let mut culler = kind.create(16);
         culler.build(&window, &shadows(&window, std::slice::from_ref(&wall)));
         let before = culler.test_box(&before).verdict;
         match kind {
-            CullerKind::None => {}
-            CullerKind::MsvbspPaperCapless => assert_eq!(before, Verdict::Hidden),
+            Occlusion::None => {}
             _ => {
                 assert_eq!(before, Verdict::Unoccluded, "{}", kind.name());
                 assert_eq!(culler.test_box(&behind).verdict, Verdict::Hidden, "{}", kind.name());
@@ -136,7 +140,7 @@ fn the_eight_corners_of_a_box_do_not_decide() {
     let window = straight();
     let walls = [square(2.0, [-1.0, -0.2], [-1.0, 1.0]), square(2.0, [0.2, 1.0], [-1.0, 1.0])];
     let bounds = Aabb::new(Vec3::new(-2.0, -1.0, 8.0), Vec3::new(2.0, 1.0, 9.0));
-    let mut culler = CullerKind::Msvbsp.create(16);
+    let mut culler = Occlusion::Msvbsp.create(16);
     culler.build(&window, &shadows(&window, &walls));
     // The paper's first test: each corner as a point.
     let corner_is_hidden =
@@ -155,9 +159,9 @@ fn walls_that_meet_hide_together_what_none_hides_alone() {
     let walls = [square(2.0, [-1.0, 0.0], [-1.0, 1.0]), square(2.0, [0.0, 1.0], [-1.0, 1.0])];
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, 6.0), 1.0);
     for (kind, verdict) in [
-        (CullerKind::Frusta, Verdict::PartlyHidden),
-        (CullerKind::Svbsp, Verdict::Hidden),
-        (CullerKind::Msvbsp, Verdict::Hidden),
+        (Occlusion::Frusta, Verdict::PartlyHidden),
+        (Occlusion::Svbsp, Verdict::Hidden),
+        (Occlusion::Msvbsp, Verdict::Hidden),
     ] {
         let mut culler = kind.create(16);
         culler.build(&window, &shadows(&window, &walls));
@@ -171,7 +175,7 @@ fn a_thin_gap_between_walls_stays_open() {
     let window = straight();
     let walls = [square(2.0, [-1.0, -1.0e-4], [-1.0, 1.0]), square(2.0, [1.0e-4, 1.0], [-1.0, 1.0])];
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, 6.0), 1.0);
-    for kind in CullerKind::ALL {
+    for kind in Occlusion::CULLERS {
         let mut culler = kind.create(16);
         if culler.soundness() == Soundness::Conservative {
             culler.build(&window, &shadows(&window, &walls));
@@ -186,7 +190,7 @@ fn boxes_without_an_outline_are_never_hidden() {
     let window = straight();
     let wall = square(5.0, [-2.5, 2.5], [-2.5, 2.5]);
     let nan = f32::NAN;
-    for kind in CullerKind::ALL {
+    for kind in Occlusion::CULLERS {
         let mut culler = kind.create(16);
         if matches!(culler.soundness(), Soundness::Unsound(_)) {
             continue;
@@ -219,15 +223,13 @@ fn an_occluder_does_not_hide_itself() {
         Vec3::new(-3.0, 3.0, 6.0),
     ];
     let bounds = Aabb::from_points(&tilted);
-    for kind in CullerKind::ALL {
+    for kind in Occlusion::CULLERS {
         let mut culler = kind.create(16);
-        if *kind != CullerKind::MsvbspPaperCapless {
-            culler.build(&window, &shadows(&window, std::slice::from_ref(&tilted)));
-            assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{}", kind.name());
-            for corner in &tilted {
-                let touching = Aabb::new(*corner, *corner);
-                assert_ne!(culler.test_box(&touching).verdict, Verdict::Hidden, "{}", kind.name());
-            }
+        culler.build(&window, &shadows(&window, std::slice::from_ref(&tilted)));
+        assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{}", kind.name());
+        for corner in &tilted {
+            let touching = Aabb::new(*corner, *corner);
+            assert_ne!(culler.test_box(&touching).verdict, Verdict::Hidden, "{}", kind.name());
         }
     }
 }
@@ -237,7 +239,7 @@ fn an_occluder_does_not_hide_itself() {
 fn a_box_across_the_windows_edge_is_judged_by_what_is_inside() {
     let window = straight();
     let wall = square(5.0, [-2.5, 2.5], [-2.5, 2.5]);
-    let mut culler = CullerKind::Msvbsp.create(16);
+    let mut culler = Occlusion::Msvbsp.create(16);
     culler.build(&window, &shadows(&window, &[wall]));
     let across = Aabb::cube(Vec3::new(20.0, 0.0, 10.0), 6.0);
     assert_eq!(culler.test_box(&across).verdict, Verdict::Hidden);
@@ -260,7 +262,7 @@ fn what_the_near_plane_cuts_off_hides_nothing() {
     for half in halves {
         assert!(half.corners().iter().all(|v| v.z >= 1.0 - 1.0e-12), "{half:?}");
     }
-    for kind in [CullerKind::Msvbsp, CullerKind::Svbsp, CullerKind::Frusta, CullerKind::Depth] {
+    for kind in [Occlusion::Msvbsp, Occlusion::Svbsp, Occlusion::Frusta, Occlusion::Depth] {
         let mut culler = kind.create(16);
         // At the window's right edge the wall is nearer than the near plane.
         let wrong = wrongly_hidden_per_mille(&mut *culler, &window, std::slice::from_ref(&wall), 6.0);

@@ -12,9 +12,9 @@ use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
     lab::oracle::{Oracle, OracleConfig, Sight, Subject},
     occlusion::{
-        CullConfig, CullerKind, NodeTest, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
+        CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
     },
-    polygon::{Change, PolygonId},
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     rivals::IndexKind,
     scene::Scene,
     view::View,
@@ -77,7 +77,7 @@ fn truth(told: &Told, view: &View, in_view: &DrawList) -> Vec<(PolygonId, Sight)
     let subjects = in_view.ids().iter().map(|&id| Subject {
         id,
         polygon: told.scene.polygon(id),
-        opaque: told.scene.stroke_of(id).color().3 >= 1.0,
+        occluder: Geometry::occluder(&told.scene, id),
     });
     let config = OracleConfig { width: 480, height: 320 };
     Oracle::new(&view.window().expect("a window"), subjects, config).answers().collect()
@@ -98,10 +98,14 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
             truth.iter().filter(|(_, sight)| *sight == Sight::Visible).map(|(id, _)| id.0).collect();
         for index_kind in IndexKind::ALL {
             let index = filed(*index_kind, &told);
-            for kind in CullerKind::sound() {
+            for kind in Occlusion::conservative_cullers() {
                 for node_test in [NodeTest::Sphere, NodeTest::Box, NodeTest::Outline] {
-                    for polygon_test in [PolygonTest::Never, PolygonTest::InPartlyHiddenLeaves] {
-                        let cull = CullConfig { node_test, polygon_test, ..CullConfig::default() };
+                    for (polygon_test, least_polygons) in [
+                        (PolygonTest::Never, 1),
+                        (PolygonTest::InPartlyHiddenLeaves, 1),
+                        (PolygonTest::Never, 40),
+                    ] {
+                        let cull = CullConfig { node_test, polygon_test, least_polygons };
                         let config = OcclusionConfig { cull, ..OcclusionConfig::default() };
                         let mut stage = OcclusionStage::new(kind, config);
                         stage.follow(&told.scene, &told.changes);
@@ -120,6 +124,13 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
                         for id in &visible {
                             assert!(drawn.binary_search(id).is_ok(), "{name}: {id} is visible; {counts:?}");
                         }
+                        let mut in_view = VisibleBlocks::new();
+                        index.frustum_cull_blocks(&view.frustum(), &mut in_view);
+                        let mut left = VisibleBlocks::new();
+                        let thinned =
+                            stage.thin_out(&*index, &told.scene, &view.frustum(), &in_view, &mut left);
+                        assert!(left.ids().map(|id| id.0).eq(drawn.iter().copied()), "{name}: thinned out");
+                        assert!(thinned.node_tests <= counts.node_tests, "{name}: {thinned:?} {counts:?}");
                         culled += all.len() - drawn.len();
                     }
                 }
@@ -139,7 +150,7 @@ fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
         for (i, node_test) in [NodeTest::Sphere, NodeTest::Box].into_iter().enumerate() {
             let cull = CullConfig { node_test, polygon_test: PolygonTest::Never, ..CullConfig::default() };
             let mut stage = OcclusionStage::new(
-                CullerKind::Msvbsp,
+                Occlusion::Msvbsp,
                 OcclusionConfig { cull, ..OcclusionConfig::default() },
             );
             stage.follow(&told.scene, &told.changes);
@@ -157,7 +168,7 @@ fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
 fn steady_frames_allocate_nothing() {
     let told = hall();
     let index = filed(IndexKind::Osp, &told);
-    for kind in CullerKind::ALL {
+    for kind in Occlusion::CULLERS {
         let config = OcclusionConfig {
             select: SelectConfig { occluders: 32, ..SelectConfig::default() },
             ..OcclusionConfig::default()

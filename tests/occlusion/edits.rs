@@ -8,7 +8,7 @@ use crate::{
 use glam::{Quat, Vec3};
 use osp::{
     math::Aabb,
-    occlusion::{CullerKind, OccluderPool, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict},
+    occlusion::{OccluderPool, Occlusion, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict},
     polygon::Change,
     recording::{Event, GroupId, StrokeId, Transform},
     scene::Scene,
@@ -28,7 +28,7 @@ fn shadows(pool: &OccluderPool, scene: &Scene, window: &ViewWindow) -> Vec<Shado
 }
 
 fn is_hidden(pool: &OccluderPool, scene: &Scene, window: &ViewWindow, bounds: &Aabb) -> bool {
-    let mut culler = CullerKind::Msvbsp.create(64);
+    let mut culler = Occlusion::Msvbsp.create(64);
     culler.build(window, &shadows(pool, scene, window));
     culler.test_box(bounds).verdict == Verdict::Hidden
 }
@@ -214,7 +214,7 @@ fn random_edits_leave_no_shadow_behind() {
                 told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
             let eye = random.direction().as_vec3() * 5.0;
             let window = view(eye, random.in_cube().as_vec3() * 0.5).window().expect("a window");
-            let mut culler = CullerKind::Msvbsp.create(64);
+            let mut culler = Occlusion::Msvbsp.create(64);
             culler.build(&window, &shadows(&pool, &told.scene, &window));
             for k in 0..30 {
                 let around = if k % 2 == 0 { &former } else { &present };

@@ -11,9 +11,9 @@ use osp::{
     index::DrawList,
     math::{Aabb, Sphere},
     occlusion::{
-        Coverage, CullerKind, DepthBuffer, DepthConfig, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder,
-        OccluderPool, OcclusionCuller, PoolConfig, PreviousFrameOccluders, SelectConfig, Selector,
-        ShadowVolume, Verdict,
+        Coverage, DepthBuffer, DepthConfig, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder, OccluderPool,
+        Occlusion, OcclusionCuller, PoolConfig, PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume,
+        Verdict,
         msvbsp::{Msvbsp, MsvbspConfig},
     },
     polygon::VisibleBlocks,
@@ -56,7 +56,8 @@ fn sound_cullers(window: &ViewWindow, polygons: &[Polygon]) -> Vec<Box<dyn Occlu
 }
 
 fn sound_cullers_of(window: &ViewWindow, shadows: &[ShadowVolume]) -> Vec<Box<dyn OcclusionCuller>> {
-    let mut cullers: Vec<_> = CullerKind::sound().into_iter().map(|kind| kind.create(32)).collect();
+    let mut cullers: Vec<_> =
+        Occlusion::conservative_cullers().into_iter().map(|kind| kind.create(32)).collect();
     for culler in &mut cullers {
         culler.build(window, shadows);
     }
@@ -483,7 +484,7 @@ fn a_patch_around_the_eye_hides_only_what_is_behind_it() {
         outlines += shadows.len();
         let polygons: Vec<Polygon> =
             told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
-        let mut culler = CullerKind::Frusta.create(64);
+        let mut culler = Occlusion::Frusta.create(64);
         culler.build(&window, &shadows);
         for _ in 0..40 {
             let at = |i: usize| window.corners()[i] / window.corners()[i].dot(window.forward());
@@ -535,7 +536,7 @@ fn a_long_wall_beside_the_eye_hides_only_what_is_behind_it() {
         outlines += shadows.len();
         let polygons: Vec<Polygon> =
             told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
-        let mut culler = CullerKind::Frusta.create(64);
+        let mut culler = Occlusion::Frusta.create(64);
         culler.build(&window, &shadows);
         for _ in 0..60 {
             let side = if random.chance(0.5) { 1.0 } else { -1.0 };

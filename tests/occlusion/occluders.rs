@@ -7,7 +7,7 @@ use crate::{
 use glam::{DVec3, Vec3};
 use osp::{
     math::Aabb,
-    occlusion::{CullerKind, MAX_SIDES, NotAnOccluder, ShadowVolume, Soundness, Verdict},
+    occlusion::{MAX_SIDES, NotAnOccluder, Occlusion, ShadowVolume, Soundness, Verdict},
     view::ViewWindow,
 };
 
@@ -102,9 +102,9 @@ fn nasty_volume(window: &ViewWindow, polygons: &[Polygon], random: &mut Random) 
 #[test]
 fn no_occluder_input_panics_or_hides_what_is_visible() {
     let scenes = if cfg!(debug_assertions) { 300 } else { 6000 };
-    let mut cullers: Vec<_> = CullerKind::ALL
+    let mut cullers: Vec<_> = Occlusion::CULLERS
         .iter()
-        .filter(|kind| **kind != CullerKind::None)
+        .filter(|kind| **kind != Occlusion::None)
         .map(|kind| kind.create(32))
         .collect();
     let (mut taken, mut hidden) = (0, 0);

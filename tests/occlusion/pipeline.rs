@@ -3,11 +3,11 @@
 use crate::session::view;
 use glam::Vec3;
 use osp::{
-    frame::{AutoBasis, OcclusionChoice, OcclusionPass, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, OcclusionPass, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     lab::{oracle::OracleConfig, scenes::TestScene, verify},
     math::Aabb,
-    occlusion::{CullerKind, Soundness},
+    occlusion::{Occlusion, Soundness},
     polygon::Change,
     recording::Event,
     replay::{CameraChoice, CameraPath, Moment},
@@ -25,7 +25,7 @@ fn pipeline(pass: Option<PassConfig>) -> Pipeline {
 }
 
 fn auto(polygon_ns: f64, basis: AutoBasis) -> PassConfig {
-    PassConfig { polygon_ns, basis, ..PassConfig::new(OcclusionChoice::Auto) }
+    PassConfig { polygon_ns, basis, ..PassConfig::new(Occlusion::Auto) }
 }
 
 /// The rooms as they are in the end, what made them, and the views of them.
@@ -104,7 +104,7 @@ fn auto_never_changes_what_can_be_seen() {
 /// Walls go up, strokes come, the eye jumps from room to room: whatever was visible last, nothing visible is left out.
 #[test]
 fn what_was_visible_last_never_hides_what_can_be_seen_now() {
-    let mut pipelines = vec![pipeline(Some(PassConfig::new(OcclusionChoice::DepthLast)))];
+    let mut pipelines = vec![pipeline(Some(PassConfig::new(Occlusion::DepthLast)))];
     let mut hidden = 0;
     play(TestScene::Rooms, &mut pipelines, |_, _, pipelines| {
         hidden += pipelines[0].in_view().len() - pipelines[0].draw_list().len();
@@ -128,7 +128,7 @@ fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
     let all = specks.chain([square(0.0, 0.0, -5.0, 2.0)]).chain(behind);
     let mut told = Told::default();
     told.tell(&all.map(|p| crate::session::polygon(p.vertices(), 1.0)).collect::<Vec<_>>());
-    let mut lane = pipeline(Some(PassConfig::new(OcclusionChoice::DepthLast)));
+    let mut lane = pipeline(Some(PassConfig::new(Occlusion::DepthLast)));
     let (changes, view) = (told.changes.clone(), view(Vec3::ZERO, Vec3::NEG_Z));
     assert_eq!(lane.frame(&told.scene, &changes, &view).occlusion.occluded, 0, "nothing to go by");
     let record = lane.frame(&told.scene, &[], &view).occlusion;
@@ -149,8 +149,7 @@ fn every_view_of_a_frame_is_culled_as_if_it_were_alone() {
             camera.view(&moment)
         })
         .collect();
-    let always =
-        PassConfig { polygon_ns: 1000.0, ..PassConfig::new(OcclusionChoice::Always(CullerKind::Msvbsp)) };
+    let always = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(Occlusion::Msvbsp) };
     let mut together = pipeline(Some(always));
     let record = together.frame_of_views(&model, &changes, &views);
     let mut occluded = 0;
@@ -232,16 +231,15 @@ fn what_went_while_nobody_asked_hides_nothing() {
 
 #[test]
 fn every_choice_has_a_name_and_the_paper_is_none_by_default() {
-    for name in OcclusionChoice::names() {
-        assert_eq!(OcclusionChoice::from_name(name).map(OcclusionChoice::name), Some(name));
+    for name in Occlusion::all().map(Occlusion::name) {
+        assert_eq!(Occlusion::from_name(name).map(Occlusion::name), Some(name));
     }
-    assert_eq!(OcclusionChoice::from_name("guess"), None);
-    assert_eq!(OcclusionChoice::Auto.soundness(), Soundness::Conservative);
+    assert_eq!(Occlusion::from_name("guess"), None);
+    assert_eq!(Occlusion::Auto.soundness(), Soundness::Conservative);
     // The paper's own form is there to compare with, labelled, and never chosen by itself.
-    for kind in [CullerKind::MsvbspPaper, CullerKind::MsvbspPaperCapless] {
-        assert!(matches!(kind.soundness(), Soundness::Unsound(_)) && !CullerKind::sound().contains(&kind));
-    }
-    assert_eq!(OcclusionChoice::from_name("depth"), Some(OcclusionChoice::Always(CullerKind::Depth)));
+    assert!(matches!(Occlusion::MsvbspPaper.soundness(), Soundness::Unsound(_)));
+    assert!(!Occlusion::conservative_cullers().contains(&Occlusion::MsvbspPaper));
+    assert_eq!(Occlusion::from_name("depth"), Some(Occlusion::Depth));
 }
 
 /// Whoever draws says what a polygon costs; `auto` culls where that pays and stops where it does not.
@@ -273,7 +271,7 @@ fn auto_goes_by_what_drawing_is_said_to_cost() {
     assert!(cheap < 30, "{cheap} of 200 frames culled where drawing costs nothing again");
 
     // A method that was asked for does not care.
-    let mut fixed = pipeline(Some(PassConfig::new(OcclusionChoice::Always(CullerKind::Msvbsp))));
+    let mut fixed = pipeline(Some(PassConfig::new(Occlusion::Msvbsp)));
     fixed.set_polygon_ns(1.0e5);
     assert_ne!(fixed.occlusion().expect("msvbsp").config().polygon_ns, 1.0e5);
 }

@@ -11,7 +11,7 @@ use crate::{
 use glam::{DVec3, Vec3};
 use osp::{
     occlusion::{
-        CullerKind, Grouping, OccluderPool, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict,
+        Grouping, OccluderPool, Occlusion, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict,
     },
     recording::{Event, StrokeId},
     scene::Scene,
@@ -205,7 +205,7 @@ fn random_stress_of_patches_exposes_nothing() {
             .iter()
             .map(|s| s.corners().iter().map(|v| (*v + window.eye_in_world()).as_vec3()).collect())
             .collect();
-        for kind in [CullerKind::Frusta, CullerKind::Msvbsp] {
+        for kind in [Occlusion::Frusta, Occlusion::Msvbsp] {
             let mut culler = kind.create(64);
             culler.build(&window, selector.chosen());
             for k in 0..60 {

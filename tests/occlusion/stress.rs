@@ -5,7 +5,8 @@ use crate::{
     random::{FAMILIES, Random, Scene, ball, volume},
 };
 use osp::occlusion::{
-    Coverage, CullerKind, DepthBuffer, DepthConfig, OcclusionCuller, ShadowFrusta, Soundness, Verdict,
+    Coverage, DepthBuffer, DepthConfig, MsvbspPaper, Occlusion, OcclusionCuller, PaperCaps, ShadowFrusta,
+    Soundness, Verdict,
     msvbsp::{Msvbsp, MsvbspConfig, Refine},
 };
 
@@ -66,10 +67,10 @@ fn assert_sound(culler: &mut dyn OcclusionCuller, seed: u64) {
 
 #[test]
 fn random_stress_of_every_sound_culler_exposes_nothing() {
-    for (i, kind) in CullerKind::ALL.iter().enumerate() {
+    for (i, kind) in Occlusion::CULLERS.iter().enumerate() {
         let mut culler = kind.create(64);
-        if *kind != CullerKind::None
-            && *kind != CullerKind::Depth
+        if *kind != Occlusion::None
+            && *kind != Occlusion::Depth
             && culler.soundness() == Soundness::Conservative
         {
             assert_sound(&mut *culler, i as u64);
@@ -113,10 +114,10 @@ fn the_judge_catches_the_depth_buffer_by_pixel_centers() {
 
 #[test]
 fn the_judge_catches_the_paper() {
-    for kind in [CullerKind::MsvbspPaper, CullerKind::MsvbspPaperCapless] {
-        let mut culler = kind.create(64);
+    for caps in [PaperCaps::Supporting, PaperCaps::None] {
+        let mut culler = MsvbspPaper::new(caps, 2048);
         assert!(matches!(culler.soundness(), Soundness::Unsound(_)));
-        let tally = tally(&mut *culler, 105);
+        let tally = tally(&mut culler, 105);
         eprintln!("{}: {} of {} hidden are wrong", culler.name(), tally.wrong, tally.hidden);
         assert!(tally.wrong > 0, "{}: nothing of {} was wrong", culler.name(), tally.hidden);
     }

@@ -4,14 +4,11 @@ use std::io::{BufReader, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use osp::recording::{Event, Header, MAX_LINE_BYTES, RecordingError};
+use osp::recording::{Event, MAX_LINE_BYTES, RecordingError};
 use proptest::prelude::*;
 
 use super::events::{LENIENT, STRICT, read, read_from, sample_events, write};
-
-fn header() -> Header {
-    Header::new("name", "source")
-}
+use super::look::header;
 
 /// The length of the lines up to and with line `n`, without the last newline.
 fn ends_of_lines(bytes: &[u8]) -> Vec<usize> {

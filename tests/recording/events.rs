@@ -67,7 +67,13 @@ pub(crate) fn sample_events() -> Vec<Event> {
             color: (0.25, 1.0, 0.0, 1.0),
             normal: NormalRule::Travel,
             thinnest: 0.1,
-            paint: None,
+            paint: Some(Box::new(Paint {
+                brush: "Ink".into(),
+                seed: 77,
+                scale: 0.5,
+                layer: 1,
+                hidden: true,
+            })),
         },
         Event::Point { t: 0.03, stroke, p: Vec3::new(1e-7, -0.0, 3.4e10), q, pressure: 0.8 },
         Event::Point { t: 0.04, stroke, p: Vec3::ONE, q: Quat::IDENTITY, pressure: 0.5 },
@@ -146,10 +152,10 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
         Just(NormalRule::Travel),
         Just(NormalRule::Transport),
     ];
-    let paint = prop::option::of(
-        ("[ -~]{0,64}", any::<u32>(), 1e-6f32..1e6, any::<u32>())
-            .prop_map(|(brush, seed, scale, layer)| Box::new(Paint { brush, seed, scale, layer })),
-    );
+    let paint =
+        prop::option::of(("[ -~]{0,64}", any::<u32>(), 1e-6f32..1e6, any::<u32>(), any::<bool>()).prop_map(
+            |(brush, seed, scale, layer, hidden)| Box::new(Paint { brush, seed, scale, layer, hidden }),
+        ));
     let strokes = || prop::collection::vec(stroke(), 0..20);
     let group = || any::<u32>().prop_map(GroupId);
     prop_oneof![

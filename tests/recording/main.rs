@@ -7,5 +7,6 @@ mod events;
 mod format;
 mod last_line;
 mod limits;
+mod look;
 mod synth;
 mod writer;

@@ -9,9 +9,9 @@ use std::{
 
 use super::scenes::{all_ids, gpu, set};
 use osp::{
-    frame::{OcclusionChoice, OcclusionPass, PassConfig, Pipeline, StageClock},
+    frame::{OcclusionPass, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
-    occlusion::CullerKind,
+    occlusion::Occlusion,
     polygon::PolygonId,
     recording::{self, OpenOptions, Pace, Pacer},
     render::{Gpu, Image, Layer, Offscreen, RendererConfig},
@@ -80,8 +80,8 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
     };
     let mut by_view: Vec<Pipeline> = IndexKind::DEFAULT.iter().copied().map(pipeline).collect();
     let mut by_occlusion = Vec::new();
-    for kind in CullerKind::sound() {
-        let pass = OcclusionPass::new(PassConfig::new(OcclusionChoice::Always(kind)), capacity);
+    for kind in Occlusion::conservative_cullers() {
+        let pass = OcclusionPass::new(PassConfig::new(kind), capacity);
         by_occlusion.push((kind.name(), pipeline(IndexKind::Osp).with_pass(pass)));
     }
     let mut eyes = Eyes::new(gpu);

@@ -3,16 +3,11 @@
 use std::sync::Arc;
 
 use super::{
-    hzb::{HZB, Pair, chunk_len},
+    hzb::{GpuMethod, HZB, Pair, QUERIES, chunk_len},
     scenes::{all_ids, apply, gpu, square, view_from},
 };
 use glam::Vec3;
-use osp::{
-    recording::Event,
-    render::{Gpu, GpuOcclusion},
-    scene::Scene,
-    view::View,
-};
+use osp::{recording::Event, render::Gpu, scene::Scene, view::View};
 
 const SIZE: (u32, u32) = (961, 721);
 /// Polygons that are asked about together by queries.
@@ -59,7 +54,7 @@ fn eyes() -> [View; 3] {
 }
 
 /// Polygons found to be hidden by a camera at rest, in the frame in which most were.
-fn most_hidden(gpu: &Arc<Gpu>, scene: &Scene, occlusion: GpuOcclusion) -> Option<Vec<u64>> {
+fn most_hidden(gpu: &Arc<Gpu>, scene: &Scene, occlusion: GpuMethod) -> Option<Vec<u64>> {
     let ids = all_ids(scene);
     let mut found = Vec::new();
     for view in eyes() {
@@ -80,8 +75,7 @@ fn most_hidden(gpu: &Arc<Gpu>, scene: &Scene, occlusion: GpuOcclusion) -> Option
 fn of_large_polygons_as_many_are_found_as_by_queries() {
     let Some(gpu) = gpu() else { return };
     let (scene, behind) = stacks();
-    let (Some(hzb), Some(queries)) =
-        (most_hidden(&gpu, &scene, HZB), most_hidden(&gpu, &scene, GpuOcclusion::Queries))
+    let (Some(hzb), Some(queries)) = (most_hidden(&gpu, &scene, HZB), most_hidden(&gpu, &scene, QUERIES))
     else {
         return;
     };

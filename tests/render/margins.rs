@@ -4,14 +4,14 @@
 use std::sync::Arc;
 
 use super::{
-    hzb::{HZB, Pair, chunk_len},
+    hzb::{GpuMethod, HZB, Pair, QUERIES, chunk_len},
     scenes::{all_ids, apply, gpu, square, view_from},
 };
 use glam::{Mat3, Quat, Vec2, Vec3};
 use osp::{
     polygon::PolygonId,
     recording::Event,
-    render::{Gpu, GpuOcclusion},
+    render::Gpu,
     scene::Scene,
     view::{Projection, View},
 };
@@ -50,7 +50,7 @@ fn differing(pair: &mut Pair, scene: &Scene, view: &View, ids: &[PolygonId], fra
     (0..frames).map(|_| pair.compare(scene, view, ids).0).sum()
 }
 
-fn pair(gpu: &Arc<Gpu>, size: (u32, u32), occlusion: GpuOcclusion) -> Option<Pair> {
+fn pair(gpu: &Arc<Gpu>, size: (u32, u32), occlusion: GpuMethod) -> Option<Pair> {
     Pair::new(gpu, size, occlusion, chunk_len())
 }
 
@@ -99,7 +99,7 @@ fn a_group_around_the_eye_or_its_near_plane_is_not_asked_by_its_box() {
     let grown_m = 3.0 * 2.0 * 30.0f32.to_radians().tan() / size.1 as f32 * 1.5;
     for nearest_m in [-0.5, 0.0, grown_m * 0.5, grown_m + 0.003, grown_m + 0.006, grown_m + 0.009] {
         let scene = box_around_the_eye(nearest_m);
-        let Some(mut pair) = pair(&gpu, size, GpuOcclusion::Queries) else { return };
+        let Some(mut pair) = pair(&gpu, size, QUERIES) else { return };
         assert_eq!(
             differing(&mut pair, &scene, &ahead(), &all_ids(&scene), 6),
             0,
@@ -150,7 +150,7 @@ impl Cases {
         self.views.push((view, first..self.events.len() as u32));
     }
 
-    fn check(&self, size: (u32, u32), occlusion: GpuOcclusion, frames: usize) {
+    fn check(&self, size: (u32, u32), occlusion: GpuMethod, frames: usize) {
         let Some(gpu) = gpu() else { return };
         let scene = scene_of(&self.events);
         assert_eq!(scene.polygon_count(), self.events.len());
@@ -243,7 +243,7 @@ fn an_edge_that_is_snapped_away_from_its_box_is_seen() {
         events.extend([polygon(across, BRIGHT), polygon(upright, BRIGHT)]);
         cases.add(view, events);
     }
-    cases.check((64, 48), GpuOcclusion::Queries, 4);
+    cases.check((64, 48), QUERIES, 4);
 }
 
 /// Of two polygons in one plane, seen straight on, which wins is a matter of rounding.

@@ -111,7 +111,7 @@ fn a_polygon_is_sent_once_and_again_only_when_it_moves() {
         drawer.draw(scene, &view, &[Layer::plain(&set(&all_ids(scene)))]).expect("a frame").polygon_bytes
     };
     let changes = apply(&mut scene, &sketch());
-    assert_eq!(draw(&scene, &changes), scene.polygon_count() as u64 * 64, "all of them once");
+    assert_eq!(draw(&scene, &changes), scene.polygon_count() as u64 * 96, "all of them once");
     assert_eq!(draw(&scene, &[]), 0, "a frame in which nothing comes sends no polygon");
 
     let before = scene.polygon_count();
@@ -119,7 +119,7 @@ fn a_polygon_is_sent_once_and_again_only_when_it_moves() {
         apply(&mut scene, &winding_stroke(50, osp::recording::Tool::Ribbon, 20, (1.0, 1.0, 1.0, 1.0)));
     let came = (scene.polygon_count() - before) as u64;
     assert!(came > 10);
-    assert_eq!(draw(&scene, &changes), came * 64, "only the new ones");
+    assert_eq!(draw(&scene, &changes), came * 96, "only the new ones");
 
     let changes = apply(&mut scene, &[Event::Undo { t: 0.0 }, Event::Redo { t: 0.0 }]);
     assert_eq!(draw(&scene, &changes), 0, "taken away and brought back: still there");
@@ -128,7 +128,7 @@ fn a_polygon_is_sent_once_and_again_only_when_it_moves() {
         &mut scene,
         &[Event::Move { t: 0.0, strokes: vec![StrokeId(50)], by: Vec3::new(0.1, 0.0, 0.0) }],
     );
-    assert_eq!(draw(&scene, &changes), came * 64, "what has moved");
+    assert_eq!(draw(&scene, &changes), came * 96, "what has moved");
 }
 
 #[test]

@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{
-    hzb::HZB,
-    scenes::{all_ids, apply, gpu, set, square, view_from},
-};
+use super::scenes::{all_ids, apply, gpu, set, square, view_from};
 use glam::Vec3;
 use osp::{
+    occlusion::Occlusion,
     recording::{Event, StrokeId},
     render::{Gpu, GpuTimer, Image, Layer, Renderer, RendererConfig, Target, ViewSlot},
     scene::Scene,
@@ -71,7 +69,7 @@ fn the_depth_of_a_larger_picture_is_not_asked_for_a_smaller_one() {
         scene_of(&[plate(1, Vec3::new(0.0, 0.0, 1.0), 3.0, GREEN), plate(2, Vec3::ZERO, 0.5, RED)]);
     let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
     let mut slot = renderer.create_view_slot();
-    if let Err(error) = renderer.set_occlusion(&mut slot, HZB) {
+    if let Err(error) = renderer.set_occlusion(&mut slot, Occlusion::Hzb) {
         assert!(!crate::required::nothing_may_be_skipped(), "{error}");
         eprintln!("skipped: {error}");
         return;
@@ -103,7 +101,7 @@ fn what_is_hidden_in_a_large_picture_is_hidden_in_a_smaller_one() {
     let scene = scene_of(&[plate(1, Vec3::new(0.0, 0.0, 1.0), 3.0, GREEN), plate(2, Vec3::ZERO, 0.5, RED)]);
     let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
     let mut slot = renderer.create_view_slot();
-    if let Err(error) = renderer.set_occlusion(&mut slot, HZB) {
+    if let Err(error) = renderer.set_occlusion(&mut slot, Occlusion::Hzb) {
         assert!(!crate::required::nothing_may_be_skipped(), "{error}");
         eprintln!("skipped: {error}");
         return;

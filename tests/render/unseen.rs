@@ -9,9 +9,10 @@ use super::{
 };
 use glam::Vec3;
 use osp::{
+    occlusion::Occlusion,
     polygon::{Change, PolygonId},
     recording::{Event, StrokeId},
-    render::{Gpu, GpuOcclusion, HzbConfig, Image, Layer, Offscreen, RenderError, RendererConfig},
+    render::{Gpu, Image, Layer, Offscreen, RenderError, RendererConfig},
     scene::Scene,
     view::{Projection, View},
 };
@@ -152,7 +153,7 @@ fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
     let Some(gpu) = gpu() else { return };
     const CHUNK_BYTES: u64 = 64 * 64;
     let config = RendererConfig { chunk_len: 64, ..RendererConfig::default() };
-    for occlusion in [GpuOcclusion::None, GpuOcclusion::Hzb(HzbConfig::default())] {
+    for occlusion in [Occlusion::None, Occlusion::Hzb] {
         let mut follower = Offscreen::on(Arc::clone(&gpu), SIDE, SIDE, &config).expect("a drawer");
         match follower.set_occlusion(occlusion) {
             Err(error @ RenderError::NoOcclusion { .. }) if !crate::required::nothing_may_be_skipped() => {

@@ -443,7 +443,8 @@ fn a_scene_shapes_a_tube_once_a_frame() {
         recording::{Event, Paint, StrokeId},
         scene::Scene,
     };
-    let paint = Some(Box::new(Paint { brush: "Lofted".to_owned(), seed: 1, scale: 1.0, layer: 0 }));
+    let paint =
+        Some(Box::new(Paint { brush: "Lofted".to_owned(), seed: 1, scale: 1.0, layer: 0, hidden: false }));
     let (stroke, color) = (StrokeId(1), (1.0, 1.0, 1.0, 1.0));
     let begin = Event::Begin {
         t: 0.0,

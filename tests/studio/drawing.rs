@@ -4,9 +4,8 @@ use osp::{
     app::{
         Autosaves, Button, Command, Document, Held, Input, Player, Snap, Stages, Studio, Subject, ToolChoice,
     },
-    frame::OcclusionChoice,
     glam::{Vec2, Vec3},
-    occlusion::CullerKind,
+    occlusion::Occlusion,
     recording::{self, Event, OpenOptions, Pace, Tool},
     replay::CameraChoice,
     rivals::IndexKind,
@@ -351,8 +350,8 @@ fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
     let whole = studio.frame(SIZE_PX, 0.016);
     assert_eq!(whole.drawn, whole.record.visible);
     let mut most = 0;
-    for kind in CullerKind::sound() {
-        studio.command(Command::Occlusion(OcclusionChoice::Always(kind)));
+    for kind in Occlusion::conservative_cullers() {
+        studio.command(Command::Occlusion(kind));
         let report = studio.frame(SIZE_PX, 0.016);
         assert_eq!(report.record.visible, whole.record.visible, "{}", kind.name());
         assert_eq!(report.drawn + report.record.occlusion.occluded, report.record.visible);
@@ -370,8 +369,8 @@ fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
 #[test]
 fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
     let (_folder, mut studio) = rooms();
-    let methods = CullerKind::sound().into_iter().map(OcclusionChoice::Always);
-    for choice in methods.chain([OcclusionChoice::Auto, OcclusionChoice::DepthLast]) {
+    let methods = Occlusion::conservative_cullers().into_iter();
+    for choice in methods.chain([Occlusion::Auto, Occlusion::DepthLast]) {
         studio.command(Command::Occlusion(choice));
         for seek in [300, 301, 20, 21, 400, 120, 5, 6, 0, 350, 349, 40] {
             studio.command(Command::Seek(seek));
@@ -387,7 +386,7 @@ fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
 fn what_drawing_costs_is_learnt_from_the_frames() {
     for (polygon_ns, culls) in [(20_000, true), (0, false)] {
         let (_folder, mut studio) = rooms();
-        studio.command(Command::Occlusion(OcclusionChoice::Auto));
+        studio.command(Command::Occlusion(Occlusion::Auto));
         for seek in 200..400 {
             studio.command(Command::Seek(seek));
             let report = studio.frame(SIZE_PX, 0.016);

@@ -9,8 +9,8 @@ use osp::{
         ToolChoice,
         ui::{Interface, SHORTCUTS},
     },
-    frame::OcclusionChoice,
     glam,
+    occlusion::Occlusion,
     recording::{Pace, Tool},
     replay::CameraChoice,
     rivals::IndexKind,
@@ -290,7 +290,7 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     let each: Vec<usize> = (0..4).map(|i| drawn(&harness, i)).collect();
     assert_eq!(each.iter().sum::<usize>() as u64, in_view);
     assert!(each.iter().all(|&count| count > 100), "{each:?}");
-    let msvbsp = OcclusionChoice::from_name("msvbsp").expect("a method");
+    let msvbsp = Occlusion::from_name("msvbsp").expect("a method");
     harness.state_mut().studio.command(Command::Occlusion(msvbsp));
     harness.run_steps(2);
     for (i, all) in each.iter().enumerate() {

@@ -12,7 +12,7 @@ use osp::{
         verify::{Verifier, VerifyConfig},
     },
     math::{Aabb, Frustum},
-    occlusion::{CullConfig, CullerKind, PoolConfig, SelectConfig},
+    occlusion::{CullConfig, Occlusion, PoolConfig, SelectConfig},
     polygon::{Change, PolygonId},
     recording::Event,
     rivals::IndexKind,
@@ -39,7 +39,7 @@ fn model(at: Vec3, points_a_metre: f32) -> (Scene, Vec<Change>) {
     (scene, changes)
 }
 
-fn verifier(index: Box<dyn SpatialIndex>, kinds: Vec<CullerKind>) -> Verifier {
+fn verifier(index: Box<dyn SpatialIndex>, kinds: Vec<Occlusion>) -> Verifier {
     let config = VerifyConfig {
         kinds,
         occluders: vec![32],
@@ -138,7 +138,7 @@ fn no_sound_method_loses_a_polygon_far_from_the_origin() {
     for place_m in [0.0, 3.0e3, 65536.0] {
         let at = Vec3::new(place_m, -place_m, place_m * 0.5);
         let (scene, changes) = model(at, 128.0);
-        let kinds = vec![CullerKind::Msvbsp, CullerKind::Depth];
+        let kinds = vec![Occlusion::Msvbsp, Occlusion::Depth];
         let mut verifier = verifier(IndexKind::Osp.create(&IndexConfig::default()), kinds);
         verifier.follow(&scene, &changes);
         for _ in 0..if place_m > 1.0e3 { 12 } else { 3 } {

@@ -2,7 +2,7 @@
 // needed. Warnings count as errors.
 //
 //   npm ci --prefix tests/wgsl_strict && node tests/wgsl_strict/check.mjs
-import { readFileSync, readdirSync } from 'node:fs';
+import { readFileSync } from 'node:fs';
 import { create, globals } from 'webgpu';
 
 Object.assign(globalThis, globals);
@@ -33,24 +33,25 @@ async function compile(name, code) {
 }
 
 /// Makes an entry point a pipeline: what is known only then (override constants, limits, interfaces) is checked.
-async function link(name, module, stage, entryPoint, fragment) {
+async function link(name, module, { stage, entry: entryPoint }, fragment) {
   device.pushErrorScope('validation');
   const layout = 'auto';
   if (stage === 'compute') {
     device.createComputePipeline({ layout, compute: { module, entryPoint } });
   } else {
-    const buffers = name === 'line.wgsl' ? [{
+    const buffers = name === 'LINE' ? [{
       arrayStride: 16,
       attributes: [
         { shaderLocation: 0, offset: 0, format: 'float32x3' },
         { shaderLocation: 1, offset: 12, format: 'unorm8x4' },
       ],
     }] : [];
-    const targets = [{ format: 'rgba8unorm-srgb' }];
+    // One without colours only lets pixels through.
+    const targets = fragment?.gives ? [{ format: 'rgba16float' }] : [];
     device.createRenderPipeline({
       layout,
       vertex: { module, entryPoint, buffers },
-      fragment: fragment && { module, entryPoint: fragment, targets },
+      fragment: fragment && { module, entryPoint: fragment.entry, targets },
       depthStencil: { format: 'depth32float', depthWriteEnabled: true, depthCompare: 'greater-equal' },
       multisample: { count: 4 },
     });
@@ -63,24 +64,31 @@ async function link(name, module, stage, entryPoint, fragment) {
 const refused = await compile('what must be refused', '@compute @workgroup_size(1) fn f() { let a = 1u >> 1u & 1u; }');
 if (refused.messages.length === 0) fail('the compiler accepts `>>` beside `&`');
 
-const folder = new URL('../../src/render/shaders/', import.meta.url);
-const files = readdirSync(folder).filter((name) => name.endsWith('.wgsl')).sort();
+// Shaders are made of files as the crate says.
+const folder = new URL('../../src/render/', import.meta.url);
+const list = readFileSync(new URL('shaders.rs', folder), 'utf8');
+const shaders = [...list.matchAll(/const (\w+): &str =\s*((?:concat!\()?\s*include_str![^;]*);/g)].map(([, name, value]) => {
+  const files = [...value.matchAll(/"([^"]+\.wgsl)"/g)].map((m) => m[1]);
+  return [name, files.map((file) => readFileSync(new URL(file, folder), 'utf8')).join('')];
+});
 let entries = 0;
-for (const name of files) {
-  const code = readFileSync(new URL(name, folder), 'utf8');
+for (const [name, code] of shaders) {
   const { module, messages } = await compile(name, code);
   messages.forEach(fail);
   if (messages.length > 0) continue;
-  const found = [...code.matchAll(/@(vertex|fragment|compute)\b[^{]*?\bfn\s+(\w+)/g)].map((m) => [m[1], m[2]]);
-  const fragments = found.filter(([stage]) => stage === 'fragment').map(([, entry]) => entry);
-  for (const [stage, entry] of found.filter(([stage]) => stage !== 'fragment')) {
-    // A vertex shader that only lays down depth has no fragment shader.
-    const isDepthOnly = entry === 'vertex_depth' || fragments.length === 0;
-    const partners = stage === 'compute' || isDepthOnly ? [undefined] : fragments;
-    for (const fragment of partners) await link(name, module, stage, entry, fragment);
+  const pattern = /@(vertex|fragment|compute)\b[^{]*?\bfn\s+(\w+)\s*\(([^{]*?)\)\s*(->[^{]*)?\{/g;
+  const found = [...code.matchAll(pattern)].map(([, stage, entry, takes, gives]) => ({ stage, entry, takes, gives }));
+  const fragments = found.filter(({ stage }) => stage === 'fragment');
+  for (const one of found.filter(({ stage }) => stage !== 'fragment')) {
+    // A fragment shader takes what its vertex shader gives; one that only lays down depth may have none.
+    const type = one.gives?.match(/->\s*(\w+)\s*$/)?.[1];
+    const partners = fragments.filter(({ takes }) => one.stage === 'vertex' && takes.endsWith(`: ${type}`));
+    for (const fragment of partners.length > 0 ? partners : [undefined]) await link(name, module, one, fragment);
+    for (const fragment of partners) fragment.isLinked = true;
   }
+  fragments.filter(({ isLinked }) => !isLinked).forEach(({ entry }) => fail(`${name}: ${entry}: no vertex shader for it`));
   entries += found.length;
 }
-if (files.length < 9 || entries < 20) fail(`only ${files.length} shaders and ${entries} entry points were found`);
-console.log(`Tint: ${files.length} shaders, ${entries} entry points, ${failures} failures`);
+if (shaders.length < 11 || entries < 30) fail(`only ${shaders.length} shaders and ${entries} entry points were found`);
+console.log(`Tint: ${shaders.length} shaders, ${entries} entry points, ${failures} failures`);
 process.exit(failures > 0 ? 1 : 0);

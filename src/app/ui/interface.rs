@@ -8,26 +8,18 @@ use super::{
     dialog::{Answer, Ask, PathDialog},
     keys::{Action, HINTS, SHORTCUTS},
     numbers, questions, replay_bar, tools,
+    wishes::Wishes,
 };
 use crate::{
     app::{
         command::Command,
         question::Question,
         stats::{FrameTimes, History},
-        studio::{Studio, Subject},
+        studio::Studio,
+        subject::Subject,
     },
     rivals::IndexKind,
 };
-
-/// What was asked for while the panels were shown; done when they are laid out.
-#[derive(Debug, Default)]
-pub(super) struct Wishes {
-    pub(super) commands: Vec<Command>,
-    pub(super) ask: Option<Ask>,
-    pub(super) panel: bool,
-    pub(super) help: bool,
-    pub(super) follow_camera: Option<bool>,
-}
 
 /// Everything on the window beside the model.
 #[derive(Debug, Default)]

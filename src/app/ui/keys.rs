@@ -1,7 +1,7 @@
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::{
-    app::{command::Command, studio::ToolChoice},
+    app::{command::Command, tool::ToolChoice},
     recording::Tool,
 };
 

@@ -2,6 +2,7 @@
 //!
 //! Everything here is egui and nothing needs a window or a GPU, so that it can be tested as it is.
 
+mod brushes;
 mod canvas;
 mod dialog;
 mod interface;
@@ -11,6 +12,7 @@ mod plot;
 mod questions;
 mod replay_bar;
 mod tools;
+mod wishes;
 
 pub use interface::Interface;
 pub use keys::{Action, HINTS, SHORTCUTS, Shortcut};

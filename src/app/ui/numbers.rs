@@ -1,8 +1,8 @@
 use egui::{CollapsingHeader, ComboBox, Grid, RichText, Slider, Ui};
 
 use super::{
-    interface::Wishes,
     plot::{frame_plot, stage_color},
+    wishes::Wishes,
 };
 use crate::{
     app::{
@@ -10,7 +10,7 @@ use crate::{
         stats::{FrameStage, History},
         studio::Studio,
     },
-    frame::OcclusionChoice,
+    occlusion::Occlusion,
     occlusion::Soundness,
     render::{DrawnCounts, PassTimes},
     rivals::IndexKind,
@@ -144,7 +144,7 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("index memory", format!("{:.1} MB", studio.culling().index().bytes() as f64 / 1.0e6)),
         ],
     );
-    let is_auto = studio.culling().occlusion() == OcclusionChoice::Auto;
+    let is_auto = studio.culling().occlusion() == Occlusion::Auto;
     if let Some(ns) = studio.culling().polygon_ns().filter(|_| is_auto) {
         table(ui, "what auto goes by", &[("cost of a polygon", format!("{ns:.0} ns"))]);
     }
@@ -187,7 +187,7 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     }
     let now = culling.occlusion();
     ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
-        let sets = culling.has_pvs().then_some(OcclusionChoice::Pvs);
+        let sets = culling.has_pvs().then_some(Occlusion::Pvs);
         for choice in sound_occlusion().into_iter().chain(sets) {
             if ui.selectable_label(now == choice, choice.name()).clicked() {
                 wishes.commands.push(Command::Occlusion(choice));
@@ -215,9 +215,8 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
 }
 
 /// The ways to find what is hidden; those that may hide what can be seen are for `osp replay` and `osp verify`.
-pub(super) fn sound_occlusion() -> Vec<OcclusionChoice> {
-    let all = OcclusionChoice::names().filter_map(OcclusionChoice::from_name);
-    all.filter(|choice| choice.soundness() == Soundness::Conservative).collect()
+pub(super) fn sound_occlusion() -> Vec<Occlusion> {
+    Occlusion::all().filter(|choice| choice.soundness() == Soundness::Conservative).collect()
 }
 
 fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {

@@ -1,10 +1,11 @@
 use egui::{Align2, Color32, Context, Frame, Id, Key, Modal, RichText, Ui, Vec2, Window};
 
-use super::{dialog::Ask, interface::Wishes};
+use super::{dialog::Ask, wishes::Wishes};
 use crate::app::{
     command::Command,
     question::{Answer, Question},
-    studio::{Studio, Subject},
+    studio::Studio,
+    subject::Subject,
 };
 
 /// The colour of what must not be overlooked.

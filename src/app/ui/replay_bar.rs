@@ -1,6 +1,6 @@
 use egui::{RichText, Slider, Ui};
 
-use super::interface::Wishes;
+use super::wishes::Wishes;
 use crate::app::{command::Command, player::Player};
 
 /// Play, pause, step, and the position in the session.

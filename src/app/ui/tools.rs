@@ -1,12 +1,14 @@
 use egui::{Button, Color32, ComboBox, RichText, Slider, Ui, Vec2};
 
-use super::{dialog::Ask, interface::Wishes, questions::ALARM};
+use super::{brushes, dialog::Ask, questions::ALARM, wishes::Wishes};
 use crate::{
     app::{
         command::Command,
         document::{Access, Opening},
         pen::{Brush, Snap},
-        studio::{Studio, Subject, ToolChoice},
+        studio::Studio,
+        subject::Subject,
+        tool::ToolChoice,
     },
     recording::Tool,
 };
@@ -34,6 +36,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     ui.add_enabled_ui(studio.can_draw(), |ui| {
         tool_buttons(ui, studio, wishes);
         ui.separator();
+        brushes::show(ui, studio, wishes);
         brush(ui, studio, wishes);
         ui.separator();
         let scene = studio.scene();

@@ -38,16 +38,19 @@ impl Osp {
         }
         if runs.len() > 2 {
             for way in ways[..runs.len()].iter().filter(|way| way.bucket != NONE) {
-                let bucket = &self.buckets[way.bucket];
-                let at = bucket.page_count as usize - usize::from(bucket.page_count > 0);
-                self.pages.prefetch(bucket.last, bucket.counts[at]);
-                prefetch_lines::<3, _>(Halves::half_of(&raw const bucket.boxes, at));
+                self.ask_for_end_of(way.bucket);
             }
         }
         for (way, (run, bounds)) in ways.iter().zip(runs) {
             let way = if self.shape == shape { *way } else { self.way(*bounds) };
             self.file(*run, *bounds, way);
         }
+    }
+
+    /// The bucket that a run with this box belongs to, [`NONE`] if it is missing.
+    pub(super) fn bucket_for(&self, bounds: &Aabb) -> u32 {
+        let bounds = Wide::from_box(bounds);
+        if bounds.is_valid() { self.way(bounds).bucket } else { NONE }
     }
 
     /// Where a run with this box belongs.

@@ -9,13 +9,13 @@ use super::{
 };
 use crate::{
     index::{
-        DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts,
+        DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Visitor, WorkCounts,
         admission::admit_id,
         probe::Nearest,
         simd::{Backend, Wide},
     },
     math::{Aabb, Frustum, Ray},
-    polygon::{PolygonId, VisibleBlocks},
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
 };
 
 /// The fast form of the OSP tree; see [`crate::index::osp`].
@@ -163,6 +163,10 @@ impl SpatialIndex for Osp {
         self.len
     }
 
+    fn announce(&self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.ask_for(geometry, changes);
+    }
+
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit_id(id)?;
         let bounds = Wide::from_box(bounds);
@@ -224,6 +228,11 @@ impl SpatialIndex for Osp {
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         self.visit(frustum, visitor)
+    }
+
+    fn thin_out(&self, frustum: &Frustum, visible: &mut VisibleBlocks, thinner: &mut dyn Thinner) -> bool {
+        self.thin(frustum, visible, thinner);
+        true
     }
 
     fn ray_nearest(

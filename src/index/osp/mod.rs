@@ -32,6 +32,7 @@
 //! ids: block of 16 ids ─> where its runs are, and its store
 //! ```
 
+mod announce;
 mod answer;
 mod file;
 mod grid;
@@ -44,6 +45,7 @@ mod pool;
 mod query;
 mod ray;
 mod remove;
+mod thin;
 mod tuning;
 mod validate;
 mod visit;

@@ -1,7 +1,8 @@
 //! Taking polygons out at once, and the upkeep that follows later: boxes that fit again, pages and buckets that are
 //! joined, nodes that become leaves.
 //!
-//! Removal clears a bit of the run's mask and queues the page. A commit works off as many pages as polygons were taken
+//! Removal clears a bit of the run's mask, and queues the page each time a run has lost half of its polygons: until then
+//! its box, at most sixteen neighbours wide, may be a little too wide. A commit works off as many pages as polygons were taken
 //! out, and a few more, so upkeep costs a fixed share of what caused it and never piles up.
 
 use super::{
@@ -28,7 +29,8 @@ impl Osp {
         page.masks[lane] &= !(1 << (id - page.first[lane]));
         page.loose |= 1 << lane;
         page.note_gaps(lane);
-        let gone = u32::from(page.masks[lane] == 0);
+        let left = page.masks[lane].count_ones();
+        let gone = u32::from(left == 0);
         let bucket = page.bucket;
         let head = self.chain_head(bucket);
         let bucket = &mut self.buckets[head];
@@ -37,7 +39,9 @@ impl Osp {
         if gone == 1 {
             self.drop_run(page_number, lane);
         }
-        self.queue_page(page_number);
+        if gone == 1 || left.is_power_of_two() {
+            self.queue_page(page_number);
+        }
     }
 
     /// Removes an empty run; the page's last one takes its lane.

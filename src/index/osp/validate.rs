@@ -184,7 +184,6 @@ impl Osp {
     fn check_page(&self, number: u32, bucket: u32, at: usize, bounds: &Aabb) -> Result<Found, String> {
         let page = &self.pages[number];
         ensure!((page.bucket, usize::from(page.at)) == (bucket, at), "page {number} is in another bucket");
-        ensure!(page.loose == 0 || page.queued, "page {number} has loose runs but does not wait for upkeep");
         let unused = u32::from(page.loose | page.gaps | page.exact) & !page.used();
         ensure!(unused == 0, "page {number}: an unused run is marked");
         let mut polygons = 0;
@@ -219,6 +218,8 @@ impl Osp {
                 all = all.union(&own);
             }
             let loose = page.loose >> lane & 1 == 1;
+            let waits = page.queued || exact || run.mask != 1;
+            ensure!(waits, "page {number}: run {lane} has one polygon left but does not wait for upkeep");
             ensure!(loose || all == run_box, "page {number}: the box of run {lane} is not tight");
         }
         Ok(Found { runs: u32::from(page.runs), polygons })

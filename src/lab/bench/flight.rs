@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Estimate;
 use crate::{
     index::{DrawList, IndexConfig},
-    occlusion::{CullerKind, OcclusionConfig, OcclusionStage},
+    occlusion::{Occlusion, OcclusionConfig, OcclusionStage},
     polygon::Change,
     replay::{CameraPath, Moment},
     rivals::IndexKind,
@@ -60,7 +60,7 @@ pub fn fly(
     scene: &Scene,
     root: IndexConfig,
     (camera, camera_name): (CameraPath, &str),
-    culler: CullerKind,
+    culler: Occlusion,
     frames: u64,
 ) -> Flight {
     let mut index = IndexKind::Osp.create(&root);

@@ -6,8 +6,8 @@ use crate::{
     index::IndexConfig,
     lab::report::{ReplayReport, RunReport},
     math::Aabb,
-    recording::{Event, Pace, Pacer, RecordingError},
-    replay::{Budget, CameraPath, Lane, Replay, STRETCHES, Summary, stretch_of_frame},
+    recording::{Event, Pace, RecordingError},
+    replay::{Budget, CameraPath, Lane, Player, Replay, STRETCHES, Summary, stretch_of_frame},
     rivals::IndexKind,
 };
 
@@ -119,7 +119,7 @@ where
         runs: input.kinds.iter().map(run).collect(),
     };
     let mut records = vec![Vec::new(); lanes.len()];
-    let mut replay = Replay::new(Pacer::new(events, input.pace), input.camera.0, lanes);
+    let mut replay = Replay::new(Player::new(events, input.pace), input.camera.0, lanes);
     while let Some(outcomes) = replay.step()? {
         for ((run, records), frame) in report.runs.iter_mut().zip(&mut records).zip(outcomes) {
             let Some(frame) = frame else { continue };

@@ -15,7 +15,7 @@ use plotters::{
     prelude::*,
 };
 
-use crate::frame::OcclusionChoice;
+use crate::occlusion::Occlusion;
 
 /// The colour of `osp`, and of nothing else.
 const BLUE: RGBColor = RGBColor(0, 114, 178);
@@ -115,7 +115,7 @@ impl LineStyle {
 
     /// That of a structure with a method of culling by occlusion; `number` counts the structures of the chart.
     pub(crate) fn of_method(structure: &str, number: usize, method: &str) -> Self {
-        let methods: Vec<_> = OcclusionChoice::names().chain([OcclusionChoice::Pvs.name()]).collect();
+        let methods: Vec<_> = Occlusion::all().chain([Occlusion::Pvs]).map(Occlusion::name).collect();
         match methods.iter().position(|other| *other == method) {
             // The method `none` is the structure alone.
             Some(0) | None => Self::of_structure(structure),
@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn methods_are_told_apart_from_each_other_and_from_structures() {
-        let methods: Vec<_> = OcclusionChoice::names().chain(["pvs"]).collect();
+        let methods: Vec<_> = Occlusion::all().map(Occlusion::name).chain(["pvs"]).collect();
         let mut seen: HashSet<_> =
             STRUCTURES.iter().map(|(name, ..)| LineStyle::of_structure(name)).collect();
         for number in 0..4 {

@@ -5,15 +5,25 @@
 //! Positions are metres, right-handed with y up (WebVR), and the rotation turns three.js' axes, which are ours. The
 //! recorded position is the controller's, not that of the brush's tip before it: the tip's offset is added when a
 //! drawing is shown, and only where a controller's model is known, so it is left out here.
+//!
+//! Its plain brushes (flat, smooth) are the plain ribbon. Those with textures and those that stamp leaves or blots are
+//! drawn with what comes nearest among the brushes of Tilt Brush (`apa_brushes.ron`). These keep a part of their width at
+//! pressure 0, so pressures are changed to give the width that A-Painter gives, as far down as the brush goes. A brush with
+//! no counterpart is a plain ribbon, and the header says so.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
+use std::sync::LazyLock;
 
 use super::bytes::ByteReader;
 use super::session_name;
 use super::strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream};
-use crate::recording::{Header, NormalRule, OpenOptions, RecordingError, Session};
+use crate::{
+    brush::{self, Brush},
+    recording::{Header, NormalRule, OpenOptions, Paint, RecordingError, Session},
+};
 
 /// The first bytes of a file: a string, its length first.
 pub(super) const MAGIC: &[u8] = b"\x08apainter";
@@ -21,6 +31,16 @@ pub(super) const MAGIC: &[u8] = b"\x08apainter";
 const VERSION: u16 = 1;
 /// Early recordings hold pressures up to 2. A file that does is taken to mean 2 by "full pressure".
 const GREATEST_PRESSURE: f32 = 2.0;
+/// Brushes that are plain ribbons there, too.
+const PLAIN: [&str; 2] = ["flat", "smooth"];
+/// Most characters of a brush's name, and most names, that a header holds.
+const MOST_NAME_CHARS: usize = 40;
+const MOST_NAMES: usize = 8;
+
+/// The nearest of our brushes, by A-Painter's name.
+static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
+    ron::from_str(include_str!("apa_brushes.ron")).expect("the crate's own table, which a test reads")
+});
 
 /// Opens an A-Painter drawing.
 ///
@@ -28,10 +48,13 @@ const GREATEST_PRESSURE: f32 = 2.0;
 /// The file cannot be read, or its head is damaged.
 pub fn open_apa(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let mut bytes = open_bytes(path)?;
-    let strokes = read_head(&mut bytes)?;
-    let format = Apa { full_pressure: full_pressure(path) };
+    let (names, strokes) = read_head(&mut bytes)?;
+    let (full_pressure, used) = first_pass(path);
+    let mut header = Header::new(session_name(path), "A-Painter");
+    header.left_out.extend(without_counterpart(&names, &used));
+    let brushes = names.iter().map(|name| NEAREST.get(name).and_then(|name| brush::find(name))).collect();
+    let format = Apa { full_pressure, brushes, ..Apa::default() };
     let stream = StrokeStream::new(format, bytes, strokes, OnDamage::of(options.lenient), Vec::new());
-    let header = Header::new(session_name(path), "A-Painter");
     Ok(Session::new(header, "apa", Box::new(stream), path, options))
 }
 
@@ -41,8 +64,24 @@ fn open_bytes(path: &Path) -> Result<ByteReader, RecordingError> {
     Ok(ByteReader::new(path.to_owned(), reader))
 }
 
-/// Everything before the strokes; gives their number.
-fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
+/// Says which brushes are drawn as plain ribbons and are none.
+fn without_counterpart(names: &[String], used: &[bool; 256]) -> Option<String> {
+    let is_missing = |name: &str| !PLAIN.contains(&name) && !NEAREST.contains_key(name);
+    let missing = names.iter().zip(used).filter(|&(name, &used)| used && is_missing(name));
+    let mut names: Vec<String> =
+        missing.map(|(name, _)| name.chars().take(MOST_NAME_CHARS).collect()).collect();
+    names.sort_unstable();
+    names.dedup();
+    if names.len() > MOST_NAMES {
+        names.truncate(MOST_NAMES);
+        names.push("…".to_owned());
+    }
+    (!names.is_empty())
+        .then(|| format!("the look of the brushes {}: they are plain ribbons", names.join(", ")))
+}
+
+/// Everything before the strokes: the brushes' names, and the number of strokes.
+fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingError> {
     let mut magic = [0; MAGIC.len()];
     bytes.fill(&mut magic, "the word `apainter`")?;
     if magic != MAGIC {
@@ -57,34 +96,61 @@ fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
             format_args!("version {version}"),
         ));
     }
+    let mut names = Vec::new();
     for _ in 0..bytes.u8("the number of brushes")? {
-        let length = bytes.u8("the length of a brush's name")?;
-        bytes.skip(length.into(), "a brush's name")?;
+        let mut name = vec![0; bytes.u8("the length of a brush's name")?.into()];
+        bytes.fill(&mut name, "a brush's name")?;
+        names.push(String::from_utf8_lossy(&name).into_owned());
     }
-    bytes.u32("the number of strokes")
+    Ok((names, bytes.u32("the number of strokes")?))
 }
 
-/// The greatest pressure in the file, at least 1: a first pass, which stops at any damage and leaves it to the second
-/// pass to report. Without it either drawings of the older kind come out at half their width, or all others get
-/// twice the width at half the pressure.
-fn full_pressure(path: &Path) -> f32 {
-    let mut full: f32 = 1.0;
+/// The greatest pressure in the file, at least 1, and which brushes draw: a first pass, which stops at any damage and
+/// leaves it to the second pass to report. Without it either drawings of the older kind come out at half their width, or
+/// all others get twice the width at half the pressure.
+fn first_pass(path: &Path) -> (f32, [bool; 256]) {
+    let (mut full, mut used) = (1.0_f32, [false; 256]);
     let mut scan = || -> Result<(), RecordingError> {
         let mut bytes = open_bytes(path)?;
-        let mut format = Apa { full_pressure: 1.0 };
-        for _ in 0..read_head(&mut bytes)? {
-            for _ in 0..format.read_stroke(&mut bytes)?.points {
+        let mut format = Apa::default();
+        for _ in 0..read_head(&mut bytes)?.1 {
+            let head = format.read_stroke(&mut bytes)?;
+            used[usize::from(format.brush)] = true;
+            for _ in 0..head.points {
                 full = full.max(format.read_point(&mut bytes)?.pressure);
             }
         }
         Ok(())
     };
     let _the_second_pass_reports_it = scan();
-    full.min(GREATEST_PRESSURE)
+    (full.min(GREATEST_PRESSURE), used)
 }
 
 struct Apa {
     full_pressure: f32,
+    /// What comes nearest to the brushes of the file, by their numbers.
+    brushes: Vec<Option<&'static Brush>>,
+    /// The brush of the stroke whose head was read last.
+    brush: u8,
+    strokes: u32,
+}
+
+impl Default for Apa {
+    fn default() -> Self {
+        Self { full_pressure: 1.0, brushes: Vec::new(), brush: 0, strokes: 0 }
+    }
+}
+
+impl Apa {
+    fn nearest(&self) -> Option<&'static Brush> {
+        self.brushes.get(usize::from(self.brush)).copied().flatten()
+    }
+}
+
+/// The pressure at which the brush is as wide as A-Painter draws: there the width is in proportion to pressure.
+fn pressure_for(brush: &Brush, part_of_width: f32) -> f32 {
+    let least = brush.pressure_size_min;
+    if least < 1.0 { ((part_of_width - least) / (1.0 - least)).max(0.0) } else { part_of_width }
 }
 
 impl StrokeFormat for Apa {
@@ -92,17 +158,39 @@ impl StrokeFormat for Apa {
     const THINNEST: f32 = 0.0;
 
     fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead, RecordingError> {
-        bytes.u8("a stroke's brush")?;
+        self.brush = bytes.u8("a stroke's brush")?;
         let color = [bytes.f32("red")?, bytes.f32("green")?, bytes.f32("blue")?, 1.0];
         let width_m = bytes.f32("the brush's size")? * self.full_pressure;
         let points = bytes.u32("the number of points")?;
-        Ok(StrokeHead { paint: None, width_m, color, points })
+        let paint = self.nearest().map(|brush| Box::new(Paint::new(brush.name.clone(), self.strokes)));
+        self.strokes = self.strokes.wrapping_add(1);
+        Ok(StrokeHead { paint, width_m, color, points })
     }
 
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError> {
         let (p, q) = bytes.pose("a point's position and orientation")?;
         let pressure = bytes.f32("a point's pressure")? / self.full_pressure;
+        let pressure = self.nearest().map_or(pressure, |brush| pressure_for(brush, pressure));
         let time_secs = f64::from(bytes.u32("a point's time stamp")?) / 1000.0;
         Ok(Sample { time_secs, p, q, pressure })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_brush_of_the_table_is_known_and_keeps_the_width() {
+        assert!(NEAREST.len() > 20);
+        for name in NEAREST.values() {
+            let brush = brush::find(name).expect("a brush of our table");
+            assert!(brush.pressure_size_min <= 0.5, "{name} does not answer to pressure");
+            for part in [brush.pressure_size_min, 0.75, 1.0] {
+                let width = brush.size(pressure_for(brush, part));
+                assert!((width - part).abs() < 1e-6, "{name}: {width} of the width in place of {part}");
+            }
+            assert_eq!(pressure_for(brush, 0.0), 0.0, "{name}");
+        }
     }
 }

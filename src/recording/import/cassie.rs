@@ -13,7 +13,8 @@
 //!   on the stroke, the head at arm's length from it (0.24 to 0.6 m in the room) and the stroke before the eyes. In canvas
 //!   space a head comes nearer to the strokes as the canvas is scaled up.
 //! - Until the headset is tracked its position is exactly zero; such states have no head here.
-//! - No orientation was recorded: ribbons take a rotation-minimising frame. Nor was a width.
+//! - No orientation was recorded: ribbons take a rotation-minimising frame. Nor was a width, nor a brush: CASSIE draws
+//!   thin tubes, which are the brush Wire here.
 
 use std::path::{Path, PathBuf};
 use std::vec;
@@ -28,12 +29,15 @@ use super::{
 use crate::{
     math::rotate,
     recording::{
-        Event, EventSource, Header, NormalRule, Notes, OpenOptions, RecordingError, Session, StrokeId, Tool,
+        Event, EventSource, Header, NormalRule, Notes, OpenOptions, Paint, RecordingError, Session, StrokeId,
+        Tool,
     },
 };
 
 /// Width of a stroke's ribbon, metres: CASSIE draws thin tubes.
 const WIDTH_M: f32 = 0.005;
+/// What comes nearest to its tubes.
+const BRUSH: &str = "Wire";
 /// Colour of a stroke, sRGB.
 const COLOR: (f32, f32, f32, f32) = (0.20, 0.24, 0.36, 1.0);
 /// Time between two samples, seconds: a careful hand at 0.3 m/s and samples 3 cm apart.
@@ -188,7 +192,7 @@ fn push_stroke(events: &mut Vec<Event>, stroke: Stroke, number: StrokeId, free_f
         color: COLOR,
         normal: NormalRule::Transport,
         thinnest: 1.0,
-        paint: None,
+        paint: Some(Box::new(Paint::new(BRUSH, number.0))),
     });
     for (&p, index) in stroke.samples.iter().zip(0_u32..) {
         let part = if steps > 0.0 { f64::from(index) / steps } else { 1.0 };

@@ -29,6 +29,8 @@ mod obj;
 mod poses;
 mod strokes;
 mod tilt;
+mod tilt_environment;
+mod tilt_metadata;
 
 pub use apa::open_apa;
 #[cfg(feature = "cli")]

@@ -1,15 +1,12 @@
 //! Tilt Brush (Google, 2016) and Open Brush `.tilt`: a 16-byte head and a zip, or a folder with the same files.
 //!
 //! `data.sketch` holds the strokes: little-endian, controller poses in canvas space, decimetres, Unity's axes.
-//! `metadata.json` holds the view of the thumbnail, in room space. The width of a ribbon there also depends on a
-//! least pressure that each brush has and no file holds; here pressure does not matter. Every stroke is read as a
-//! ribbon, though some brushes draw tubes or particles. Strokes keep the order of the file, whatever their times.
+//! `metadata.json` holds brushes, layers, light and the view of the thumbnail. Whoever does not know a stroke's brush
+//! draws a ribbon, the width of which does not depend on pressure: how much it does belongs to the brush, and no file
+//! holds it. Strokes keep the order of the file, whatever their times.
 
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
-
-use glam::{Quat, Vec3};
-use serde::Deserialize;
 
 use super::{
     archive::Archive,
@@ -17,11 +14,10 @@ use super::{
     bytes::ByteReader,
     session_name,
     strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream},
+    tilt_metadata::Metadata,
 };
 use crate::{
-    brush,
-    math::rotate,
-    recording::{Camera, Event, Header, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session},
+    recording::{Header, Layer, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session},
     small_file::open_regular,
 };
 
@@ -32,13 +28,7 @@ const SKETCH_MAGIC: u32 = 0xC576_A5CD;
 /// Versions of `data.sketch` that can be read: 6 says that long stroke extensions or header bytes may occur.
 const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
 /// Metres in a unit of canvas or room space.
-const METERS_PER_UNIT: f32 = 0.1;
-/// Vertical field of view of the (square) thumbnail; the file does not hold it, this one fits the pictures.
-const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
-/// Most bytes of `metadata.json` that are read. Real ones have a few thousand.
-const MOST_METADATA_BYTES: u64 = 16 << 20;
-/// Most characters of program and authors that go into a header.
-const MOST_SOURCE_CHARS: usize = 200;
+pub(super) const METERS_PER_UNIT: f32 = 0.1;
 /// Names of the two files, the usual first; `.bytes` is what sketches inside a Unity project end in.
 const SKETCH_NAMES: [&str; 2] = ["data.sketch", "data.sketch.bytes"];
 const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main.json"];
@@ -55,10 +45,13 @@ pub fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, Recordin
         if path.is_dir() { open_folder(path)? } else { open_zip(path, on_damage, &options.limits)? };
     let metadata = metadata.map_or_else(
         || {
-            warnings.push(format!("{}: there is no metadata.json, so no camera", path.display()));
+            warnings.push(format!(
+                "{}: there is no metadata.json, so no camera, brushes or light",
+                path.display()
+            ));
             Ok(Metadata::default())
         },
-        read_metadata,
+        Metadata::read,
     );
     let metadata = match metadata {
         Err(error) if on_damage == OnDamage::Note && !matches!(error, RecordingError::Io { .. }) => {
@@ -68,8 +61,9 @@ pub fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, Recordin
         other => other?,
     };
     let mut header = Header::new(session_name(path), metadata.source());
-    header.camera = metadata.camera();
-    let format = Sketch { brushes: metadata.brushes(), ..Sketch::default() };
+    metadata.fill(&mut header, &mut warnings);
+    let format = Sketch { brushes: metadata.brushes(), layers: header.layers.clone(), ..Sketch::default() };
+    drop(metadata);
     let strokes = match read_head(&mut sketch) {
         Ok(strokes) => strokes,
         Err(error) if on_damage == OnDamage::Note && !matches!(error, RecordingError::Io { .. }) => {
@@ -130,77 +124,6 @@ fn no_sketch(path: &Path, found: &str) -> RecordingError {
     }
 }
 
-/// `metadata.json`, as far as it matters here.
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "PascalCase")]
-struct Metadata {
-    application_name: Option<String>,
-    application_version: Option<String>,
-    authors: Option<Vec<String>>,
-    scene_transform_in_room_space: Option<TiltTransform>,
-    thumbnail_camera_transform_in_room_space: Option<TiltTransform>,
-    brush_index: Vec<String>,
-}
-
-/// Position, rotation (x, y, z, w) and uniform scale, Unity's axes, decimetres.
-#[derive(Clone, Copy, Deserialize)]
-struct TiltTransform(Vec3, Quat, f32);
-
-impl Metadata {
-    fn source(&self) -> String {
-        let mut source = self.application_name.as_deref().unwrap_or("Tilt Brush").to_owned();
-        if let Some(version) = &self.application_version {
-            source.push(' ');
-            source.push_str(version);
-        }
-        if let Some(authors) = self.authors.as_deref().filter(|authors| !authors.is_empty()) {
-            source.push_str(", drawn by ");
-            source.push_str(&authors.join(" and "));
-        }
-        if source.chars().count() > MOST_SOURCE_CHARS {
-            source = source.chars().take(MOST_SOURCE_CHARS).collect();
-            source.push('…');
-        }
-        source
-    }
-
-    /// Names of the brushes, in the order in which strokes number them; the GUID of one that is unknown.
-    fn brushes(&self) -> Vec<String> {
-        let name = |guid: &String| match brush::find(guid) {
-            Some(brush) => brush.name.clone(),
-            None => guid.chars().take(Paint::MAX_NAME_BYTES / 4).collect(),
-        };
-        self.brush_index.iter().map(name).collect()
-    }
-
-    /// The thumbnail's camera in canvas space and our axes; none if the file has none, or not a usable one.
-    fn camera(&self) -> Option<Camera> {
-        let TiltTransform(camera_in_room, room_from_camera, _) =
-            self.thumbnail_camera_transform_in_room_space?;
-        let identity = TiltTransform(Vec3::ZERO, Quat::IDENTITY, 1.0);
-        let TiltTransform(scene_in_room, room_from_scene, scale) =
-            self.scene_transform_in_room_space.unwrap_or(identity);
-        let scene_from_room = axes::inverse(axes::unit(room_from_scene));
-        let p = rotate(scene_from_room, camera_in_room - scene_in_room) / scale * METERS_PER_UNIT;
-        let q = axes::unit(axes::product(scene_from_room, room_from_camera));
-        let (p, q) = (axes::position_from_unity(p), axes::rotation_from_unity(q));
-        let usable = scale > 0.0 && Event::Head { t: 0.0, p, q }.check().is_ok();
-        usable.then_some(Camera { p, q, fov_degrees: THUMBNAIL_FOV_DEGREES })
-    }
-}
-
-fn read_metadata(mut bytes: ByteReader) -> Result<Metadata, RecordingError> {
-    let text = bytes.rest(MOST_METADATA_BYTES, "metadata of at most 16 MiB")?;
-    bytes.expect_end("the metadata")?;
-    let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&text);
-    serde_json::from_slice(text).map_err(|error| RecordingError::Line {
-        path: bytes.path().to_owned(),
-        line: error.line() as u64,
-        expected: "the metadata of a sketch as JSON".to_owned(),
-        found: error.to_string(),
-    })
-}
-
 /// Everything in `data.sketch` before the strokes; gives their number.
 fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
     let magic = bytes.u32("the sketch's first word")?;
@@ -239,6 +162,7 @@ mod point_mask {
 struct Sketch {
     /// Names of the brushes by their numbers.
     brushes: Vec<String>,
+    layers: Vec<Layer>,
     strokes: u32,
     point_mask: u32,
 }
@@ -270,7 +194,8 @@ impl StrokeFormat for Sketch {
         }
         let points = bytes.count("the number of control points")?;
         let brush = self.brushes.get(brush as usize).cloned();
-        let paint = brush.map(|brush| Box::new(Paint { brush, seed, scale, layer }));
+        let hidden = self.layers.get(layer as usize).is_some_and(|layer| layer.hidden);
+        let paint = brush.map(|brush| Box::new(Paint { brush, seed, scale, layer, hidden }));
         Ok(StrokeHead { width_m: brush_size * scale * METERS_PER_UNIT, color, paint, points })
     }
 

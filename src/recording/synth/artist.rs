@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 
 use glam::{DVec3, Quat, Vec3};
 
-use super::edits::Edits;
 use super::hand::{Hand, HandSample, RATE_HZ, Way};
 use super::head::Head;
 use super::path::Node;
@@ -16,6 +15,9 @@ const TICKS_A_HEAD: u64 = 3;
 
 /// Longest walk to the next piece of work, ticks; then the artist works at full stretch.
 const LONGEST_WALK_TICKS: u32 = 1800;
+
+/// Strokes back that an artist still changes.
+const MEMORY: usize = 64;
 
 /// How near the head must be to its place before a stroke begins, metres.
 const NEAR_M: f64 = 0.3;
@@ -61,7 +63,8 @@ pub(super) struct Artist {
     pub(super) rng: Random,
     hand: Hand,
     head: Head,
-    edits: Edits,
+    /// Strokes that can still be changed, the newest last.
+    recent: Vec<StrokeId>,
     queue: VecDeque<Event>,
     ticks: u64,
     next_stroke: u32,
@@ -78,7 +81,7 @@ impl Artist {
             rng,
             hand,
             head: Head::new(DVec3::new(0.0, 1.65, 1.6), DVec3::NEG_Z, 1.3),
-            edits: Edits::default(),
+            recent: Vec::new(),
             queue: VecDeque::new(),
             ticks: 0,
             next_stroke: 0,
@@ -241,13 +244,55 @@ impl Artist {
 
     fn end(&mut self, stroke: StrokeId) {
         self.queue.push_back(Event::End { t: self.time(), stroke });
-        self.edits.remember(stroke);
+        if self.recent.len() == MEMORY {
+            self.recent.remove(0);
+        }
+        self.recent.push(stroke);
     }
 
+    /// After a stroke, or after several drawn at once: now and then one is undone, brought back, erased or moved.
     fn edit(&mut self, strokes_at_once: usize, stance: Stance) {
-        let mut edits = std::mem::take(&mut self.edits);
-        edits.perhaps(self, strokes_at_once, stance);
-        self.edits = edits;
+        let choice = self.rng.unit();
+        if choice < 0.04 {
+            let strokes = strokes_at_once.min(self.recent.len());
+            if !self.undo(strokes, stance) {
+                self.recent.truncate(self.recent.len() - strokes);
+            }
+        } else if choice < 0.08 && self.recent.len() > 4 {
+            let at = self.rng.index(self.recent.len());
+            let stroke = self.recent[at];
+            self.wait(0.7, stance);
+            self.push(|t| Event::Erase { t, stroke });
+            if !self.rng.chance(0.3) || self.undo(1, stance) {
+                self.recent.remove(at);
+            }
+        } else if choice < 0.11 && self.recent.len() > 8 {
+            let count = 2 + self.rng.index(5);
+            let first = self.rng.index(self.recent.len() - count);
+            let strokes = self.recent[first..first + count].to_vec();
+            let by = position(self.rng.direction() * self.rng.between(0.005, 0.05) + DVec3::ZERO);
+            self.wait(0.9, stance);
+            self.push(|t| Event::Move { t, strokes, by });
+            if self.rng.chance(0.3) {
+                self.undo(1, stance);
+            }
+        }
+    }
+
+    /// Undoes the last edits, and in half of the cases redoes them. Whether they stand in the end.
+    fn undo(&mut self, edits: usize, stance: Stance) -> bool {
+        let again = self.rng.chance(0.5);
+        for _ in 0..edits {
+            self.wait(0.3, stance);
+            self.push(|t| Event::Undo { t });
+        }
+        if again {
+            self.wait(0.8, stance);
+            for _ in 0..edits {
+                self.push(|t| Event::Redo { t });
+            }
+        }
+        again
     }
 
     /// Adds an event at the present time.

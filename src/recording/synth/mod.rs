@@ -6,10 +6,9 @@
 //! machine: transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
 //!
 //! The files, each knowing those before it: `random` (numbers), `vector` (rotations), `path` (where a stroke goes),
-//! `hand` (how the hand follows it), `head`, `artist` (clock and events), `edits`, and a file for each subject.
+//! `hand` (how the hand follows it), `head`, `artist` (clock, events and edits), and a file for each subject.
 
 mod artist;
-mod edits;
 mod grow;
 mod hand;
 mod head;

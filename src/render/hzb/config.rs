@@ -1,34 +1,5 @@
 use std::ops::Add;
 
-use crate::frame::OcclusionChoice;
-
-/// How polygons are found while drawing that others hide.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GpuOcclusion {
-    /// They are not.
-    #[default]
-    None,
-    /// By a hierarchical depth buffer.
-    Hzb(HzbConfig),
-    /// By hardware occlusion queries.
-    Queries,
-    /// By a hierarchical depth buffer in the frames in which that is faster than drawing all; not where the adapter
-    /// lacks what it needs.
-    Auto,
-}
-
-impl GpuOcclusion {
-    /// What a choice asks of whoever draws.
-    pub fn of(choice: OcclusionChoice) -> Self {
-        match choice {
-            OcclusionChoice::Hzb => Self::Hzb(HzbConfig::default()),
-            OcclusionChoice::Queries => Self::Queries,
-            OcclusionChoice::Auto => Self::Auto,
-            _ => Self::None,
-        }
-    }
-}
-
 /// Polygons that are tested as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbGroup {
@@ -60,7 +31,8 @@ pub enum HzbBound {
     Corners,
     /// The same of the box around it in world space.
     Box,
-    /// Wrong on purpose, for tests that must notice it: the rectangle, and less than the farthest corner.
+    /// Wrong on purpose, for a test that must notice it: the rectangle, and less than the farthest corner.
+    #[cfg(test)]
     Farthest,
 }
 
@@ -85,16 +57,16 @@ pub struct HzbConfig {
     pub fine: HzbFine,
 }
 
-/// What culling while drawing did in a frame.
+/// Counts of a frame that is culled on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawnCounts {
     /// Groups of opaque polygons tested, transparent polygons among them.
     pub groups_tested: u64,
     /// Polygons in view.
     pub in_view: u64,
-    /// Polygons drawn for their depth alone: visible in the last frame, in view in this one.
+    /// Polygons drawn in the depth pass: visible in the last frame and in view in this one.
     pub first_pass: u64,
-    /// Polygons drawn with their colours.
+    /// Polygons drawn in the colour pass.
     pub second_pass: u64,
 }
 

@@ -1,14 +1,15 @@
 use super::{
-    Hzb, HzbView, PyramidLevel,
+    HzbView, PyramidLevel,
+    buffers::{LANES, grow},
+    frame::Frame,
     pipelines::bind,
     pyramid::Levels,
     queries::HzbViewParts,
-    span::{Params, SPAN_STRIDE, Span},
-    state::{Groups, LANES, grow},
+    span::{Params, SPAN_STRIDE, Span, with_offsets},
+    state::Groups,
 };
 use crate::render::{
-    Blend, DrawOrder, Gpu, GpuTimer, RenderError, Target, gpu_scene::GpuScene, read_back::read_buffer,
-    renderer::Pipelines, target::DepthBefore, timer::Ends,
+    Blend, Gpu, GpuTimer, RenderError, read_back::read_buffer, target::DepthBefore, timer::Ends,
 };
 
 /// Handles of a workgroup of the test.
@@ -17,22 +18,6 @@ const HANDLES_OF_TEST: u32 = 4;
 const POLYGONS_OF_TEST: u32 = 64;
 /// Texels of a workgroup of the pyramid, each way.
 const TEXELS_OF_PYRAMID: u32 = 8;
-
-/// What drawing a view takes from the renderer and from the view's slot.
-#[derive(Clone, Copy)]
-pub(in super::super) struct Frame<'a> {
-    pub(in super::super) gpu: &'a Gpu,
-    pub(in super::super) hzb: &'a Hzb,
-    pub(in super::super) scene: &'a GpuScene,
-    pub(in super::super) pipelines: &'a Pipelines,
-    pub(in super::super) view_layout: &'a wgpu::BindGroupLayout,
-    pub(in super::super) target: &'a Target,
-    pub(in super::super) background: wgpu::Color,
-    pub(in super::super) uniforms: &'a wgpu::Buffer,
-    pub(in super::super) list: &'a wgpu::Buffer,
-    pub(in super::super) draw: &'a wgpu::BindGroup,
-    pub(in super::super) order: &'a DrawOrder,
-}
 
 impl HzbView {
     /// Encodes the drawing of a prepared view; `more` draws whatever comes on top.
@@ -136,11 +121,6 @@ impl HzbView {
         }
     }
 
-    /// Each of the spans with its offset among all.
-    pub(super) fn spans(spans: &[Span], first: u32) -> impl Iterator<Item = (&Span, u32)> {
-        spans.iter().enumerate().map(move |(i, span)| (span, first + i as u32 * SPAN_STRIDE))
-    }
-
     /// Draws what was visible in the last frame, for its depth alone.
     fn recall(
         &self,
@@ -155,15 +135,14 @@ impl HzbView {
             timestamp_writes: stamps,
         });
         pass.set_pipeline(&frame.hzb.recall);
-        for (span, offset) in Self::spans(&self.pages, self.first_span[0]) {
+        for (span, offset) in with_offsets(&self.pages, self.first_span[0]) {
             pass.set_bind_group(0, &groups.recall, &[offset]);
             pass.dispatch_workgroups(span.len().div_ceil(LANES), 1, 1);
         }
         drop(pass);
         let stamps = timer.stamps(0, Ends::End).map(|stamps| stamps.of_render());
         let mut pass = frame.target.begin_depth(encoder, stamps);
-        pass.set_pipeline(&frame.pipelines.depth);
-        pass.set_bind_group(0, &groups.draw_recalled, &[]);
+        frame.pipelines.begin_depth(&mut pass, &groups.draw_recalled);
         for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
             let Some(page) = frame.scene.page(run.page as usize) else { continue };
             pass.set_bind_group(1, page, &[]);
@@ -204,7 +183,7 @@ impl HzbView {
         ];
         for (pipeline, spans, first, of_workgroup) in tests {
             pass.set_pipeline(pipeline);
-            for (span, offset) in Self::spans(spans, first) {
+            for (span, offset) in with_offsets(spans, first) {
                 let Some(chunk) = frame.hzb.chunk(span.base as usize) else { continue };
                 pass.set_bind_group(0, &groups.test, &[offset]);
                 pass.set_bind_group(1, chunk, &[]);
@@ -213,7 +192,7 @@ impl HzbView {
         }
     }
 
-    /// Lists what is left.
+    /// Compacts what is not hidden into the draw list.
     fn compact(
         &self,
         frame: &Frame<'_>,
@@ -230,14 +209,14 @@ impl HzbView {
             [(&frame.hzb.count, false), (&frame.hzb.scan, true), (&frame.hzb.scatter, false)]
         {
             pass.set_pipeline(pipeline);
-            for (span, offset) in Self::spans(&self.pages, self.first_span[0]) {
+            for (span, offset) in with_offsets(&self.pages, self.first_span[0]) {
                 pass.set_bind_group(0, &groups.compact, &[offset]);
                 dispatch(&mut pass, if is_one { 1 } else { span.len().div_ceil(LANES) });
             }
         }
     }
 
-    /// Draws what is left over the depth of what was visible.
+    /// Draws the colours of the compacted list over the depth of the first pass.
     fn draw(
         &self,
         frame: &Frame<'_>,
@@ -245,9 +224,9 @@ impl HzbView {
         timer: &GpuTimer,
         more: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
-        let stamps = timer.stamps(2, Ends::Both).map(|stamps| stamps.of_render());
+        let stamps = timer.stamps(2, Ends::Begin).map(|stamps| stamps.of_render());
         let mut pass = frame.target.begin(encoder, frame.background, DepthBefore::Kept, stamps);
-        pass.set_bind_group(0, frame.draw, &[]);
+        frame.pipelines.begin(&mut pass, frame.draw);
         pass.set_pipeline(frame.pipelines.with_colors(Blend::Opaque));
         for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
             let Some(page) = frame.scene.page(run.page as usize) else { continue };
@@ -255,8 +234,11 @@ impl HzbView {
             pass.draw_indirect(&self.buffers.args, u64::from(span.args + 4) * 4);
         }
         let first = frame.order.opaque_count();
-        frame.pipelines.draw_runs(&mut pass, frame.scene, frame.order.runs(), first);
+        frame.pipelines.draw_runs(&mut pass, frame.scene, frame.order.runs(), first, first);
         more(&mut pass);
+        drop(pass);
+        let stamps = timer.stamps(2, Ends::End).map(|stamps| stamps.of_render());
+        frame.finish.encode(frame.gpu, encoder, frame.target, frame.spreads, stamps);
     }
 
     /// The pyramid of the last frame.

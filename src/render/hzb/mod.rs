@@ -19,20 +19,24 @@
 //! Differences from the papers: the first pass is depth alone; the pyramid is a buffer, not a texture with mip levels, so
 //! that every size halves without loss; a polygon is tested triangle by triangle on the texels that it touches, each with
 //! the nearest depth of the triangle's plane there, down to pixels and their samples where a texel cannot tell, because real
-//! sketches are paint under paint, millimetres apart, and seen aslant the nearest corner of a polygon lies before most of
-//! what hides it.
+//! sketches are layers of paint, millimetres apart: seen at a grazing angle, the nearest corner of a polygon lies in front
+//! of most of what hides it.
 
+mod buffers;
 mod config;
 mod encode;
+mod frame;
 mod pipelines;
 mod pyramid;
 mod queries;
 mod samples;
 mod span;
 mod state;
+#[cfg(test)]
+mod tests;
 
-pub use config::{DrawnCounts, GpuOcclusion, HzbBound, HzbConfig, HzbFine, HzbGroup};
-pub(super) use encode::Frame;
+pub use config::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup};
+pub(super) use frame::Frame;
 pub(super) use pipelines::Hzb;
 pub use pyramid::PyramidLevel;
 pub(super) use state::HzbView;

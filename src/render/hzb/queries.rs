@@ -1,8 +1,8 @@
 //! The rival: Jiří Bittner, Michael Wimmer, Harald Piringer, Werner Purgathofer, "Coherent Hierarchical Culling: Hardware
 //! Occlusion Queries Made Useful", 2004.
 //!
-//! Groups of 64 consecutive polygons are what is queried. A group that was visible is drawn without a query and asked
-//! again some frames later; one that was not is asked by its box, against the depth of what was visible.
+//! Each query is of a group of 64 consecutive polygons. A group that was visible is drawn without a query and queried
+//! again some frames later. Of a group that was hidden, the box is queried against the depth of what was visible.
 //!
 //! Differences from the paper: no hierarchy, because neighbours in number are the groups; what the queries find decides
 //! about the same frame without the CPU, which learns of it later and only to choose what to ask; like
@@ -12,9 +12,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    encode::Frame,
+    buffers::{LANES, create, grow},
+    frame::Frame,
     pipelines::{Bound, bind, compute, layout},
-    state::{HzbView, LANES, create, grow},
+    span::with_offsets,
 };
 use crate::{
     math::Aabb,
@@ -36,7 +37,7 @@ const BLOCKS: u32 = 4;
 const SET: u32 = 4096;
 /// Most queries of a frame; groups beyond are drawn.
 const MOST: usize = 1 << 16;
-/// A group that was visible is asked again in the next frame, then after two, then four, up to so many.
+/// A group that was visible is queried again in the next frame, then after two, then four, up to this many.
 const PATIENCE: u64 = 8;
 /// Instead of a query.
 const NOTHING: u32 = u32::MAX;
@@ -229,7 +230,7 @@ impl Queries {
         (self.asked.len() as u32).div_ceil(SET)
     }
 
-    /// Takes the answers that have come.
+    /// Takes the results of queries that have arrived.
     fn learn(&mut self) {
         let (due, waiting, frame) = (&mut self.due, &self.waiting, self.frame);
         self.ring.take(|slot, bytes| {
@@ -247,7 +248,7 @@ impl Queries {
         self.ring.submitted();
     }
 
-    /// Asks, and lets the answers decide what is kept.
+    /// Encodes the queries, and the pass that keeps what their results show to be visible.
     pub(super) fn encode(
         &mut self,
         frame: &Frame<'_>,
@@ -291,7 +292,7 @@ impl Queries {
         }
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipelines.apply);
-        for (span, offset) in HzbView::spans(view.pages, view.first_page) {
+        for (span, offset) in with_offsets(view.pages, view.first_page) {
             pass.set_bind_group(0, &*apply, &[offset]);
             pass.dispatch_workgroups(span.len().div_ceil(LANES), 1, 1);
         }

@@ -4,8 +4,8 @@
 //! may have others without saying so: they are measured, once, and an adapter with others does without the test.
 
 use super::{
+    buffers::create,
     pipelines::{Bound, bind, compute, layout},
-    state::create,
 };
 use crate::render::{
     Gpu, RenderError,

@@ -1,4 +1,4 @@
-//! What the compute shaders are told by the CPU.
+//! Parameters of the compute shaders.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -64,6 +64,7 @@ impl Params {
             bound: match config.bound {
                 HzbBound::Corners => 0,
                 HzbBound::Box => 1,
+                #[cfg(test)]
                 HzbBound::Farthest => 2,
             },
             is_fine: u32::from(config.fine == HzbFine::Triangles),
@@ -85,4 +86,9 @@ pub(super) fn counts(args: &[u8], known: DrawnCounts, transparent: u64) -> Drawn
         counts.second_pass += word(first + 4) / 6;
     }
     counts
+}
+
+/// Each of the spans with its offset among all.
+pub(super) fn with_offsets(spans: &[Span], first: u32) -> impl Iterator<Item = (&Span, u32)> {
+    spans.iter().enumerate().map(move |(i, span)| (span, first + i as u32 * SPAN_STRIDE))
 }

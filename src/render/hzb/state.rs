@@ -1,20 +1,19 @@
 use std::ops::Range;
 
 use super::{
-    DrawnCounts, GpuOcclusion, HzbConfig,
+    DrawnCounts, HzbConfig,
+    buffers::{LANES, create, grow},
     pyramid::{Levels, MAX_LEVELS},
     queries::Queries,
     span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
 };
 use crate::{
+    occlusion::Occlusion,
     polygon::BLOCK,
     render::{DrawOrder, Gpu, order::Handle, read_ring::ReadRing},
     scene::Scene,
     view::View,
 };
-
-/// Lanes of the workgroups that take a handle each.
-pub(super) const LANES: u32 = 256;
 
 /// What culling by a hierarchical depth buffer keeps for one view.
 #[derive(Debug)]
@@ -108,23 +107,19 @@ impl HzbView {
         }
     }
 
-    pub(in super::super) fn occlusion(&self) -> GpuOcclusion {
-        match self.queries {
-            Some(_) => GpuOcclusion::Queries,
-            None => GpuOcclusion::Hzb(self.config),
-        }
+    pub(in super::super) fn occlusion(&self) -> Occlusion {
+        if self.queries.is_some() { Occlusion::Queries } else { Occlusion::Hzb }
     }
 
-    /// What is remembered is good for any of them.
-    pub(in super::super) fn set_occlusion(&mut self, gpu: &Gpu, occlusion: GpuOcclusion) {
-        match occlusion {
-            GpuOcclusion::Hzb(config) => {
-                (self.config, self.queries) = (config, None);
-                self.size = (0, 0);
-            }
-            GpuOcclusion::Queries if self.queries.is_none() => self.queries = Some(Queries::new(gpu)),
-            GpuOcclusion::Queries | GpuOcclusion::None | GpuOcclusion::Auto => {}
-        }
+    /// From now on it culls by a depth pyramid. What it knows of the last frame stays.
+    pub(in super::super) fn use_pyramid(&mut self, config: HzbConfig) {
+        (self.config, self.queries) = (config, None);
+        self.size = (0, 0);
+    }
+
+    /// From now on it culls by hardware queries. What it knows of the last frame stays.
+    pub(in super::super) fn use_queries(&mut self, gpu: &Gpu) {
+        self.queries.get_or_insert_with(|| Queries::new(gpu));
     }
 
     /// Sends what the frame's shaders need but for what depends on the picture's size; returns the bytes sent.
@@ -250,7 +245,7 @@ impl HzbView {
         self.queries.iter_mut().for_each(Queries::submitted);
     }
 
-    /// What a frame did that has come back since the last call; the latest if several have.
+    /// Counts of the latest frame whose results have arrived since the last call.
     pub(in super::super) fn take_counts(&mut self) -> Option<DrawnCounts> {
         let (mut latest, known) = (None, &self.known);
         self.ring.take(|slot, bytes| {
@@ -274,22 +269,4 @@ fn push_span(bytes: &mut Vec<u8>, span: &Span) {
     let end = bytes.len() + SPAN_STRIDE as usize;
     bytes.extend_from_slice(bytemuck::bytes_of(span));
     bytes.resize(end, 0);
-}
-
-pub(super) fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: bytes,
-        usage,
-        mapped_at_creation: false,
-    })
-}
-
-/// Makes a buffer hold so many bytes; a larger one is empty (all zero). Says whether it is another.
-pub(super) fn grow(gpu: &Gpu, buffer: &mut wgpu::Buffer, bytes: u64) -> bool {
-    if bytes <= buffer.size() {
-        return false;
-    }
-    *buffer = create(gpu, "grown", bytes.next_power_of_two(), buffer.usage());
-    true
 }

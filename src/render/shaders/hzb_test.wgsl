@@ -40,6 +40,8 @@ struct Handle {
 
 struct Polygon {
     corners: array<vec4<u32>, 4>,
+    uv: vec4<u32>,
+    normals: vec4<u32>,
 }
 
 @group(0) @binding(0) var<uniform> span: Span;
@@ -147,7 +149,7 @@ fn placed(polygon: Polygon) -> Placed {
     let at_corners = max(max(a.depth_play, b.depth_play), max(c.depth_play, d.depth_play));
     let depth_play = ROUNDING * (at_corners + nearest * most.y / least_w);
     // Not so if one of them is not a number.
-    let is_known = least_w > 0.0 && play < MOST_PLAY && depth_play < 1.0;
+    let is_known = least_w > 0.0 && play < MOST_PLAY && depth_play < 1.0 && !is_turned_to_eye(polygon);
     return Placed(a.at, b.at, c.at, d.at, select(-1.0, play, is_known), depth_play);
 }
 
@@ -163,6 +165,11 @@ fn steepness(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32) -> f32 {
         return -1.0;
     }
     return (abs(ab.z) * (along.x + along.y) + abs(ac.z) * (across.x + across.y)) / area;
+}
+
+// Such a square is not where its corners are: nothing can be said of it.
+fn is_turned_to_eye(polygon: Polygon) -> bool {
+    return (polygon.corners[2].w & 0x10000u) != 0u;
 }
 
 fn is_same(a: vec4<u32>, b: vec4<u32>) -> bool {

@@ -16,8 +16,7 @@ struct Corner {
 fn vertex(@location(0) point: vec3<f32>, @location(1) color: vec4<f32>) -> Corner {
     var out: Corner;
     out.position = view.clip_from_eye * vec4(point - view.eye_in_world.xyz, 1.0);
-    // The colour comes as sRGB; this power is near enough for what is no part of the model.
-    out.color = vec4(pow(color.rgb, vec3(2.2)), color.a);
+    out.color = color;
     return out;
 }
 

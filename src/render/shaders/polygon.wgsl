@@ -1,12 +1,13 @@
 // Polygons by vertex pulling: six vertices a polygon, the polygon's number from the draw list, its corners from the
-// chunk that holds it. World space, metres; clip space with reversed depth.
+// chunk that holds it. World space, metres; clip space with reversed depth. Colours are drawn as the screen takes them:
+// sRGB numbers.
 
 // Polygons of a chunk.
 override CHUNK_LEN: u32 = 131072u;
 const CHUNKS_A_PAGE: u32 = 7u;
 
 struct Style {
-    // Red, green, blue (linear), and how much of it replaces the polygon's own colour.
+    // Red, green, blue, and how much of it replaces the polygon's own colour.
     tint: vec4<f32>,
     // x: factor of the opacity. y: added brightness.
     more: vec4<f32>,
@@ -17,11 +18,20 @@ struct View {
     clip_from_eye: mat4x4<f32>,
     eye_in_world: vec4<f32>,
     styles: array<Style, 8>,
+    // Upwards on the picture.
+    up_in_world: vec4<f32>,
+    // From the eye to the lower left corner of the picture, from there to the lower right one, and to the upper left one.
+    corners: array<vec4<f32>, 3>,
 }
 
 struct Polygon {
-    // Corner positions as float bits; the fourth word of the first is the colour.
+    // Corner positions as float bits. In the fourth words: the colour; the corners' alpha, a byte each; material and flags;
+    // how far it may go by itself.
     corners: array<vec4<u32>, 4>,
+    // Texture coordinates, two signed 16-bit numbers a corner, in parts of UV_LIMIT.
+    uv: vec4<u32>,
+    // Octahedral normals, the same; of a square that is turned to the eye the first is the roll's bits.
+    normals: vec4<u32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -36,6 +46,8 @@ struct Polygon {
 
 // Stands in the draw list for a polygon that is left out.
 const NOTHING: u32 = 0xffffffffu;
+// All corners of such a polygon are at one place outside of the picture.
+const NOWHERE: vec4<f32> = vec4<f32>(2.0, 2.0, 0.5, 1.0);
 
 struct Corner {
     // The same bits from every entry point: depth that was laid down by one is compared with that of another.
@@ -61,6 +73,10 @@ fn linear_from_srgb(c: vec3<f32>) -> vec3<f32> {
     return select(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, c <= vec3(0.04045));
 }
 
+fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
+    return select(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3(0.0031308));
+}
+
 // Divided by its largest part, so that products neither overflow nor vanish.
 fn scaled(v: vec3<f32>) -> vec3<f32> {
     return v / max(max(abs(v.x), max(abs(v.y), abs(v.z))), 1.0e-30);
@@ -73,12 +89,29 @@ fn brightness(normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
     return 0.28 + 0.20 * (0.5 + 0.5 * normal.y) + 0.37 * max(dot(normal, lamp), 0.0) + 0.23 * dot(normal, to_eye);
 }
 
-// Relative to the eye. Two triangles: corners 0 1 2 and 0 2 3, a hexadecimal digit each from the right.
-fn point_of(polygon: Polygon, index: u32) -> vec3<f32> {
-    let corner = (0x320210u >> (4u * (index % 6u))) & 3u;
+// What no brush has painted, from its own colour: light is counted linear.
+fn plain_color(own: vec3<f32>, style: Style, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    let color = mix(linear_from_srgb(own), linear_from_srgb(style.tint.rgb), style.tint.a);
+    return srgb_from_linear(color * (brightness(normal, to_eye) + style.more.y));
+}
+
+// Two triangles: corners 0 1 2 and 0 2 3, a hexadecimal digit each from the right.
+fn corner_of(index: u32) -> u32 {
+    return (0x320210u >> (4u * (index % 6u))) & 3u;
+}
+
+// Relative to the eye.
+fn point_of(polygon: Polygon, corner: u32) -> vec3<f32> {
     let low = select(polygon.corners[0].xyz, polygon.corners[1].xyz, corner == 1u);
     let high = select(polygon.corners[2].xyz, polygon.corners[3].xyz, corner == 3u);
     return bitcast<vec3<f32>>(select(low, high, corner >= 2u)) - view.eye_in_world.xyz;
+}
+
+// The normal of the side on which the corners go round against the clock.
+fn flat_normal(polygon: Polygon) -> vec3<f32> {
+    let ac = point_of(polygon, 2u) - point_of(polygon, 0u);
+    let bd = point_of(polygon, 3u) - point_of(polygon, 1u);
+    return normalize(cross(scaled(ac), scaled(bd)));
 }
 
 @vertex
@@ -86,34 +119,24 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_inde
     var out: Corner;
     let id = draw_list[index / 6u];
     if id == NOTHING {
-        // All corners at one place outside of the picture.
-        out.position = vec4(2.0, 2.0, 0.5, 1.0);
+        out.position = NOWHERE;
         return out;
     }
     let polygon = fetch(id);
-    let eye = view.eye_in_world.xyz;
-    let a = bitcast<vec3<f32>>(polygon.corners[0].xyz) - eye;
-    let b = bitcast<vec3<f32>>(polygon.corners[1].xyz) - eye;
-    let c = bitcast<vec3<f32>>(polygon.corners[2].xyz) - eye;
-    let d = bitcast<vec3<f32>>(polygon.corners[3].xyz) - eye;
-
-    var normal = normalize(cross(scaled(c - a), scaled(d - b)));
-    let to_eye = -normalize(scaled(a + c));
+    var normal = flat_normal(polygon);
+    let to_eye = -normalize(scaled(point_of(polygon, 0u) + point_of(polygon, 2u)));
     normal = select(-normal, normal, dot(normal, to_eye) >= 0.0);
-
     let style = view.styles[style_index];
     let own = unpack4x8unorm(polygon.corners[0].w);
-    let color = mix(linear_from_srgb(own.rgb), style.tint.rgb, style.tint.a);
-
-    out.position = view.clip_from_eye * vec4(point_of(polygon, index), 1.0);
-    out.color = vec4(color * (brightness(normal, to_eye) + style.more.y), own.a * style.more.x);
+    out.position = view.clip_from_eye * vec4(point_of(polygon, corner_of(index)), 1.0);
+    out.color = vec4(plain_color(own.rgb, style, normal, to_eye), own.a * style.more.x);
     return out;
 }
 
 // For a pass without colours.
 @vertex
 fn vertex_depth(@builtin(vertex_index) index: u32) -> @invariant @builtin(position) vec4<f32> {
-    return view.clip_from_eye * vec4(point_of(fetch(draw_list[index / 6u]), index), 1.0);
+    return view.clip_from_eye * vec4(point_of(fetch(draw_list[index / 6u]), corner_of(index)), 1.0);
 }
 
 @fragment

@@ -1,5 +1,5 @@
-// A finished picture onto a part of a window. The window's memory takes sRGB as it is, so the shader encodes; which
-// channels are written (one eye of an anaglyph) is the pipeline's.
+// A finished picture, sRGB numbers, onto a part of a window; which channels are written (one eye of an anaglyph) is the
+// pipeline's.
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
 
@@ -18,6 +18,10 @@ fn vertex(@builtin(vertex_index) index: u32) -> Corner {
     return out;
 }
 
+fn linear_from_srgb(c: vec3<f32>) -> vec3<f32> {
+    return select(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, c <= vec3(0.04045));
+}
+
 fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3(0.0031308));
 }
@@ -30,28 +34,29 @@ fn texel(uv: vec2<f32>) -> vec3<f32> {
 
 // For windows whose memory is written as it is.
 @fragment
-fn encode(in: Corner) -> @location(0) vec4<f32> {
-    return vec4(srgb_from_linear(texel(in.uv)), 1.0);
-}
-
-// For windows that encode on their own.
-@fragment
 fn pass_on(in: Corner) -> @location(0) vec4<f32> {
     return vec4(texel(in.uv), 1.0);
 }
 
+// For windows that encode on their own.
+@fragment
+fn decode(in: Corner) -> @location(0) vec4<f32> {
+    return vec4(linear_from_srgb(texel(in.uv)), 1.0);
+}
+
+// Linear.
 fn grey(in: Corner) -> vec3<f32> {
     // Glasses of one colour each: half of the saturation is kept, or one eye would miss pure colours.
-    let c = texel(in.uv);
+    let c = linear_from_srgb(texel(in.uv));
     return mix(vec3(dot(c, vec3(0.2126, 0.7152, 0.0722))), c, 0.5);
 }
 
 @fragment
-fn encode_one_eye(in: Corner) -> @location(0) vec4<f32> {
+fn pass_on_one_eye(in: Corner) -> @location(0) vec4<f32> {
     return vec4(srgb_from_linear(grey(in)), 1.0);
 }
 
 @fragment
-fn pass_on_one_eye(in: Corner) -> @location(0) vec4<f32> {
+fn decode_one_eye(in: Corner) -> @location(0) vec4<f32> {
     return vec4(grey(in), 1.0);
 }

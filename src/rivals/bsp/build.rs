@@ -15,7 +15,8 @@ use crate::{
             },
         },
         by_id::ById,
-        flat_tree::{COUNTED_DEPTH, FlatTree, Item},
+        flat_tree::{COUNTED_DEPTH, FlatTree},
+        item::Item,
         rebuilt::{OnUpdate, TreeBuilder},
     },
 };

@@ -4,7 +4,7 @@ use super::{BucketTree, NONE, Partition, ROOT, TreeNode};
 use crate::{
     math::Aabb,
     polygon::PolygonId,
-    rivals::{buckets, buckets::NOWHERE, flat_tree::Item},
+    rivals::{buckets, buckets::NOWHERE, item::Item},
 };
 
 impl<P: Partition> BucketTree<P> {

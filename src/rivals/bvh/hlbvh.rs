@@ -14,7 +14,8 @@ use super::{
 use crate::{
     math::Aabb,
     rivals::{
-        flat_tree::{FlatTree, Item},
+        flat_tree::FlatTree,
+        item::Item,
         rebuilt::{OnUpdate, TreeBuilder},
     },
 };

@@ -13,7 +13,8 @@ use super::{
     top_down::{Pending, Ranges, Split, build_top_down},
 };
 use crate::rivals::{
-    flat_tree::{FlatTree, Item},
+    flat_tree::FlatTree,
+    item::Item,
     rebuilt::{OnUpdate, TreeBuilder},
 };
 

@@ -7,7 +7,8 @@ use super::{
     top_down::{InPlace, Pending, Split, box_of_centers, build_top_down, longest_axis},
 };
 use crate::rivals::{
-    flat_tree::{FlatTree, Item},
+    flat_tree::FlatTree,
+    item::Item,
     rebuilt::{OnUpdate, TreeBuilder},
 };
 

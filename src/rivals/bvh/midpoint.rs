@@ -12,7 +12,8 @@ use super::{
     },
 };
 use crate::rivals::{
-    flat_tree::{FlatTree, Item},
+    flat_tree::FlatTree,
+    item::Item,
     rebuilt::{OnUpdate, TreeBuilder},
 };
 

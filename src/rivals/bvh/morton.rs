@@ -5,7 +5,7 @@
 use glam::Vec3;
 
 use super::top_down::box_of_centers;
-use crate::rivals::flat_tree::Item;
+use crate::rivals::item::Item;
 
 /// Bits an axis.
 const AXIS_BITS: u32 = 21;

@@ -13,7 +13,8 @@ use super::{
 use crate::{
     math::Aabb,
     rivals::{
-        flat_tree::{FlatTree, Item, area},
+        flat_tree::{FlatTree, area},
+        item::Item,
         rebuilt::{OnUpdate, TreeBuilder},
     },
 };

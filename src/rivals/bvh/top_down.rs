@@ -2,7 +2,8 @@ use std::ops::Range;
 
 use crate::{
     math::Aabb,
-    rivals::flat_tree::{COUNTED_DEPTH, FlatTree, Item},
+    rivals::flat_tree::{COUNTED_DEPTH, FlatTree},
+    rivals::item::Item,
 };
 
 /// What a builder says about a range of polygons.

@@ -15,7 +15,8 @@ use crate::{
         SahConfig,
         by_id::{ById, FiledBoxes, NO_POLYGON},
         dynamic_bvh::BoxTree,
-        flat_tree::{FlatTree, Item, Tightness},
+        flat_tree::{FlatTree, Tightness},
+        item::Item,
         rebuilt::TreeBuilder,
     },
 };

@@ -15,6 +15,7 @@ use wide::WideNode;
 
 use super::{
     by_id::NO_POLYGON,
+    item::Item,
     lanes::BoxLanes,
     sink::{Gather, Sink, VisitorSink},
 };
@@ -29,13 +30,6 @@ pub(super) const MAX_DEPTH: usize = 96;
 
 /// From this depth on a builder must halve the number of polygons at every split: 32 more levels hold them all.
 pub(super) const COUNTED_DEPTH: usize = 60;
-
-/// A polygon as a builder moves it about.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Item {
-    pub(super) bounds: Aabb,
-    pub(super) id: PolygonId,
-}
 
 /// A node: 32 bytes.
 #[derive(Clone, Copy, Debug)]

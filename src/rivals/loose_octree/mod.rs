@@ -20,7 +20,7 @@ use cell::LooseGrid;
 use super::{
     buckets::{self, Buckets, NOWHERE, Spot},
     by_id::{ById, FiledBoxes},
-    flat_tree::Item,
+    item::Item,
 };
 use crate::{
     index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts, simd::IdWriter},

@@ -3,7 +3,8 @@ use glam::Vec3;
 use crate::{
     math::Aabb,
     rivals::{
-        flat_tree::{FlatTree, Item, MAX_DEPTH},
+        flat_tree::{FlatTree, MAX_DEPTH},
+        item::Item,
         rebuilt::{OnUpdate, TreeBuilder},
     },
 };

@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use super::node::State;
+use super::state::State;
 use crate::{index::IndexConfig, math::Aabb};
 
 /// Binary levels below the root unless told otherwise: five full cycles, 65,535 nodes. More: smaller leaves, twice the

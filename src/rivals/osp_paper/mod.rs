@@ -44,6 +44,7 @@ mod cull;
 mod grid;
 mod node;
 mod placement;
+mod state;
 mod tree;
 
 pub use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid};

@@ -1,6 +1,9 @@
 use glam::Vec3;
 
-use super::grid::{Cell, OspGrid};
+use super::{
+    grid::{Cell, OspGrid},
+    state::State,
+};
 use crate::{
     math::{Aabb, Plane},
     polygon::PolygonId,
@@ -8,32 +11,6 @@ use crate::{
 
 /// No node: a leaf has no children.
 pub(super) const NONE: u32 = u32::MAX;
-
-/// Which plane splits a node (the paper's state variable, Fig. 4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum State {
-    /// The YZ plane: x is constant.
-    X,
-    /// The XZ plane.
-    Y,
-    /// The XY plane.
-    Z,
-}
-
-impl State {
-    /// The state at a depth: X at the root, then Y, Z and X again.
-    pub(super) fn at_depth(depth: u32) -> Self {
-        [Self::X, Self::Y, Self::Z][(depth % 3) as usize]
-    }
-
-    pub(super) fn axis(self) -> usize {
-        self as usize
-    }
-
-    fn normal(self) -> Vec3 {
-        [Vec3::X, Vec3::Y, Vec3::Z][self.axis()]
-    }
-}
 
 /// A node, field for field as in the paper's Fig. 3, where it is called `BIOCTREENODE`.
 #[derive(Clone, Debug)]

@@ -1,0 +1,91 @@
+//! What a frame shows besides the model: polygons that are left out, and lines.
+
+use glam::{Vec2, Vec3};
+
+use super::Studio;
+use crate::{
+    app::{layers, tool::ToolChoice},
+    render::Depth,
+    view::View,
+};
+
+impl Studio {
+    /// Polygons that are left out, to be tinted: only worth it when the eye is elsewhere than the culling camera.
+    pub(super) fn find_culled(&mut self) {
+        self.culled.clear();
+        self.hidden.clear();
+        if self.layers.culled && self.frozen.is_some() {
+            self.culling.left_out(self.subject.scene(), &mut self.culled, &mut self.hidden);
+        }
+    }
+
+    /// Draws the lines on top of the model: floor, views, nodes, shadows, outlines, pen and hand.
+    pub(super) fn draw_lines(&mut self, size_px: Vec2) {
+        self.lines.clear();
+        let Some(first) = self.views.first() else { return };
+        let view = first.view;
+        let scene = self.subject.scene();
+        if self.layers.grid {
+            layers::draw_grid(
+                view.eye_in_world,
+                self.navigator.target(),
+                self.navigator.distance_m(),
+                &mut self.lines,
+            );
+        }
+        if let Some(frozen) = &self.frozen {
+            for view in frozen {
+                layers::draw_view(view, self.navigator.distance_m().max(0.2) * 0.8, &mut self.lines);
+            }
+        }
+        if self.layers.nodes {
+            let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
+            layers::draw_nodes(self.culling.index(), &frustum, self.layers.node_depth, &mut self.lines);
+        }
+        if self.layers.shadows {
+            let culled_from = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view);
+            let length_m = self.subject.bounds().extent().length().max(0.1) * 2.0;
+            let shadows = self.culling.shadows();
+            layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.lines);
+        }
+        if self.layers.straddlers {
+            let ids = layers::straddlers(scene, &self.culling.root());
+            layers::draw_outlines(scene, ids.into_iter(), Vec3::ZERO, [255, 90, 200, 200], &mut self.lines);
+        }
+        let by = self.gestures.moving_by();
+        for stroke in self.selection.strokes() {
+            if let Some(stroke) = scene.stroke(*stroke).filter(|stroke| stroke.is_visible()) {
+                layers::draw_outlines(scene, stroke.polygon_ids(), by, [255, 220, 90, 220], &mut self.lines);
+            }
+        }
+        self.draw_pen(&view, size_px);
+        if let Some((p, _, pressure)) = self.hands.state().hand {
+            let p = self.room.to_world(&self.navigator, p);
+            let color = if pressure > 0.0 { [255, 160, 60, 255] } else { [160, 220, 255, 255] };
+            layers::draw_cursor(&view, p, self.brush.width_m * 0.5, color, &mut self.lines);
+        }
+    }
+
+    fn draw_pen(&mut self, view: &View, size_px: Vec2) {
+        let aspect = size_px.x / size_px.y.max(1.0);
+        let Some(at) = self.gestures.pointer().filter(|_| self.can_draw()) else { return };
+        let Some((_, aim)) = self.aim(at, size_px.y, aspect) else { return };
+        let [r, g, b, _] = self.brush.color.map(|c| (c.clamp(0.0, 1.0) * 255.0) as u8);
+        match self.tool {
+            ToolChoice::Draw(_) => {
+                if let Some(anchor) = self.pen.anchor() {
+                    layers::draw_plane(view, anchor, self.navigator.distance_m() * 0.5, &mut self.lines);
+                }
+                for pair in self.pen.outline().windows(2) {
+                    self.lines.line(pair[0], pair[1], [r, g, b, 255], Depth::Through);
+                }
+                layers::draw_cursor(view, aim, self.brush.width_m * 0.5, [r, g, b, 255], &mut self.lines);
+            }
+            ToolChoice::Erase => {
+                let radius_m = self.navigator.distance_m() * 0.012;
+                layers::draw_cursor(view, aim, radius_m, [255, 90, 90, 255], &mut self.lines);
+            }
+            ToolChoice::Select => {}
+        }
+    }
+}

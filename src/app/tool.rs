@@ -1,0 +1,12 @@
+use crate::recording::Tool;
+
+/// What the pointer does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToolChoice {
+    /// Draws.
+    Draw(Tool),
+    /// Erases the strokes that it touches.
+    Erase,
+    /// Selects strokes and moves them.
+    Select,
+}

@@ -1,0 +1,12 @@
+use super::dialog::Ask;
+use crate::app::command::Command;
+
+/// What was asked for while the panels were shown; done when they are laid out.
+#[derive(Debug, Default)]
+pub(super) struct Wishes {
+    pub(super) commands: Vec<Command>,
+    pub(super) ask: Option<Ask>,
+    pub(super) panel: bool,
+    pub(super) help: bool,
+    pub(super) follow_camera: Option<bool>,
+}

@@ -1,0 +1,44 @@
+//! Parsers of arguments that several commands take.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+#[cfg(feature = "render")]
+use super::numbers;
+use crate::{occlusion::Occlusion, replay::CameraChoice, rivals::IndexKind};
+
+pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = Occlusion> {
+    PossibleValuesParser::new(Occlusion::all().map(Occlusion::name))
+        .try_map(|name| Occlusion::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
+}
+
+pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
+    let names = IndexKind::ALL.iter().map(|kind| kind.name());
+    PossibleValuesParser::new(names)
+        .try_map(|name| IndexKind::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
+}
+
+pub(super) fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
+    let names = CameraChoice::ALL.iter().map(|choice| choice.name());
+    PossibleValuesParser::new(names).try_map(|name| {
+        let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
+        found.copied().ok_or_else(|| format!("no camera is called {name}"))
+    })
+}
+
+/// The size of a picture, `WxH` pixels.
+#[cfg(feature = "render")]
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Size {
+    pub(super) width: u32,
+    pub(super) height: u32,
+}
+
+#[cfg(feature = "render")]
+impl std::str::FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (width, height) = numbers::sides(text, &(1..=16_384))?;
+        Ok(Self { width, height })
+    }
+}

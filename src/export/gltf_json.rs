@@ -1,0 +1,105 @@
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::{
+    gltf::{Part, VERTEX_BYTES},
+    gltf_material::Material,
+};
+
+const FLOAT: u32 = 5126;
+const UNSIGNED_SHORT: u32 = 5123;
+const UNSIGNED_INT: u32 = 5125;
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+/// A node of the exported file with its mesh.
+pub(super) struct Object {
+    pub(super) name: String,
+    /// By material.
+    pub(super) parts: BTreeMap<usize, Part>,
+}
+
+/// The JSON of a file whose binary chunk holds the parts of all objects one after the other, vertices before indices.
+pub(super) fn document(name: &str, objects: &[Object], materials: &[Material], binary_bytes: usize) -> Value {
+    let asset = json!({ "version": "2.0", "generator": concat!("osp ", env!("CARGO_PKG_VERSION")) });
+    if objects.is_empty() {
+        // Empty lists are not allowed.
+        return json!({ "asset": asset, "scene": 0, "scenes": [{ "name": name }] });
+    }
+    let (mut views, mut accessors, mut offset) = (Vec::new(), Vec::new(), 0);
+    let mut mesh = |object: &Object| {
+        let primitives = object.parts.iter().map(|(material, part)| {
+            let primitive = primitive(*material, part, offset, &mut views, &mut accessors);
+            offset += part.bytes();
+            primitive
+        });
+        json!({ "name": object.name, "primitives": primitives.collect::<Vec<_>>() })
+    };
+    let meshes: Vec<Value> = objects.iter().map(&mut mesh).collect();
+    let node = |(i, object): (usize, &Object)| json!({ "name": object.name, "mesh": i });
+    let mut extensions = Vec::new();
+    if materials.iter().any(Material::is_unlit) {
+        extensions.push("KHR_materials_unlit");
+    }
+    if materials.iter().any(Material::is_emissive) {
+        extensions.push("KHR_materials_emissive_strength");
+    }
+    let mut json = json!({
+        "asset": asset,
+        "scene": 0,
+        "scenes": [{ "name": name, "nodes": (0..objects.len()).collect::<Vec<_>>() }],
+        "nodes": objects.iter().enumerate().map(node).collect::<Vec<_>>(),
+        "meshes": meshes,
+        "materials": materials.iter().map(Material::json).collect::<Vec<_>>(),
+        "buffers": [{ "byteLength": binary_bytes }],
+        "bufferViews": views,
+        "accessors": accessors,
+    });
+    if !extensions.is_empty() {
+        json["extensionsUsed"] = json!(extensions);
+    }
+    json
+}
+
+fn primitive(
+    material: usize,
+    part: &Part,
+    offset: usize,
+    views: &mut Vec<Value>,
+    accessors: &mut Vec<Value>,
+) -> Value {
+    let (vertices, indices) = (part.vertices.len(), part.indices.len() * 4);
+    let view = views.len();
+    views.push(json!({
+        "buffer": 0, "byteOffset": offset, "byteLength": vertices, "byteStride": VERTEX_BYTES,
+        "target": ARRAY_BUFFER,
+    }));
+    views.push(json!({
+        "buffer": 0, "byteOffset": offset + vertices, "byteLength": indices, "target": ELEMENT_ARRAY_BUFFER,
+    }));
+    let first = accessors.len();
+    let count = part.count();
+    accessors.push(json!({
+        "bufferView": view, "byteOffset": 0, "componentType": FLOAT, "count": count, "type": "VEC3",
+        "min": part.min.to_array(), "max": part.max.to_array(),
+    }));
+    accessors.push(json!({
+        "bufferView": view, "byteOffset": 12, "componentType": FLOAT, "count": count, "type": "VEC3",
+    }));
+    accessors.push(json!({
+        "bufferView": view, "byteOffset": 24, "componentType": UNSIGNED_SHORT, "normalized": true,
+        "count": count, "type": "VEC4",
+    }));
+    accessors.push(json!({
+        "bufferView": view, "byteOffset": 32, "componentType": FLOAT, "count": count, "type": "VEC2",
+    }));
+    accessors.push(json!({
+        "bufferView": view + 1, "componentType": UNSIGNED_INT, "count": part.indices.len(), "type": "SCALAR",
+    }));
+    json!({
+        "attributes": { "POSITION": first, "NORMAL": first + 1, "COLOR_0": first + 2, "TEXCOORD_0": first + 3 },
+        "indices": first + 4,
+        "material": material,
+    })
+}

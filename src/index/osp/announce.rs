@@ -1,0 +1,77 @@
+//! Asking the memory for what changes will touch. Polygons that are erased or come back lie anywhere: each would wait for a
+//! dozen cache lines, one after the other. Asked for ahead and together, they come at once.
+
+use super::{index::Osp, pool::NONE};
+use crate::{
+    index::simd::{Halves, prefetch_lines},
+    polygon::{Change, Geometry, PolygonId},
+};
+
+/// Changes that are looked at together.
+const TOGETHER: usize = 16;
+
+/// Fewer are not worth it.
+const LEAST: usize = 4;
+
+impl Osp {
+    /// Asks for what these changes will touch, if they lie far apart: those of a stroke that is drawn are few lines that
+    /// are at hand.
+    pub(super) fn ask_for(&self, geometry: &dyn Geometry, changes: &[Change]) {
+        if changes.len() < LEAST {
+            return;
+        }
+        for changes in changes.chunks(TOGETHER) {
+            let mut places = [NONE; TOGETHER];
+            let mut last = NONE;
+            let apart = changes.iter().filter(|change| {
+                let block = id_of(**change).0 / 16;
+                std::mem::replace(&mut last, block) != block
+            });
+            if apart.count() < LEAST {
+                continue;
+            }
+            for change in changes {
+                self.ids.prefetch(id_of(*change).0 / 16);
+            }
+            // What comes back belongs into a leaf that its box says.
+            for (place, change) in places.iter_mut().zip(changes) {
+                match *change {
+                    Change::Insert(id) => {
+                        *place = self.bucket_for(&geometry.bounds(id));
+                        prefetch_lines::<2, _>(self.buckets.place(*place));
+                    }
+                    Change::Remove(id) | Change::Update(id) => {
+                        *place = self.ids.place(id.0).unwrap_or(NONE);
+                        if *place != NONE {
+                            self.pages.prefetch(*place / 16, (*place % 16) as u8);
+                        }
+                    }
+                    Change::Repaint(_) => {}
+                }
+            }
+            for (place, change) in places.iter().zip(changes).filter(|(place, _)| **place != NONE) {
+                match *change {
+                    Change::Insert(_) => self.ask_for_end_of(*place),
+                    Change::Repaint(_) => {}
+                    Change::Remove(_) | Change::Update(_) => {
+                        prefetch_lines::<3, _>(self.buckets.place(self.pages[*place / 16].bucket));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Asks for where the next run of a bucket will be put.
+    pub(super) fn ask_for_end_of(&self, bucket: u32) {
+        let bucket = &self.buckets[bucket];
+        let at = bucket.page_count as usize - usize::from(bucket.page_count > 0);
+        self.pages.prefetch(bucket.last, bucket.counts[at]);
+        prefetch_lines::<3, _>(Halves::half_of(&raw const bucket.boxes, at));
+    }
+}
+
+fn id_of(change: Change) -> PolygonId {
+    match change {
+        Change::Insert(id) | Change::Remove(id) | Change::Update(id) | Change::Repaint(id) => id,
+    }
+}

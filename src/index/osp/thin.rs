@@ -1,0 +1,192 @@
+//! Taking out of what a query found what is hidden. Only what lies in the frustum and is partly hidden is gone down into:
+//! what is wholly hidden is taken out of the answer, what is not at all stays in it, unread.
+
+use super::{index::Osp, layout::Target, pool::NONE};
+use crate::{
+    index::{
+        Thinner, Visit,
+        simd::{Kernel, PlaneSet, WithKernel},
+    },
+    math::{Aabb, Frustum},
+    polygon::VisibleBlocks,
+};
+
+/// Polygons of a run at most.
+const RUN: usize = 16;
+
+impl Osp {
+    pub(super) fn thin(&self, frustum: &Frustum, visible: &mut VisibleBlocks, thinner: &mut dyn Thinner) {
+        let least = thinner.least_polygons();
+        let planes = PlaneSet::new(frustum);
+        self.backend.run(Thin { osp: self, planes, least, visible, thinner });
+    }
+}
+
+struct Thin<'a> {
+    osp: &'a Osp,
+    planes: PlaneSet,
+    least: usize,
+    visible: &'a mut VisibleBlocks,
+    thinner: &'a mut dyn Thinner,
+}
+
+impl WithKernel for Thin<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) {
+        self.open_block();
+        let osp = self.osp;
+        let polygons = osp.len - osp.open.lanes().count_ones() as usize;
+        match self.ask(&osp.node_box(osp.top), polygons) {
+            Visit::Take => {}
+            Visit::Skip => self.hide_node(osp.top),
+            Visit::Descend => self.node(kernel, osp.top, polygons, PlaneSet::ALL),
+        }
+    }
+}
+
+impl Thin<'_> {
+    fn ask(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
+        // Emptied, and perhaps still waiting for upkeep.
+        if polygons == 0 || polygons < self.least || bounds.is_empty() {
+            return Visit::Take;
+        }
+        self.thinner.node(bounds, polygons)
+    }
+
+    fn open_block(&mut self) {
+        let open = &self.osp.open;
+        let lanes = open.lanes();
+        let seen = lanes & self.visible.mask(open.block() as usize);
+        if seen != 0 {
+            let bounds = open.rows().around(u32::from(lanes));
+            self.run_of(open.block(), lanes, seen, &bounds, |lane| open.bounds(lane));
+        }
+    }
+
+    /// Decides about polygons of a block, `seen` of which are in the answer.
+    fn run_of(&mut self, block: u32, lanes: u16, seen: u16, bounds: &Aabb, own: impl Fn(usize) -> Aabb) {
+        match self.ask(bounds, lanes.count_ones() as usize) {
+            Visit::Take => {}
+            Visit::Skip => self.visible.remove_block(block as usize, lanes),
+            Visit::Descend if !self.thinner.asks_polygons() => {}
+            Visit::Descend => {
+                let mut left = seen;
+                while left != 0 {
+                    let lane = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    if self.thinner.is_hidden(&own(lane)) {
+                        self.visible.remove_block(block as usize, 1 << lane);
+                    }
+                }
+            }
+        }
+    }
+
+    fn node<K: Kernel>(&mut self, kernel: K, number: u32, polygons: usize, planes: u8) {
+        let osp = self.osp;
+        let node = &osp.nodes[number];
+        let sides = self.planes.sides8(kernel, planes, &node.boxes);
+        let mut seen = !sides.behind & node.used();
+        while seen != 0 {
+            let slot = seen.trailing_zeros() as usize;
+            seen &= seen - 1;
+            let (bounds, below) = (node.boxes.get(slot), sides.planes_at(planes, slot));
+            match node.children[slot].target() {
+                Target::Nothing => {}
+                Target::Leaf(head) => match self.ask(&bounds, osp.buckets[head].polygons as usize) {
+                    Visit::Take => {}
+                    Visit::Skip => self.hide_chain(head),
+                    Visit::Descend => self.chain(kernel, head, below),
+                },
+                Target::Node(child) => match self.ask(&bounds, polygons) {
+                    Visit::Take => {}
+                    Visit::Skip => self.hide_node(child),
+                    Visit::Descend => self.node(kernel, child, polygons, below),
+                },
+            }
+        }
+        self.chain(kernel, node.own, planes);
+    }
+
+    fn chain<K: Kernel>(&mut self, kernel: K, head: u32, planes: u8) {
+        let osp = self.osp;
+        let mut at = head;
+        while at != NONE {
+            let bucket = &osp.buckets[at];
+            let behind = match planes {
+                0 => 0,
+                _ => self.planes.sides16(kernel, planes, &bucket.boxes).behind,
+            };
+            let mut seen = !behind & bucket.used();
+            while seen != 0 {
+                let i = seen.trailing_zeros() as usize;
+                seen &= seen - 1;
+                if usize::from(bucket.counts[i]) * RUN < self.least {
+                    continue;
+                }
+                let page = &osp.pages[bucket.pages[i]];
+                let runs = &page.masks[..usize::from(page.runs)];
+                let polygons = runs.iter().map(|mask| mask.count_ones() as usize).sum();
+                match self.ask(&bucket.boxes.get(i), polygons) {
+                    Visit::Take => {}
+                    Visit::Skip => self.hide_page(bucket.pages[i]),
+                    Visit::Descend => self.page(bucket.pages[i]),
+                }
+            }
+            at = bucket.next;
+        }
+    }
+
+    fn page(&mut self, number: u32) {
+        if RUN < self.least {
+            return;
+        }
+        let osp = self.osp;
+        for i in 0..usize::from(osp.pages[number].runs) {
+            let (run, bounds) = osp.pages.run(number, i);
+            let (block, lanes) = (run.first / 16, run.lanes());
+            let seen = lanes & self.visible.mask(block as usize);
+            if seen == 0 {
+                continue;
+            }
+            if run.is_exact() {
+                self.run_of(block, lanes, seen, &bounds, |_| bounds);
+            } else {
+                let boxes = osp.ids.boxes(run.store);
+                self.run_of(block, lanes, seen, &bounds, |lane| boxes.get(lane));
+            }
+        }
+    }
+
+    fn hide_node(&mut self, number: u32) {
+        let osp = self.osp;
+        let node = &osp.nodes[number];
+        for link in node.children {
+            match link.target() {
+                Target::Nothing => {}
+                Target::Leaf(head) => self.hide_chain(head),
+                Target::Node(below) => self.hide_node(below),
+            }
+        }
+        self.hide_chain(node.own);
+    }
+
+    fn hide_chain(&mut self, head: u32) {
+        let osp = self.osp;
+        let mut at = head;
+        while at != NONE {
+            let bucket = &osp.buckets[at];
+            bucket.pages[..bucket.page_count as usize].iter().for_each(|&page| self.hide_page(page));
+            at = bucket.next;
+        }
+    }
+
+    fn hide_page(&mut self, number: u32) {
+        let page = &self.osp.pages[number];
+        for (first, mask) in page.first.iter().zip(&page.masks).take(usize::from(page.runs)) {
+            self.visible.remove_block((first / 16) as usize, mask << (first % 16));
+        }
+    }
+}

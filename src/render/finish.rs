@@ -1,0 +1,232 @@
+use super::{
+    Gpu, Target, shaders,
+    target::{COLOR_FORMAT, PICTURE_FORMAT},
+};
+
+/// Heights of the octaves, pixels: a quarter, a twelfth and so on of a picture of 256.
+const HEIGHTS: [u32; 4] = [64, 21, 7, 2];
+
+/// Makes finished pictures of what was drawn: the last passes of a frame.
+#[derive(Debug)]
+pub(super) struct Finish {
+    source_layout: wgpu::BindGroupLayout,
+    octaves_layout: wgpu::BindGroupLayout,
+    sampler: wgpu::Sampler,
+    shrink: wgpu::RenderPipeline,
+    blur_across: wgpu::RenderPipeline,
+    blur_down: wgpu::RenderPipeline,
+    cut_off: wgpu::RenderPipeline,
+    spread: wgpu::RenderPipeline,
+}
+
+/// What finishing the picture of one target needs.
+#[derive(Debug)]
+pub(super) struct Octaves {
+    resolved: wgpu::BindGroup,
+    octaves: [Octave; HEIGHTS.len()],
+    all: wgpu::BindGroup,
+}
+
+/// A small picture, and another for half of its blur.
+#[derive(Debug)]
+struct Octave {
+    size: (u32, u32),
+    views: [wgpu::TextureView; 2],
+    sources: [wgpu::BindGroup; 2],
+}
+
+impl Finish {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let device = gpu.device();
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("finish"),
+            source: wgpu::ShaderSource::Wgsl(shaders::FINISH.into()),
+        });
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty,
+            count: None,
+        };
+        let texture = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: true },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let sampler_type = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+        let bind_layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+        };
+        let source_layout = bind_layout("source", &[entry(0, texture), entry(1, sampler_type)]);
+        let octaves_layout = bind_layout("octaves", &[0, 1, 2, 3].map(|binding| entry(binding, texture)));
+        let layout = |label, layouts: &[Option<&wgpu::BindGroupLayout>]| {
+            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(label),
+                bind_group_layouts: layouts,
+                immediate_size: 0,
+            })
+        };
+        let of_source = layout("one picture", &[Some(&source_layout)]);
+        let of_octaves = layout("finish", &[Some(&source_layout), Some(&octaves_layout)]);
+        let pipeline = |entry, layout: &wgpu::PipelineLayout, format: wgpu::TextureFormat| {
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(entry),
+                layout: Some(layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vertex"),
+                    compilation_options: Default::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(entry),
+                    compilation_options: Default::default(),
+                    targets: &[Some(format.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        };
+        Self {
+            shrink: pipeline("shrink", &of_source, COLOR_FORMAT),
+            blur_across: pipeline("blur_across", &of_source, COLOR_FORMAT),
+            blur_down: pipeline("blur_down", &of_source, COLOR_FORMAT),
+            cut_off: pipeline("cut_off", &of_source, PICTURE_FORMAT),
+            spread: pipeline("spread", &of_octaves, PICTURE_FORMAT),
+            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("octaves"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+            source_layout,
+            octaves_layout,
+        }
+    }
+
+    /// Encodes what makes the target's picture; `spreads` says whether light spreads.
+    pub(super) fn encode(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &Target,
+        spreads: bool,
+        stamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    ) {
+        let of_target = target.octaves.get_or_init(|| self.bind(gpu, target));
+        if spreads {
+            let mut from = &of_target.resolved;
+            for (i, octave) in of_target.octaves.iter().enumerate() {
+                let [view, half] = &octave.views;
+                let [source, source_of_half] = &octave.sources;
+                draw(encoder, &self.shrink, from, view, octave.size);
+                for _ in 0..=usize::from(i > 0) {
+                    draw(encoder, &self.blur_across, source, half, octave.size);
+                    draw(encoder, &self.blur_down, source_of_half, view, octave.size);
+                }
+                from = source;
+            }
+        }
+        let mut pass = begin(encoder, target.picture_view(), stamps);
+        pass.set_pipeline(if spreads { &self.spread } else { &self.cut_off });
+        pass.set_bind_group(0, &of_target.resolved, &[]);
+        if spreads {
+            pass.set_bind_group(1, &of_target.all, &[]);
+        }
+        pass.draw(0..3, 0..1);
+    }
+
+    fn bind(&self, gpu: &Gpu, target: &Target) -> Octaves {
+        let source = |view: &wgpu::TextureView| {
+            gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("source"),
+                layout: &self.source_layout,
+                entries: &[
+                    wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(view) },
+                    wgpu::BindGroupEntry {
+                        binding: 1,
+                        resource: wgpu::BindingResource::Sampler(&self.sampler),
+                    },
+                ],
+            })
+        };
+        let octaves = HEIGHTS.map(|height| {
+            let width = (height as f32 * target.aspect()).round() as u32;
+            let size = (width.clamp(1, 1 << 12), height);
+            let views = [(); 2].map(|()| create_view(gpu, size));
+            let sources = [source(&views[0]), source(&views[1])];
+            Octave { size, views, sources }
+        });
+        let entries: Vec<_> = octaves
+            .iter()
+            .enumerate()
+            .map(|(binding, octave)| wgpu::BindGroupEntry {
+                binding: binding as u32,
+                resource: wgpu::BindingResource::TextureView(&octave.views[0]),
+            })
+            .collect();
+        let all = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("octaves"),
+            layout: &self.octaves_layout,
+            entries: &entries,
+        });
+        Octaves { resolved: source(target.resolved()), octaves, all }
+    }
+}
+
+fn create_view(gpu: &Gpu, (width, height): (u32, u32)) -> wgpu::TextureView {
+    let texture = gpu.device().create_texture(&wgpu::TextureDescriptor {
+        label: Some("octave"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: COLOR_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+fn begin<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    view: &wgpu::TextureView,
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+) -> wgpu::RenderPass<'e> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("finish"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            // All of it is drawn over.
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                store: wgpu::StoreOp::Store,
+            },
+        })],
+        depth_stencil_attachment: None,
+        timestamp_writes,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
+}
+
+fn draw(
+    encoder: &mut wgpu::CommandEncoder,
+    pipeline: &wgpu::RenderPipeline,
+    source: &wgpu::BindGroup,
+    view: &wgpu::TextureView,
+    (width, height): (u32, u32),
+) {
+    let mut pass = begin(encoder, view, None);
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, source, &[]);
+    // The number of the only instance tells the shader how large what it draws is.
+    let size = width | height << 16;
+    pass.draw(0..3, size..size + 1);
+}

@@ -1,0 +1,175 @@
+use super::{
+    Blend, Gpu, Run,
+    gpu_scene::GpuScene,
+    target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+};
+
+/// The pipelines that draw polygons, and what they need beside a view and a page of polygons.
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    opaque: wgpu::RenderPipeline,
+    additive: wgpu::RenderPipeline,
+    transparent: wgpu::RenderPipeline,
+    /// Opaque polygons, without colours.
+    depth: wgpu::RenderPipeline,
+    /// What brushes need.
+    sky: Option<Sky>,
+}
+
+/// What is seen where no polygon is.
+#[derive(Debug)]
+pub(super) struct Sky {
+    pub(super) pipeline: wgpu::RenderPipeline,
+    /// Materials, light and so on: for the polygons, too.
+    pub(super) paint: wgpu::BindGroup,
+    /// Whether it covers the background.
+    pub(super) is_shown: bool,
+}
+
+/// A shader and its entry points.
+#[derive(Clone, Copy)]
+pub(super) struct Shader<'a> {
+    pub(super) module: &'a wgpu::ShaderModule,
+    pub(super) layout: &'a wgpu::PipelineLayout,
+    pub(super) chunk_len: usize,
+    pub(super) vertex: &'static str,
+    /// For opaque, additive and transparent polygons.
+    pub(super) fragments: [&'static str; 3],
+    /// For depth alone; without a fragment shader, every pixel of a polygon counts.
+    pub(super) depth: (&'static str, Option<&'static str>),
+}
+
+impl Pipelines {
+    pub(super) fn new(gpu: &Gpu, shader: Shader<'_>, sky: Option<Sky>) -> Self {
+        let [opaque, additive, transparent] = shader.fragments;
+        let colors = |blend, fragment| create(gpu, shader, shader.vertex, Some(fragment), Some(blend));
+        let (vertex, fragment) = shader.depth;
+        Self {
+            opaque: colors(Blend::Opaque, opaque),
+            additive: colors(Blend::Additive, additive),
+            transparent: colors(Blend::Transparent, transparent),
+            depth: create(gpu, shader, vertex, fragment, None),
+            sky,
+        }
+    }
+
+    /// Says whether the sky covers the background.
+    pub(super) fn show_sky(&mut self, is_shown: bool) {
+        if let Some(sky) = &mut self.sky {
+            sky.is_shown = is_shown;
+        }
+    }
+
+    /// Makes a pass ready for colours, and draws what is seen where no polygon is.
+    pub(super) fn begin(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
+        pass.set_bind_group(0, view, &[]);
+        let Some(sky) = &self.sky else { return };
+        pass.set_bind_group(2, &sky.paint, &[]);
+        if sky.is_shown {
+            pass.set_pipeline(&sky.pipeline);
+            pass.draw(0..3, 0..1);
+        }
+    }
+
+    /// Makes a pass ready for depth alone.
+    pub(super) fn begin_depth(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
+        pass.set_bind_group(0, view, &[]);
+        if let Some(sky) = &self.sky {
+            pass.set_bind_group(2, &sky.paint, &[]);
+        }
+        pass.set_pipeline(&self.depth);
+    }
+
+    pub(super) fn with_colors(&self, blend: Blend) -> &wgpu::RenderPipeline {
+        match blend {
+            Blend::Opaque => &self.opaque,
+            Blend::Additive => &self.additive,
+            Blend::Transparent => &self.transparent,
+        }
+    }
+
+    /// Draws runs of a list; their places count from `first`, and the numbers of those that are not listed from `all_from`.
+    pub(super) fn draw_runs(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        scene: &GpuScene,
+        runs: &[Run],
+        first: u32,
+        all_from: u32,
+    ) {
+        let mut bound = None;
+        for run in runs {
+            let Some(page) = scene.page(run.page as usize) else { continue };
+            if bound != Some((run.page, run.blend)) {
+                pass.set_pipeline(self.with_colors(run.blend));
+                pass.set_bind_group(1, page, &[]);
+                bound = Some((run.page, run.blend));
+            }
+            let from = if run.is_listed { first } else { all_from };
+            let vertices = (from + run.range.start) * 6..(from + run.range.end) * 6;
+            pass.draw(vertices, run.style..run.style + 1);
+        }
+    }
+}
+
+fn create(
+    gpu: &Gpu,
+    shader: Shader<'_>,
+    vertex: &'static str,
+    fragment: Option<&'static str>,
+    blend: Option<Blend>,
+) -> wgpu::RenderPipeline {
+    let constants = [("CHUNK_LEN", shader.chunk_len as f64)];
+    let hides = matches!(blend, None | Some(Blend::Opaque));
+    let add = wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    };
+    let targets = [blend.map(|blend| wgpu::ColorTargetState {
+        format: COLOR_FORMAT,
+        blend: match blend {
+            Blend::Opaque => None,
+            Blend::Additive => Some(wgpu::BlendState { color: add, alpha: add }),
+            Blend::Transparent => Some(wgpu::BlendState::ALPHA_BLENDING),
+        },
+        write_mask: wgpu::ColorWrites::ALL,
+    })];
+    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(match blend {
+            Some(Blend::Opaque) => "opaque polygons",
+            Some(Blend::Additive) => "additive polygons",
+            Some(Blend::Transparent) => "transparent polygons",
+            None => "polygons' depth",
+        }),
+        layout: Some(shader.layout),
+        vertex: wgpu::VertexState {
+            module: shader.module,
+            entry_point: Some(vertex),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                ..Default::default()
+            },
+            buffers: &[],
+        },
+        // Both sides of a polygon are seen: nothing is culled by its winding.
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(hides),
+            // Of two at the same depth the later one is seen: which that is does not depend on what is left out.
+            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
+        fragment: fragment.map(|entry_point| wgpu::FragmentState {
+            module: shader.module,
+            entry_point: Some(entry_point),
+            compilation_options: Default::default(),
+            targets: if blend.is_some() { &targets } else { &[] },
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,91 @@
+// What was drawn, in numbers without bounds, becomes a picture: light spreads a little (bloom), and is cut at 1.
+//
+// The spread is that of four octaves, small pictures of a fixed height, each made from the one before and blurred: it is
+// the same part of the picture whatever the picture's size.
+
+@group(0) @binding(0) var source: texture_2d<f32>;
+@group(0) @binding(1) var smooth_sampler: sampler;
+@group(1) @binding(0) var octave_0: texture_2d<f32>;
+@group(1) @binding(1) var octave_1: texture_2d<f32>;
+@group(1) @binding(2) var octave_2: texture_2d<f32>;
+@group(1) @binding(3) var octave_3: texture_2d<f32>;
+
+// Brighter than this nothing counts.
+const MOST: f32 = 30001.0;
+// How much of the light spreads.
+const SPREAD: f32 = 0.0513;
+
+struct Corner {
+    @builtin(position) position: vec4<f32>,
+    @location(0) uv: vec2<f32>,
+    // Width and height of what is drawn into, 16 bits each.
+    @location(1) @interpolate(flat, either) size: u32,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) size: u32) -> Corner {
+    // One triangle that covers the picture.
+    let uv = vec2(f32((index << 1u) & 2u), f32(index & 2u));
+    return Corner(vec4(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, 0.0, 1.0), uv, size);
+}
+
+fn cut(c: vec3<f32>) -> vec3<f32> {
+    return clamp(c, vec3(0.0), vec3(MOST));
+}
+
+// The mean of the source over a pixel.
+@fragment
+fn shrink(in: Corner) -> @location(0) vec4<f32> {
+    let pixel = 1.0 / vec2(f32(in.size & 0xffffu), f32(in.size >> 16u));
+    // A sample is the mean of two by two texels.
+    let texels = vec2<f32>(textureDimensions(source)) * pixel;
+    let steps = vec2<i32>(ceil(texels * 0.5));
+    var sum = vec3(0.0);
+    for (var y = 0; y < steps.y; y++) {
+        for (var x = 0; x < steps.x; x++) {
+            let at = (vec2(f32(x), f32(y)) + 0.5) / vec2<f32>(steps) - 0.5;
+            sum += cut(textureSampleLevel(source, smooth_sampler, in.uv + at * pixel, 0.0).rgb);
+        }
+    }
+    return vec4(sum / f32(steps.x * steps.y), 1.0);
+}
+
+// A Gaussian of sigma 1.6 on nine pixels in a row.
+fn blur(at: vec2<i32>, step: vec2<i32>) -> vec4<f32> {
+    let last = vec2<i32>(textureDimensions(source)) - 1;
+    var sum = vec3(0.0);
+    var weights = 0.0;
+    for (var i = -4; i <= 4; i++) {
+        let weight = exp(f32(i * i) / (-2.0 * 1.6 * 1.6));
+        sum += weight * textureLoad(source, clamp(at + step * i, vec2(0), last), 0).rgb;
+        weights += weight;
+    }
+    return vec4(sum / weights, 1.0);
+}
+
+@fragment
+fn blur_across(in: Corner) -> @location(0) vec4<f32> {
+    return blur(vec2<i32>(in.position.xy), vec2(1, 0));
+}
+
+@fragment
+fn blur_down(in: Corner) -> @location(0) vec4<f32> {
+    return blur(vec2<i32>(in.position.xy), vec2(0, 1));
+}
+
+// The picture as it is.
+@fragment
+fn cut_off(in: Corner) -> @location(0) vec4<f32> {
+    return vec4(saturate(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb), 1.0);
+}
+
+// The picture with what spreads.
+@fragment
+fn spread(in: Corner) -> @location(0) vec4<f32> {
+    let color = cut(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb);
+    let octaves = 0.5 * textureSampleLevel(octave_0, smooth_sampler, in.uv, 0.0).rgb
+        + 0.6 * textureSampleLevel(octave_1, smooth_sampler, in.uv, 0.0).rgb
+        + 0.6 * textureSampleLevel(octave_2, smooth_sampler, in.uv, 0.0).rgb
+        + 0.45 * textureSampleLevel(octave_3, smooth_sampler, in.uv, 0.0).rgb;
+    return vec4(saturate(mix(color, 0.34 * octaves, SPREAD)), 1.0);
+}

@@ -1,0 +1,334 @@
+// What brushes have painted; follows polygon.wgsl. Colours, light and fog are sRGB numbers, used as they are, as the
+// program does that the brushes come from.
+
+struct Material {
+    // Reflectance straight on; w: gloss, 0 to 1.
+    f0: vec4<f32>,
+    // x: alpha below which nothing is drawn. y: strength of emitted light, an exponent.
+    numbers: vec4<f32>,
+    // x: how it answers to light. y: the effect. z: the layer of its texture. w: the layer of its normals.
+    kinds: vec4<u32>,
+}
+
+struct Surroundings {
+    // The sky straight down and straight up, and where up is; w of the last: whether there is a floor.
+    sky_low: vec4<f32>,
+    sky_high: vec4<f32>,
+    sky_up: vec4<f32>,
+    floor: vec4<f32>,
+    // w: density, by metre of depth.
+    fog: vec4<f32>,
+    // w: strength of what is mirrored.
+    ambient: vec4<f32>,
+    // Ways that the two lights travel, and their colours.
+    ways: array<vec4<f32>, 2>,
+    lights: array<vec4<f32>, 2>,
+    // x: seconds.
+    moment: vec4<f32>,
+}
+
+@group(2) @binding(0) var<uniform> materials: array<Material, 160>;
+@group(2) @binding(1) var<uniform> surroundings: Surroundings;
+@group(2) @binding(2) var textures: texture_2d_array<f32>;
+@group(2) @binding(3) var repeating: sampler;
+@group(2) @binding(4) var clamping: sampler;
+
+const UV_LIMIT: f32 = 8.0;
+const NO_TEXTURE: u32 = 0xffffffffu;
+// Flags of a polygon.
+const TURNED_TO_EYE: u32 = 0x10000u;
+const IS_SMOOTH: u32 = 0x20000u;
+// Ways to answer to light.
+const LAMBERT: u32 = 1u;
+const SPECULAR: u32 = 2u;
+const ONE_SIDED: u32 = 4u;
+const IS_CLAMPED: u32 = 8u;
+
+struct Painted {
+    @invariant @builtin(position) position: vec4<f32>,
+    @location(0) @interpolate(flat, either) color: vec4<f32>,
+    // Texture coordinates, alpha.
+    @location(1) texture: vec3<f32>,
+    @location(2) normal: vec3<f32>,
+    // From the eye; w: depth along the view.
+    @location(3) from_eye: vec4<f32>,
+    // The material; the style.
+    @location(4) @interpolate(flat, either) kinds: vec2<u32>,
+}
+
+// Relative to the eye. A square that is turned to the eye has the middle and the size of the square that is stored.
+fn painted_point(polygon: Polygon, corner: u32) -> vec3<f32> {
+    if (polygon.corners[2].w & TURNED_TO_EYE) == 0u {
+        return point_of(polygon, corner);
+    }
+    let a = point_of(polygon, 0u);
+    let c = point_of(polygon, 2u);
+    let middle = (a + c) * 0.5;
+    // Half an edge: the diagonal by the root of 8.
+    let half = length(c - a) * 0.35355339;
+    let right = normalize(cross(scaled(middle), view.up_in_world.xyz));
+    let up = normalize(cross(right, scaled(middle)));
+    let roll = bitcast<f32>(polygon.normals.x);
+    let turn = vec2(cos(roll), sin(roll));
+    let x = select(-half, half, corner == 1u || corner == 2u);
+    let y = select(-half, half, corner >= 2u);
+    return middle + right * (x * turn.x - y * turn.y) + up * (x * turn.y + y * turn.x) + drift_of(polygon);
+}
+
+// How far a polygon has gone by itself: no farther than its box allows.
+fn drift_of(polygon: Polygon) -> vec3<f32> {
+    let most = bitcast<f32>(polygon.corners[3].w);
+    if !(most > 0.0) {
+        return vec3(0.0);
+    }
+    let alpha = f32(polygon.corners[1].w & 0xffu) / 255.0;
+    return clamp(drift(materials[polygon.corners[2].w & 0xffffu], alpha), vec3(-most), vec3(most));
+}
+
+// Octahedral.
+fn unpack_normal(word: u32) -> vec3<f32> {
+    let o = unpack2x16snorm(word);
+    let z = 1.0 - abs(o.x) - abs(o.y);
+    let back = max(-z, 0.0);
+    return normalize(vec3(o + select(vec2(back), vec2(-back), o >= vec2(0.0)), z));
+}
+
+@vertex
+fn vertex_painted(@builtin(vertex_index) index: u32, @builtin(instance_index) style: u32) -> Painted {
+    var out: Painted;
+    let id = draw_list[index / 6u];
+    if id == NOTHING {
+        out.position = NOWHERE;
+        return out;
+    }
+    let polygon = fetch(id);
+    let corner = corner_of(index);
+    let point = painted_point(polygon, corner);
+    let flags = polygon.corners[2].w;
+    out.position = view.clip_from_eye * vec4(point, 1.0);
+    out.color = unpack4x8unorm(polygon.corners[0].w);
+    let alpha = f32((polygon.corners[1].w >> (8u * corner)) & 0xffu) / 255.0;
+    out.texture = vec3(unpack2x16snorm(polygon.uv[corner]) * UV_LIMIT, alpha);
+    if (flags & TURNED_TO_EYE) != 0u {
+        out.normal = -normalize(scaled(point));
+    } else if (flags & IS_SMOOTH) != 0u {
+        out.normal = unpack_normal(polygon.normals[corner]);
+    } else {
+        out.normal = flat_normal(polygon);
+    }
+    out.from_eye = vec4(point, out.position.w);
+    out.kinds = vec2(flags & 0xffffu, style);
+    return out;
+}
+
+struct Cut {
+    @invariant @builtin(position) position: vec4<f32>,
+    @location(0) texture: vec3<f32>,
+    @location(1) @interpolate(flat, either) material: u32,
+}
+
+// For a pass without colours.
+@vertex
+fn vertex_cut(@builtin(vertex_index) index: u32) -> Cut {
+    let polygon = fetch(draw_list[index / 6u]);
+    let corner = corner_of(index);
+    let alpha = f32((polygon.corners[1].w >> (8u * corner)) & 0xffu) / 255.0;
+    var out: Cut;
+    out.position = view.clip_from_eye * vec4(painted_point(polygon, corner), 1.0);
+    out.texture = vec3(unpack2x16snorm(polygon.uv[corner]) * UV_LIMIT, alpha);
+    out.material = polygon.corners[2].w & 0xffffu;
+    return out;
+}
+
+struct Gradients {
+    x: vec2<f32>,
+    y: vec2<f32>,
+}
+
+fn texture_of(material: Material, layer: u32, uv: vec2<f32>, gradients: Gradients) -> vec4<f32> {
+    if layer == NO_TEXTURE {
+        return vec4(1.0);
+    }
+    if (material.kinds.x & IS_CLAMPED) != 0u {
+        return textureSampleGrad(textures, clamping, uv, layer, gradients.x, gradients.y);
+    }
+    return textureSampleGrad(textures, repeating, uv, layer, gradients.x, gradients.y);
+}
+
+// How much more solid than need be a texel counts as solid in the pass without colours: what that pass lays down is no more
+// than what the pass with colours draws, whatever the two round.
+const SURELY: f32 = 0.02;
+
+@fragment
+fn fragment_cut(in: Cut) {
+    let gradients = Gradients(dpdx(in.texture.xy), dpdy(in.texture.xy));
+    let material = materials[in.material];
+    let cutoff = material.numbers.x;
+    if cutoff > 0.0 {
+        let uv = in.texture.xy + texture_shift(material);
+        if in.texture.z * texture_of(material, material.kinds.z, uv, gradients).a < cutoff + SURELY {
+            discard;
+        }
+    }
+}
+
+// Light that a matte surface takes, whatever its colour.
+fn light_on(normal: vec3<f32>) -> vec3<f32> {
+    let first = max(dot(normal, -surroundings.ways[0].xyz), 0.0);
+    let y = dot(normal, -surroundings.ways[1].xyz);
+    // The second light is kept as spherical harmonics by the program that the brushes come from.
+    let second = max(0.094 + 0.5 * y + 0.469 * y * y, 0.0);
+    return surroundings.ambient.rgb + surroundings.lights[0].rgb * first + surroundings.lights[1].rgb * second;
+}
+
+// The highlight of the first light and what is mirrored.
+fn highlight(material: Material, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    let f0 = material.f0.rgb;
+    let gloss = material.f0.w;
+    let roughness = (1.0 - gloss) * (1.0 - gloss);
+    let to_light = -surroundings.ways[0].xyz;
+    let half = normalize(to_light + to_eye);
+    let n_l = max(dot(normal, to_light), 0.0);
+    let n_v = abs(dot(normal, to_eye));
+    let n_h = max(dot(normal, half), 0.0);
+    let l_h = max(dot(to_light, half), 0.0);
+    let d = n_h * n_h * (roughness * roughness - 1.0) + 1.0;
+    let distribution = roughness * roughness / (3.14159265 * d * d + 1.0e-7);
+    let visibility = 0.5 / (n_l * (n_v * (1.0 - roughness) + roughness) + n_v * (n_l * (1.0 - roughness) + roughness) + 1.0e-5);
+    let bright = sqrt(max(3.14159265 * visibility * distribution, 1.0e-4)) * n_l;
+    let lit = bright * surroundings.lights[0].rgb * (f0 + (1.0 - f0) * pow(1.0 - l_h, 5.0));
+    let most = saturate(gloss + max(f0.r, max(f0.g, f0.b)));
+    let mirrored = mix(f0, vec3(most), pow(1.0 - n_v, 5.0)) * (1.0 - 0.28 * roughness * (1.0 - gloss));
+    return lit + 0.06 * surroundings.ambient.w * mirrored;
+}
+
+fn lit(material: Material, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    let kind = material.kinds.x & 3u;
+    if kind == LAMBERT {
+        return albedo * light_on(normal);
+    }
+    if kind == SPECULAR {
+        let most = max(material.f0.r, max(material.f0.g, material.f0.b));
+        return albedo * (1.0 - most) * light_on(normal) + highlight(material, normal, to_eye);
+    }
+    return albedo;
+}
+
+fn fogged(color: vec3<f32>, depth: f32) -> vec3<f32> {
+    return mix(surroundings.fog.rgb, color, exp(-surroundings.fog.w * max(depth, 0.0)));
+}
+
+// A normal from a texture, in the plane that the texture coordinates span.
+fn relief(material: Material, in: Painted, normal: vec3<f32>, gradients: Gradients, dx: vec3<f32>, dy: vec3<f32>) -> vec3<f32> {
+    if material.kinds.w == NO_TEXTURE {
+        return normal;
+    }
+    let of_texture = texture_of(material, material.kinds.w, in.texture.xy, gradients).xyz * 2.0 - 1.0;
+    let across = cross(dy, normal);
+    let along = cross(normal, dx);
+    let tangent = across * gradients.x.x + along * gradients.y.x;
+    let bitangent = across * gradients.x.y + along * gradients.y.y;
+    let longest = max(dot(tangent, tangent), dot(bitangent, bitangent));
+    if !(longest > 0.0) {
+        return normal;
+    }
+    let scale = inverseSqrt(longest);
+    return normalize((tangent * of_texture.x + bitangent * of_texture.y) * scale + normal * max(of_texture.z, 0.05));
+}
+
+fn styled(color: vec3<f32>, style: Style) -> vec3<f32> {
+    return mix(color, style.tint.rgb, style.tint.a) * (1.0 + style.more.y);
+}
+
+// What a fragment knows.
+struct Place {
+    normal: vec3<f32>,
+    to_eye: vec3<f32>,
+    // Whether the eye is on the side that the normal points to.
+    is_front: bool,
+    texture: vec4<f32>,
+    gradients: Gradients,
+}
+
+fn place_of(in: Painted) -> Place {
+    let gradients = Gradients(dpdx(in.texture.xy), dpdy(in.texture.xy));
+    let dx = dpdx(in.from_eye.xyz);
+    let dy = dpdy(in.from_eye.xyz);
+    let material = materials[in.kinds.x];
+    let to_eye = -normalize(scaled(in.from_eye.xyz));
+    let outwards = normalize(in.normal);
+    let is_front = dot(outwards, to_eye) >= 0.0;
+    let normal = select(-outwards, outwards, is_front);
+    let texture = texture_of(material, material.kinds.z, in.texture.xy + texture_shift(material), gradients);
+    return Place(relief(material, in, normal, gradients, dx, dy), to_eye, is_front, texture, gradients);
+}
+
+// Of what is not additive.
+fn surface_color(in: Painted, place: Place) -> vec3<f32> {
+    let material = materials[in.kinds.x];
+    let style = view.styles[in.kinds.y];
+    if in.kinds.x == 0u {
+        return plain_color(in.color.rgb, style, place.normal, place.to_eye);
+    }
+    let albedo = albedo_of(material, in, place);
+    let color = styled(lit(material, albedo, place.normal, place.to_eye) + glow_of(material, in, place), style);
+    return fogged(color, in.from_eye.w);
+}
+
+@fragment
+fn fragment_solid(in: Painted) -> @location(0) vec4<f32> {
+    let place = place_of(in);
+    let cutoff = materials[in.kinds.x].numbers.x;
+    if cutoff > 0.0 && in.texture.z * place.texture.a < cutoff {
+        discard;
+    }
+    return vec4(surface_color(in, place), 1.0);
+}
+
+@fragment
+fn fragment_transparent(in: Painted) -> @location(0) vec4<f32> {
+    let place = place_of(in);
+    let cutoff = materials[in.kinds.x].numbers.x;
+    let alpha = in.texture.z * place.texture.a;
+    if cutoff > 0.0 && alpha < cutoff {
+        discard;
+    }
+    let own = select(alpha, in.color.a, in.kinds.x == 0u);
+    return vec4(surface_color(in, place), own * view.styles[in.kinds.y].more.x);
+}
+
+@fragment
+fn fragment_additive(in: Painted) -> @location(0) vec4<f32> {
+    let place = place_of(in);
+    let material = materials[in.kinds.x];
+    let style = view.styles[in.kinds.y];
+    if (material.kinds.x & ONE_SIDED) != 0u && !place.is_front {
+        return vec4(0.0);
+    }
+    let color = emitted(material, in, place);
+    // What goes on beyond every screen adds up to no number at all.
+    return vec4(clamp(styled(color, style) * style.more.x, vec3(0.0), vec3(30001.0)), 0.0);
+}
+
+struct Sky {
+    @builtin(position) position: vec4<f32>,
+    @location(0) way: vec3<f32>,
+}
+
+// What is seen where nothing is, as far away as can be.
+@vertex
+fn vertex_sky(@builtin(vertex_index) index: u32) -> Sky {
+    let at = vec2(f32((index << 1u) & 2u), f32(index & 2u));
+    let way = view.corners[0].xyz + view.corners[1].xyz * at.x + view.corners[2].xyz * (1.0 - at.y);
+    return Sky(vec4(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0, 0.0, 1.0), way);
+}
+
+@fragment
+fn fragment_sky(in: Sky) -> @location(0) vec4<f32> {
+    let way = normalize(in.way);
+    if surroundings.sky_up.w > 0.0 && way.y < 0.0 {
+        return vec4(surroundings.floor.rgb, 1.0);
+    }
+    let high = 0.5 + 0.5 * dot(way, surroundings.sky_up.xyz);
+    return vec4(mix(surroundings.sky_low.rgb, surroundings.sky_high.rgb, high), 1.0);
+}

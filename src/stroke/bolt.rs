@@ -1,0 +1,66 @@
+//! How the three lines of a bolt of electricity wander off the stroke.
+
+use glam::Vec3;
+
+/// Half the width, metres, at which the displacement is as large as the numbers below say.
+const HALF_WIDTH_M: f32 = 0.002;
+/// Of one component of the displacement at that width, metres, for slow and fast noise: about 1 in 10 of a decimetre.
+const STRENGTH_M: [f32; 2] = [0.03, 0.021];
+
+/// How far copy 0, 1 or 2 of the line is off the stroke at a point of it; it is no more than some centimetres for the
+/// brush's sizes, and the same for the same point.
+pub(super) fn displacement_m(at: Vec3, half_width_m: f32, copy: usize) -> Vec3 {
+    let wideness = half_width_m / HALF_WIDTH_M;
+    if !(wideness > 1.0e-6 && wideness < 1.0e6) {
+        return Vec3::ZERO;
+    }
+    // Decimetres, as wide lines wander in wide curves.
+    let p = at * (10.0 / wideness);
+    let frequency = [1.1, 1.433, 1.87][copy.min(2)];
+    let slow = noise(p * frequency, 3 * copy as u32);
+    let fast = noise(p * (frequency + 0.1), 100 + 3 * copy as u32);
+    (slow * STRENGTH_M[0] + fast * STRENGTH_M[1]) * wideness
+}
+
+/// Three components of smooth noise, each from -1 to 1: between random values at the corners of unit cubes.
+fn noise(p: Vec3, salt: u32) -> Vec3 {
+    let cell = p.floor();
+    let part = p - cell;
+    let ease = part * part * (Vec3::splat(3.0) - 2.0 * part);
+    let mut sum = Vec3::ZERO;
+    for corner in 0..8_u32 {
+        let is_far = [corner & 1, corner >> 1 & 1, corner >> 2].map(|bit| bit == 1);
+        let weight: f32 =
+            (0..3).map(|axis| if is_far[axis] { ease[axis] } else { 1.0 - ease[axis] }).product();
+        // Casts saturate: far out, the noise is constant.
+        let place = [0, 1, 2].map(|axis| (cell[axis] as i32).wrapping_add(i32::from(is_far[axis])) as u32);
+        sum += weight * at_corner(place, salt);
+    }
+    sum
+}
+
+fn at_corner([x, y, z]: [u32; 3], salt: u32) -> Vec3 {
+    let seed = x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77) ^ z.wrapping_mul(0xc2b2_ae3d);
+    let random = super::random::Random::new(seed);
+    Vec3::from_array([0, 1, 2].map(|axis| random.around_zero(salt + axis, 1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_smooth_and_never_far_off() {
+        let mut before = noise(Vec3::new(0.0, 0.3, 0.7), 0);
+        let mut largest = 0.0_f32;
+        for i in 1..1000 {
+            let now = noise(Vec3::new(i as f32 * 0.01, 0.3, 0.7), 0);
+            assert!(now.distance(before) < 0.06, "{before} to {now}");
+            largest = largest.max(now.abs().max_element());
+            before = now;
+        }
+        assert!(largest > 0.4 && largest <= 1.0, "{largest}");
+        assert_eq!(displacement_m(Vec3::ONE, 0.0, 0), Vec3::ZERO);
+        assert!(displacement_m(Vec3::splat(1.0e30), 0.002, 2).is_finite());
+    }
+}

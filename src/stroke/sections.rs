@@ -1,0 +1,162 @@
+//! Cross-sections of welded ribbons.
+
+use glam::Vec3;
+
+use super::{
+    bolt,
+    track::{Node, Track},
+};
+
+/// The most lanes of a section.
+pub(super) const LANES: usize = 4;
+
+/// How far a diamond rises in the middle, as a part of half its width.
+const BELLY: f32 = 0.125;
+/// How much of a texture is left out at each side of a diamond, since it is ragged there.
+const CHOP: f32 = 0.1;
+/// Height of a box as a part of its width.
+const BOX_HEIGHT: f32 = 0.375;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Section {
+    /// A line.
+    Flat,
+    /// A line that is pulled to a point at both ends of a segment.
+    Tapered,
+    /// Three lines that wander about, together at both ends of a segment.
+    Bolt,
+    /// Raised in the middle on both sides, pinched at the ends.
+    Diamond,
+    /// Closed at both ends.
+    Box,
+}
+
+/// What a section has of one lane of the ribbon: a line from one side to the other.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Rim {
+    pub ends: [Vec3; 2],
+    pub normals: [Vec3; 2],
+}
+
+/// The lanes of a section.
+pub(super) type Rims = [Rim; LANES];
+
+impl Section {
+    pub(super) fn lanes(self) -> usize {
+        match self {
+            Self::Flat | Self::Tapered => 1,
+            Self::Bolt => 3,
+            Self::Diamond | Self::Box => 4,
+        }
+    }
+
+    /// Vertices that the original has in a section: random numbers depend on it.
+    pub(super) fn vertices(self) -> u32 {
+        match self {
+            Self::Flat | Self::Tapered | Self::Bolt => 2,
+            Self::Diamond => 6,
+            Self::Box => 8,
+        }
+    }
+
+    /// Whether the whole segment has another form when it grows.
+    pub(super) fn depends_on_length(self) -> bool {
+        matches!(self, Self::Tapered | Self::Bolt)
+    }
+
+    /// From where to where a lane reaches across the texture.
+    pub(super) fn across(self, lane: usize) -> [f32; 2] {
+        match self {
+            Self::Flat | Self::Tapered | Self::Bolt => [0.0, 1.0],
+            Self::Diamond => [[CHOP, 0.5], [0.5, 1.0 - CHOP], [1.0 - CHOP, 0.5], [0.5, CHOP]][lane],
+            Self::Box => [0.5; 2],
+        }
+    }
+
+    /// How much of its offset from the middle line a section has at this part of its segment.
+    pub(super) fn envelope(self, u: f32) -> f32 {
+        let sine = libm::sinf(std::f32::consts::PI * u.clamp(0.0, 1.0)).max(0.0);
+        match self {
+            Self::Tapered => sine,
+            Self::Bolt => 1.0 - (1.0 - sine).powi(10),
+            _ => 1.0,
+        }
+    }
+
+    /// The section at a node that a piece of ribbon ends at.
+    pub(super) fn at(self, track: &Track, i: usize, envelope: f32) -> Rims {
+        let nodes = track.nodes();
+        let (node, before) = (&nodes[i], &nodes[i - 1]);
+        let after = nodes.get(i + 1);
+        let is_end = after.is_none_or(|after| !after.is_linked);
+        let half = |node: &Node| 0.5 * node.width_m * node.right;
+        let mut frame =
+            Frame { middle: node.position, half: half(node), normal: node.normal, is_end, envelope };
+        if self == Self::Flat && !track.is_old() {
+            let after = after.unwrap_or(node);
+            frame.middle = 0.3 * before.position + 0.4 * node.position + 0.3 * after.position;
+            if !is_end {
+                let half_before = if before.is_linked { half(before) } else { frame.half };
+                frame.half = 0.3 * half_before + 0.4 * frame.half + 0.3 * half(after);
+            }
+        }
+        self.rims(&frame)
+    }
+
+    /// The section at the node before, where a segment starts.
+    pub(super) fn at_start(self, track: &Track, i: usize) -> Rims {
+        let (node, before) = (&track.nodes()[i], &track.nodes()[i - 1]);
+        self.rims(&Frame {
+            middle: before.position,
+            half: 0.5 * before.size_m * node.right,
+            normal: node.normal,
+            is_end: true,
+            envelope: self.envelope(0.0),
+        })
+    }
+
+    fn rims(self, frame: &Frame) -> Rims {
+        let Frame { middle, half, normal, is_end, envelope } = *frame;
+        let line =
+            |middle: Vec3, half: Vec3| Rim { ends: [middle - half, middle + half], normals: [normal; 2] };
+        let mut rims = Rims::default();
+        match self {
+            Self::Flat | Self::Tapered => rims[0] = line(middle, half * envelope),
+            Self::Bolt => {
+                for (copy, rim) in rims.iter_mut().enumerate().take(3) {
+                    let to_side = bolt::displacement_m(middle, half.length(), copy) * envelope;
+                    *rim = line(middle + to_side, half * envelope);
+                }
+            }
+            Self::Diamond => {
+                let rise = if is_end { Vec3::ZERO } else { normal * (BELLY * half.length()) };
+                let tilt = if is_end { Vec3::ZERO } else { half.normalize_or_zero() * BELLY };
+                let (left, right) = (middle - half, middle + half);
+                let (top, bottom) = (middle + rise, middle - rise);
+                rims = [
+                    Rim { ends: [left, top], normals: [normal - tilt, normal] },
+                    Rim { ends: [top, right], normals: [normal, normal + tilt] },
+                    Rim { ends: [right, bottom], normals: [tilt - normal, -normal] },
+                    Rim { ends: [bottom, left], normals: [-normal, -normal - tilt] },
+                ];
+            }
+            Self::Box => {
+                let up = normal * (BOX_HEIGHT * half.length());
+                let side = half.normalize_or_zero();
+                let corners = [up - half, up + half, half - up, -up - half].map(|offset| middle + offset);
+                for (k, normal) in [normal, side, -normal, -side].into_iter().enumerate() {
+                    rims[k] = Rim { ends: [corners[k], corners[(k + 1) % 4]], normals: [normal; 2] };
+                }
+            }
+        }
+        rims
+    }
+}
+
+struct Frame {
+    middle: Vec3,
+    half: Vec3,
+    normal: Vec3,
+    is_end: bool,
+    envelope: f32,
+}

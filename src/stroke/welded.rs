@@ -1,0 +1,266 @@
+use glam::Vec2;
+
+use super::{
+    Drops, Pieces, QuadPieces, Sample, StrokeSettings,
+    random::Random,
+    sections::{LANES, Rims, Section},
+    track::Track,
+};
+use crate::brush::{Brush, Outline, Surface, Uv};
+
+/// A last segment with fewer knots is dropped.
+const LEAST_KNOTS: usize = 6;
+
+/// Makes a ribbon whose pieces share their edges: flat, tapered, thick or a box.
+///
+/// Source: the flat, thick and square geometry brushes of Tilt Brush (Apache-2.0), as facts.
+#[derive(Clone, Debug)]
+pub struct WeldedBuilder {
+    brush: &'static Brush,
+    uv: Uv,
+    section: Section,
+    random: Random,
+    track: Track,
+    /// What each node of the track has.
+    links: Vec<Link>,
+    /// The length of the last segment when all of it was last made.
+    made_m: f32,
+}
+
+/// The piece of ribbon that ends at a node, or nothing.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    is_linked: bool,
+    /// What the random numbers of its segment start from; tells segments apart.
+    segment: u32,
+    /// Of the segment, before and with this piece.
+    along_m: [f32; 2],
+    /// Texture coordinate by distance, at both ends.
+    u: [f32; 2],
+    alpha: [f32; 2],
+    /// The sections at its start and at its end.
+    rims: [Rims; 2],
+    pieces: [QuadPieces; LANES],
+}
+
+impl Link {
+    fn place(&self) -> u32 {
+        self.pieces[0].first()
+    }
+}
+
+impl WeldedBuilder {
+    /// A flat ribbon without samples.
+    pub fn new(settings: StrokeSettings, brush: &'static Brush, uv: Uv, shape: Outline) -> Self {
+        let section = match shape {
+            Outline::Plain => Section::Flat,
+            Outline::DoubleTaper => Section::Tapered,
+            Outline::Bolt => Section::Bolt,
+        };
+        Self::with_section(settings, brush, uv, section, brush.has_short_pressure_window)
+    }
+
+    /// A ribbon that is raised in the middle.
+    pub fn thick(settings: StrokeSettings, brush: &'static Brush) -> Self {
+        Self::with_section(settings, brush, Uv::Distance, Section::Diamond, true)
+    }
+
+    /// A bar of rectangular section.
+    pub fn bar(settings: StrokeSettings, brush: &'static Brush) -> Self {
+        Self::with_section(settings, brush, Uv::Distance, Section::Box, true)
+    }
+
+    fn with_section(
+        settings: StrokeSettings,
+        brush: &'static Brush,
+        uv: Uv,
+        section: Section,
+        is_old: bool,
+    ) -> Self {
+        Self {
+            brush,
+            uv,
+            section,
+            random: Random::new(settings.seed),
+            track: Track::new(&settings, brush, is_old, section.vertices()),
+            links: Vec::new(),
+            made_m: 0.0,
+        }
+    }
+
+    /// Takes a sample: replaces a provisional end, and at most two pieces before it. A form that depends on the length of
+    /// the segment is made anew when that has grown by an eighth, which is a few pieces a sample on average.
+    pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
+        let Some(changed) = self.track.push(sample, drops) else { return };
+        // A section looks ahead to the next node, be it only to see whether there is one.
+        let mut from = changed.saturating_sub(1);
+        let mut place = self.links.get(from).map(Link::place);
+        self.links.truncate(from);
+        self.measure();
+        if self.section.depends_on_length() {
+            let total_m = self.length_m();
+            let is_open = self.links.last().is_some_and(|link| link.is_linked);
+            let is_far = total_m > 1.125 * self.made_m || total_m < 0.875 * self.made_m;
+            if is_far || (!is_open && total_m != self.made_m) {
+                self.made_m = total_m;
+                let start = self.start_of_last();
+                if start < from {
+                    (from, place) = (start, self.links.get(start).map(Link::place));
+                }
+            }
+        }
+        if let Some(place) = place {
+            out.truncate(place);
+        }
+        self.make(from, out, drops);
+    }
+
+    /// Ends the stroke.
+    pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
+        let nodes = self.track.nodes();
+        let has_end = nodes.len() > self.track.kept() && nodes.last().is_some_and(|node| node.is_linked);
+        if let Some(last_break) = nodes.iter().rposition(|node| !node.is_linked)
+            && has_end
+            && !self.track.is_old()
+            && nodes[last_break].vertices > 0
+            && nodes.len() - last_break < LEAST_KNOTS
+        {
+            if let Some(link) = self.links.get(last_break + 1) {
+                out.truncate(link.place());
+            }
+            self.track.truncate(last_break + 1);
+            self.links.truncate(last_break + 1);
+        }
+        let start = self.start_of_last();
+        if self.section.depends_on_length()
+            && let Some(link) = self.links.get(start)
+        {
+            self.made_m = self.length_m();
+            out.truncate(link.place());
+            self.make(start, out, drops);
+        }
+    }
+
+    /// Paints the pieces that may look otherwise since the last call, and forgets those that never will again.
+    pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
+        let mut settled = self.track.kept().saturating_sub(2);
+        if self.uv == Uv::Stretched {
+            for segment in self.links.chunk_by(|a, b| a.segment == b.segment) {
+                let total_m = segment.last().map_or(0.0, |link| link.along_m[1]);
+                for link in segment {
+                    for (lane, pieces) in link.pieces.iter().enumerate().take(self.section.lanes()) {
+                        out.extend(pieces.painted(self.surface(link, lane, total_m)));
+                    }
+                }
+            }
+            settled = settled.min(self.start_of_last().saturating_sub(1));
+        }
+        let forgotten = self.track.forget(settled);
+        self.links.drain(..forgotten);
+    }
+
+    /// The first piece of the last segment.
+    fn start_of_last(&self) -> usize {
+        let Some(end) = self.links.iter().rposition(|link| link.is_linked) else { return self.links.len() };
+        self.links[..end].iter().rposition(|link| !link.is_linked).map_or(0, |before| before + 1)
+    }
+
+    /// The length of the last segment.
+    fn length_m(&self) -> f32 {
+        self.links.iter().rev().find(|link| link.is_linked).map_or(0.0, |link| link.along_m[1])
+    }
+
+    /// Measures the nodes that have no links.
+    fn measure(&mut self) {
+        for i in self.links.len()..self.track.nodes().len() {
+            let node = &self.track.nodes()[i];
+            let mut link = Link {
+                is_linked: node.is_linked,
+                segment: u32::MAX - 1,
+                along_m: [0.0; 2],
+                u: [0.0; 2],
+                alpha: [node.opacity; 2],
+                rims: [Rims::default(); 2],
+                pieces: [QuadPieces::default(); LANES],
+            };
+            if node.is_linked && i > 0 {
+                let (before, behind) = (&self.track.nodes()[i - 1], &self.links[i - 1]);
+                let is_start = !behind.is_linked;
+                // The original counts from the vertex before the first of the segment.
+                link.segment = if is_start { before.vertices.wrapping_sub(1) } else { behind.segment };
+                let before_m = if is_start { 0.0 } else { behind.along_m[1] };
+                link.along_m = [before_m, before_m + node.length_m];
+                let u = if is_start { self.random.unit(link.segment) } else { behind.u[1] };
+                let u = u - u.floor();
+                let tiles = self.brush.tile_rate * (node.length_m / node.size_m.max(f32::MIN_POSITIVE));
+                link.u = [u, u + if tiles < 1.0e6 { tiles } else { 0.0 }];
+                link.alpha[0] = before.opacity;
+            }
+            if self.section == Section::Box {
+                link.alpha = [1.0; 2];
+            }
+            self.links.push(link);
+        }
+    }
+
+    /// Makes all pieces from this one on.
+    fn make(&mut self, from: usize, out: &mut Pieces, drops: &mut Drops) {
+        // What is made again and what may be replaced has been counted, or will be.
+        let mut uncounted = Drops::default();
+        for i in from..self.links.len() {
+            let is_new = i + 1 == self.links.len() && i < self.track.kept();
+            self.make_piece(i, out, if is_new { drops } else { &mut uncounted });
+        }
+    }
+
+    fn make_piece(&mut self, i: usize, out: &mut Pieces, drops: &mut Drops) {
+        let mut link = self.links[i];
+        link.pieces = [out.no_quad(); LANES];
+        if link.is_linked && i > 0 {
+            let segment = self.links[i..].iter().take_while(|other| other.segment == link.segment);
+            let total_m = segment.last().map_or(0.0, |last| last.along_m[1]);
+            let behind = &self.links[i - 1];
+            let start = if behind.is_linked { behind.rims[1] } else { self.section.at_start(&self.track, i) };
+            let envelope = self.section.envelope(part(link.along_m[1], total_m));
+            link.rims = [start, self.section.at(&self.track, i, envelope)];
+            let [back, front] = &link.rims;
+            for lane in 0..self.section.lanes() {
+                let ([left, right], [front_left, front_right]) = (back[lane].ends, front[lane].ends);
+                let surface = self.surface(&link, lane, total_m);
+                let corners = [left, right, front_right, front_left];
+                link.pieces[lane] = out.push_quad(corners, surface, drops);
+            }
+            if self.section == Section::Box {
+                let is_end = self.links.get(i + 1).is_none_or(|next| !next.is_linked);
+                for (rims, is_closed) in [(back, !behind.is_linked), (front, is_end)] {
+                    if is_closed {
+                        let surface = Surface::flat([Vec2::splat(0.5); 4], [1.0; 4]);
+                        out.push_quad([0, 1, 2, 3].map(|lane: usize| rims[lane].ends[0]), surface, drops);
+                    }
+                }
+            }
+        }
+        self.links[i] = link;
+    }
+
+    /// How a lane of a piece is painted, in a segment of this length.
+    fn surface(&self, link: &Link, lane: usize, total_m: f32) -> Surface {
+        let random = self.random.unit(link.segment);
+        let rows = u32::from(self.brush.atlas_rows.max(1));
+        let row = ((random * 3331.0) as u32 % rows) as f32;
+        let [v0, v1] = self.section.across(lane).map(|v| (row + v) / rows as f32);
+        let [u0, u1] = match self.uv {
+            Uv::Stretched => link.along_m.map(|along_m| part(along_m, total_m)),
+            Uv::Distance => link.u,
+            Uv::EachQuad => [0.0, 1.0],
+        };
+        let ([a0, a1], [back, front]) = (link.alpha, &link.rims);
+        let ([n0, n1], [n3, n2]) = (back[lane].normals, front[lane].normals);
+        let uv = [(u0, v0), (u0, v1), (u1, v1), (u1, v0)].map(Vec2::from);
+        Surface::smooth([n0, n1, n2, n3], uv, [a0, a0, a1, a1])
+    }
+}
+
+fn part(along_m: f32, total_m: f32) -> f32 {
+    if total_m > 0.0 { along_m / total_m } else { 0.0 }
+}
