@@ -16,7 +16,7 @@ use crate::{
 /// How far a point has to lie outside a hull to change it, metres at scale 1.
 pub(super) const TOLERANCE_M: f64 = 1.0e-6;
 
-/// Makes the convex hull of half balls around the samples, each towards where the hand goes, and the first sample.
+/// Makes the convex hull of half balls around the samples, each towards where the hand goes, and of the first sample.
 #[derive(Clone, Debug)]
 pub struct HullBuilder {
     brush: &'static Brush,

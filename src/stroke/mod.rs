@@ -27,6 +27,7 @@ mod tube_brush;
 mod tube_shape;
 mod wall;
 mod welded;
+mod windowed_hull;
 
 pub use hull::HullBuilder;
 pub use particles::ParticlesBuilder;
@@ -40,6 +41,7 @@ pub use tube::{TUBE_SIDES, TubeBuilder};
 pub use tube_brush::TubeBrushBuilder;
 pub use wall::WallBuilder;
 pub use welded::WeldedBuilder;
+pub use windowed_hull::WindowedHullBuilder;
 
 use glam::{Quat, Vec3};
 
@@ -128,6 +130,8 @@ pub enum StrokeBuilder {
     Spray(SprayBuilder),
     /// [`Family::Tube`].
     TubeBrush(TubeBrushBuilder),
+    /// [`Family::WindowedHull`].
+    WindowedHull(WindowedHullBuilder),
 }
 
 impl StrokeBuilder {
@@ -158,7 +162,7 @@ impl StrokeBuilder {
             Family::Spray { midpoint } => Some(Self::Spray(SprayBuilder::new(&settings, brush, midpoint))),
             Family::Slices => Some(Self::Slices(SlicesBuilder::new(settings, brush))),
             Family::Tube { .. } => TubeBrushBuilder::new(&settings, brush).map(Self::TubeBrush),
-            _ => None,
+            Family::WindowedHull => Some(Self::WindowedHull(WindowedHullBuilder::new(&settings, brush))),
         }
     }
 
@@ -175,13 +179,18 @@ impl StrokeBuilder {
             Self::Particles(b) => b.push(sample, out, drops),
             Self::Spray(b) => b.push(sample, out, drops),
             Self::TubeBrush(b) => b.push(sample, out, drops),
+            Self::WindowedHull(b) => b.push(sample, out, drops),
         }
     }
 
     /// Ends the stroke; `out` says what that does to its polygons.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         match self {
-            Self::Ribbon(_) | Self::Slices(_) | Self::Particles(_) | Self::Spray(_) => {}
+            Self::Ribbon(_)
+            | Self::Slices(_)
+            | Self::Particles(_)
+            | Self::Spray(_)
+            | Self::WindowedHull(_) => {}
             Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::QuadStrip(b) => b.finish(out),
@@ -211,7 +220,8 @@ impl StrokeBuilder {
             | Self::Hull(_)
             | Self::Particles(_)
             | Self::Spray(_)
-            | Self::TubeBrush(_) => {}
+            | Self::TubeBrush(_)
+            | Self::WindowedHull(_) => {}
             Self::Welded(b) => b.repaint(out),
             Self::QuadStrip(b) => b.repaint(out),
         }

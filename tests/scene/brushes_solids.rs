@@ -278,6 +278,36 @@ fn a_hull_without_width_is_counted() {
     assert_eq!((pieces.len(), drops.degenerate), (0, 1));
 }
 
+#[test]
+fn a_windowed_hull_wraps_five_samples_at_a_time() {
+    let settings = settings("ConcaveHull", 0.2);
+    // The hand rolls as it goes: every two segments span a tetrahedron, every five a drum.
+    let samples: Vec<Sample> = (0..12)
+        .map(|i| Sample {
+            orientation: Quat::from_rotation_z(0.3 * i as f32),
+            ..at(0.0, 0.0, 0.1 * i as f32)
+        })
+        .collect();
+    let (pieces, drops) = draw(settings, &samples);
+    assert_eq!(drops, Drops::default());
+    // No polygon spans more than five samples.
+    for piece in &pieces {
+        let extent_m = piece.polygon.bounds().extent().z;
+        assert!(extent_m < 0.4 + 1.0e-5, "{extent_m}");
+    }
+    // The first sample counts as not pressed: a tenth of the width.
+    let (first, _) = draw(settings, &samples[..2]);
+    assert_eq!(first.len(), 4);
+    let lengths: Vec<f32> = [0.0, 0.1]
+        .map(|z| {
+            let ends =
+                first.iter().flat_map(|piece| piece.polygon.vertices()).filter(|p| (p.z - z).abs() < 1.0e-6);
+            2.0 * ends.map(|p| p.x.hypot(p.y)).fold(0.0, f32::max)
+        })
+        .to_vec();
+    assert!((lengths[0] - 0.02).abs() < 1.0e-6 && (lengths[1] - 0.2).abs() < 1.0e-6, "{lengths:?}");
+}
+
 /// How often each edge belongs to a polygon, by its ends' bits.
 fn edges(pieces: &[Piece]) -> std::collections::BTreeMap<[[u32; 3]; 2], u32> {
     let mut edges = std::collections::BTreeMap::new();
@@ -445,7 +475,7 @@ fn a_scene_shapes_a_tube_once_a_frame() {
 }
 
 /// The brushes of this part, and some samples of a hand or of a joker.
-const BRUSHES: [&str; 24] = [
+const BRUSHES: [&str; 25] = [
     "Dots",
     "Smoke",
     "Embers",
@@ -470,6 +500,7 @@ const BRUSHES: [&str; 24] = [
     "Rain",
     "MylarTube",
     "LightWire",
+    "ConcaveHull",
 ];
 
 fn samples() -> impl Strategy<Value = Vec<Sample>> {
