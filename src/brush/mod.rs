@@ -15,6 +15,13 @@ pub use texture::solid_across;
 
 use serde::Deserialize;
 
+/// Most particles, and most squares of a spray, on the way from a sample to the next. More: longer leaps of the hand are
+/// drawn whole, and a made-up file of leaps fills more memory.
+pub const MAX_SCATTERED: u64 = 500;
+
+/// Way between two particles at a rate of 1 and a stroke's scale of 1, metres.
+pub const PARTICLE_STEP_M: f32 = 0.0025;
+
 /// How textures run along a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Uv {

@@ -2,10 +2,12 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use glam::Vec3;
+
 use super::{
     Event, EventSource, Notes, OpenOptions, RecordingError, StrokeId, Tool, unknown_brushes::UnknownBrushes,
 };
-use crate::brush::{self, Family};
+use crate::brush::{self, Brush, Family};
 
 /// How much a session may hold: a small packed file can claim to be more than fits into memory.
 ///
@@ -165,15 +167,40 @@ impl fmt::Display for Amount {
     }
 }
 
+/// How many polygons a sample counts as.
+enum Weight {
+    /// Each as many.
+    Each(u64),
+    /// Particles and sprays: by the way from the last sample.
+    ByWay { brush: &'static Brush, width_m: f32, scale: f32, last: Option<Vec3> },
+}
+
+impl Weight {
+    fn of(&mut self, p: Vec3, pressure: f32) -> u64 {
+        match self {
+            Self::Each(polygons) => *polygons,
+            Self::ByWay { brush, width_m, scale, last } => {
+                let way_m = last.replace(p).map_or(0.0, |last| last.distance(p));
+                let step_m = match brush.family {
+                    Family::Particles => brush::PARTICLE_STEP_M * *scale / brush.particle_rate,
+                    _ => *width_m * brush.size(pressure) / brush.spray_rate,
+                };
+                let count = (way_m / step_m) as u64;
+                1 + if step_m > 0.0 { count.min(brush::MAX_SCATTERED) } else { 0 }
+            }
+        }
+    }
+}
+
 /// A source that ends where a session becomes too large, and notes which brushes nobody knows.
 pub(super) struct Limited {
     source: Box<dyn EventSource>,
     path: PathBuf,
     options: OpenOptions,
     read: Amount,
-    /// The polygons that a sample counts as, of the strokes that are being drawn.
-    open: HashMap<StrokeId, u64>,
-    /// The stroke that the last sample was of: most often that of the next one, too.
+    /// What samples count as, of the strokes that are being drawn.
+    open: HashMap<StrokeId, Weight>,
+    /// The stroke that the last sample was of, if each counts the same: most often that of the next one, too.
     last: Option<(StrokeId, u64)>,
     /// Why the source was ended, for a lenient reader.
     warning: Option<String>,
@@ -201,22 +228,35 @@ impl Limited {
         let mut read = self.read;
         read.events += 1;
         match event {
-            Event::Begin { stroke, tool, paint, .. } => {
+            Event::Begin { stroke, tool, width, paint, .. } => {
                 read.strokes += 1;
                 let brush = paint.as_ref().and_then(|paint| brush::find(&paint.brush));
-                let is_tube = match brush.map(|brush| brush.family) {
-                    Some(family) => matches!(family, Family::Tube { .. } | Family::BoxSection),
-                    None => *tool == Tool::Tube,
+                let scale = paint.as_ref().map_or(1.0, |paint| paint.scale);
+                let weight = match brush.map(|brush| (brush, brush.family)) {
+                    Some((_, Family::Tube { .. } | Family::BoxSection)) => Weight::Each(TUBE_POLYGONS),
+                    Some((brush, Family::Particles | Family::Spray { .. })) => {
+                        Weight::ByWay { brush, width_m: *width, scale, last: None }
+                    }
+                    None if *tool == Tool::Tube => Weight::Each(TUBE_POLYGONS),
+                    _ => Weight::Each(1),
                 };
-                let polygons = if is_tube { TUBE_POLYGONS } else { 1 };
-                self.open.entry(*stroke).or_insert(polygons);
+                self.open.entry(*stroke).or_insert(weight);
             }
-            Event::Point { stroke, .. } => {
+            Event::Point { stroke, p, pressure, .. } => {
                 read.points += 1;
-                if self.last.is_none_or(|(last, _)| last != *stroke) {
-                    self.last = self.open.get(stroke).map(|&polygons| (*stroke, polygons));
+                if let Some((last, polygons)) = self.last
+                    && last == *stroke
+                {
+                    read.polygons += polygons;
+                } else if let Some(weight) = self.open.get_mut(stroke) {
+                    read.polygons += weight.of(*p, *pressure);
+                    self.last = match weight {
+                        Weight::Each(polygons) => Some((*stroke, *polygons)),
+                        Weight::ByWay { .. } => None,
+                    };
+                } else {
+                    self.last = None;
                 }
-                read.polygons += self.last.map_or(0, |(_, polygons)| polygons);
             }
             Event::End { stroke, .. } => {
                 self.open.remove(stroke);
@@ -285,5 +325,25 @@ impl EventSource for Limited {
 
     fn place(&self) -> Place {
         self.source.place()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leaps_of_particles_and_sprays_count_as_what_they_become() {
+        for (name, step_m) in [("Snow", None), ("Splatter", Some(0.1))] {
+            let brush = brush::find(name).expect("a brush of the table");
+            let step_m = match step_m {
+                Some(width_m) => width_m * brush.size(1.0) / brush.spray_rate,
+                None => brush::PARTICLE_STEP_M / brush.particle_rate,
+            };
+            let mut weight = Weight::ByWay { brush, width_m: 0.1, scale: 1.0, last: None };
+            assert_eq!(weight.of(Vec3::ZERO, 1.0), 1);
+            assert_eq!(weight.of(Vec3::X * step_m * 10.5, 1.0), 11, "{name}");
+            assert_eq!(weight.of(Vec3::X * 1.0e9, 1.0), 1 + brush::MAX_SCATTERED, "{name}");
+        }
     }
 }

@@ -28,6 +28,8 @@ pub struct Stroke {
     pub(super) polygons: Vec<Range<u32>>,
     /// Polygons in use; those after them have shrunk to a point until the stroke needs them again.
     used: u32,
+    /// Polygons that samples do not replace: those up to the last one that came as a polygon while it was drawn.
+    fixed: u32,
     /// Samples have come since it was last painted.
     is_unpainted: bool,
     pub(super) erased: bool,
@@ -63,6 +65,7 @@ impl Stroke {
         points: 0,
         polygons: Vec::new(),
         used: 0,
+        fixed: 0,
         is_unpainted: false,
         erased: false,
         undone: true,
@@ -439,7 +442,7 @@ impl Scene {
         let at = *self.stroke_by_id.get(&id)?;
         let stroke = &mut self.strokes[at as usize];
         let builder = stroke.builder.as_mut()?;
-        self.fresh.begin(stroke.used);
+        self.fresh.begin(stroke.used, stroke.fixed);
         builder.push(sample, &mut self.fresh, &mut self.counts.drops);
         stroke.points += 1;
         self.counts.points += 1;
@@ -454,7 +457,7 @@ impl Scene {
         let at = *self.stroke_by_id.get(&id)?;
         let stroke = &mut self.strokes[at as usize];
         let mut builder = stroke.builder.take()?;
-        self.fresh.begin(stroke.used);
+        self.fresh.begin(stroke.used, stroke.fixed);
         builder.finish(&mut self.fresh, &mut self.counts.drops);
         self.file_fresh(at, changes);
         self.paint_stroke(at, &mut builder, changes);
@@ -468,7 +471,7 @@ impl Scene {
             let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
             stroke.is_unpainted = false;
             if let Some(mut builder) = stroke.builder.take() {
-                self.fresh.begin(stroke.used);
+                self.fresh.begin(stroke.used, stroke.fixed);
                 builder.settle(&mut self.fresh, &mut self.counts.drops);
                 self.file_fresh(at, changes);
                 self.paint_stroke(at, &mut builder, changes);
@@ -508,10 +511,13 @@ impl Scene {
                 at
             }
         };
-        self.fresh.begin(self.strokes[at as usize].used);
+        let stroke = &self.strokes[at as usize];
+        self.fresh.begin(stroke.used, stroke.fixed);
         let drops = &mut self.counts.drops;
         self.fresh.push_all(drops, |out, drops| split_into_convex(vertices, out, drops));
         self.file_fresh(at, changes);
+        let stroke = &mut self.strokes[at as usize];
+        stroke.fixed = stroke.used;
         Some(())
     }
 

@@ -45,6 +45,7 @@ pub use windowed_hull::WindowedHullBuilder;
 
 use glam::{Quat, Vec3};
 
+pub use crate::brush::MAX_SCATTERED;
 use crate::{
     brush::{Brush, Family, Surface},
     recording::{NormalRule, Tool},
@@ -87,10 +88,6 @@ impl StrokeSettings {
         0.5 * self.width_m * (self.thinnest + (1.0 - self.thinnest) * pressure)
     }
 }
-
-/// Most particles, and most squares of a spray, on the way from a sample to the next. More: longer leaps of the hand are
-/// drawn whole, and a made-up file of leaps fills more memory.
-pub const MAX_SCATTERED: u64 = 500;
 
 /// What was dropped while polygons were made, and why.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,12 +2,9 @@ use glam::{Vec2, Vec3};
 
 use super::{Drops, MAX_SCATTERED, Pieces, Sample, StrokeSettings, random::Random};
 use crate::{
-    brush::{Brush, Surface},
+    brush::{Brush, PARTICLE_STEP_M, Surface},
     polygon::ConvexPolygon,
 };
-
-/// Metres between two particles of a brush whose rate is 1.
-const INTERVAL_M: f32 = 0.0025;
 
 /// A stroke of a single particle is drawn as if pressed at least so hard.
 const LONE_PRESSURE: f32 = 0.8;
@@ -44,7 +41,7 @@ struct Lone {
 impl ParticlesBuilder {
     /// A stroke without samples.
     pub fn new(settings: &StrokeSettings, brush: &'static Brush) -> Self {
-        let interval_m = f64::from(INTERVAL_M * settings.scale / brush.particle_rate);
+        let interval_m = f64::from(PARTICLE_STEP_M * settings.scale / brush.particle_rate);
         Self {
             brush,
             width_m: settings.width_m,

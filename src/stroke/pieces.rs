@@ -42,15 +42,17 @@ impl QuadPieces {
 #[derive(Clone, Debug, Default)]
 pub struct Pieces {
     kept: u32,
+    /// Polygons before this place came from elsewhere, or before such: no sample takes them back.
+    fixed: u32,
     fresh: Vec<Piece>,
     /// Polygons on their way to `fresh`.
     polygons: Vec<ConvexPolygon>,
 }
 
 impl Pieces {
-    /// Begins anew for a stroke that has `count` polygons.
-    pub fn begin(&mut self, count: u32) {
-        self.kept = count;
+    /// Begins anew for a stroke that has `count` polygons, of which the first `fixed` stay whatever the samples do.
+    pub fn begin(&mut self, count: u32, fixed: u32) {
+        (self.kept, self.fixed) = (count, fixed);
         self.fresh.clear();
     }
 
@@ -64,8 +66,9 @@ impl Pieces {
         self.len() == 0
     }
 
-    /// Takes back all polygons from place `len` on.
+    /// Takes back all polygons from place `len` on, but for those that are fixed.
     pub fn truncate(&mut self, len: u32) {
+        let len = len.max(self.fixed);
         self.fresh.truncate(len.saturating_sub(self.kept) as usize);
         self.kept = self.kept.min(len);
     }

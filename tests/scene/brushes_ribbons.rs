@@ -35,7 +35,7 @@ impl Stroke {
 
     fn change(&mut self, with: impl FnOnce(&mut StrokeBuilder, &mut Pieces, &mut Drops)) {
         let mut out = Pieces::default();
-        out.begin(self.pieces.len() as u32);
+        out.begin(self.pieces.len() as u32, 0);
         with(&mut self.builder, &mut out, &mut self.drops);
         self.most_replaced = self.most_replaced.max(self.pieces.len() - out.kept() as usize);
         self.pieces.truncate(out.kept() as usize);

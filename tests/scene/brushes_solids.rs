@@ -3,8 +3,9 @@
 use glam::{Quat, Vec3};
 use osp::{
     brush,
-    polygon::ConvexPolygon,
-    recording::{NormalRule, Tool},
+    polygon::{ConvexPolygon, PolygonId},
+    recording::{Event, NormalRule, Paint, StrokeId, Tool},
+    scene::Scene,
     stroke::{Drops, MAX_SCATTERED, Piece, Pieces, Sample, StrokeBuilder, StrokeSettings},
 };
 use proptest::prelude::*;
@@ -62,14 +63,14 @@ fn draw_by_frames(settings: StrokeSettings, samples: &[Sample]) -> Vec<Piece> {
     };
     let mut count = 0;
     for &sample in samples {
-        out.begin(count);
+        out.begin(count, 0);
         builder.push(sample, &mut out, &mut drops);
         count = take(&out, &mut builder);
-        out.begin(count);
+        out.begin(count, 0);
         builder.settle(&mut out, &mut drops);
         count = take(&out, &mut builder);
     }
-    out.begin(count);
+    out.begin(count, 0);
     builder.finish(&mut out, &mut drops);
     take(&out, &mut builder);
     pieces
@@ -237,7 +238,7 @@ fn points_inside_a_hull_replace_nothing_and_an_end_is_replaced() {
     let (mut out, mut drops) = (Pieces::default(), Drops::default());
     let mut count = 0;
     let mut push = |sample: Sample| {
-        out.begin(count);
+        out.begin(count, 0);
         builder.push(sample, &mut out, &mut drops);
         count = out.len();
         (out.kept(), out.fresh().to_vec())
@@ -548,4 +549,40 @@ proptest! {
             prop_assert!(piece.polygon.vertices().iter().all(|p| p.is_finite()));
         }
     }
+}
+
+#[test]
+fn a_polygon_that_joins_a_hull_while_it_is_drawn_is_kept() {
+    let stroke = StrokeId(3);
+    let paint = Some(Box::new(Paint::new("MatteHull", 1)));
+    let begin = Event::Begin {
+        t: 0.0,
+        stroke,
+        tool: Tool::Ribbon,
+        width: 0.1,
+        color: (1.0, 1.0, 1.0, 1.0),
+        normal: NormalRule::Travel,
+        thinnest: 0.0,
+        paint,
+    };
+    let point = |x: f32, y: f32| Event::Point {
+        t: 0.0,
+        stroke,
+        p: Vec3::new(x, y, 0.0),
+        q: Quat::IDENTITY,
+        pressure: 1.0,
+    };
+    let far = [Vec3::new(9.0, 0.0, 0.0), Vec3::new(9.0, 1.0, 0.0), Vec3::new(8.0, 0.0, 0.0)];
+    let face =
+        Event::Polygon { t: 0.0, stroke: Some(stroke), vertices: far.to_vec(), color: (1.0, 1.0, 1.0, 1.0) };
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    let events = [begin, point(0.0, 0.0), point(0.5, 0.0), point(0.5, 0.5), face];
+    events.iter().for_each(|event| scene.apply(event, &mut changes));
+    let id = PolygonId(scene.polygon_count() as u32 - 1);
+    for event in [point(1.0, 1.0), point(0.0, 2.0), Event::End { t: 0.0, stroke }] {
+        scene.apply(&event, &mut changes);
+        assert_eq!(scene.polygon(id).vertices(), far);
+    }
+    let top = scene.visible_ids().map(|id| scene.bounds(id).max.y).fold(0.0, f32::max);
+    assert!(top > 2.0, "the hull has grown on: {top}");
 }
