@@ -9,7 +9,8 @@
 //!
 //! * [`Renderer::set_occlusion`]: hidden polygons are culled on the GPU.
 //!
-//! Polygons are flat-shaded from both sides. Opaque ones go by number, transparent ones back to front; both orders
+//! Polygons are seen from both sides: flat-shaded, or as the brush that painted them says ([`Renderer::set_environment`] is
+//! its light). Opaque ones and those whose light is added go by number, transparent ones back to front; these orders
 //! depend on the view and the polygons alone, not on the index that found them nor on what is left out, and of two at the
 //! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
 //!

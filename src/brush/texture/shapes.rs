@@ -235,7 +235,7 @@ pub(super) fn bristles(u: f32, v: f32) -> f32 {
 pub(super) fn leaves(u: f32, v: f32) -> f32 {
     let (number, x, y) = cell(u, v);
     let angle = y.atan2(x) + number as f32 * 0.3;
-    let lobes = 0.52 + 0.2 * (5.0 * angle).cos() + 0.06 * (15.0 * angle).cos();
+    let lobes = 0.63 + 0.2 * (5.0 * angle).cos() + 0.06 * (15.0 * angle).cos();
     let stem = (0.05 - y.abs()).min(-x - 0.1).min(x + 0.9);
     solid((lobes - x.hypot(y)).max(stem), 0.5)
 }
@@ -271,8 +271,8 @@ pub(super) fn tape(u: f32, v: f32) -> [f32; 4] {
 /// Slabs of a palette knife with cracks, without ends.
 pub(super) fn thick_paint(u: f32, v: f32) -> f32 {
     let rim = octaves(u, (v > 0.5) as u8 as f32 * 0.5, (7, 2), 2, 23) - 0.5;
-    let cracks = octaves(u + 0.4 * v, v, (5, 7), 3, 24) - 0.36;
-    solid((0.82 + 0.4 * rim - aside(v)).min(cracks), 0.5)
+    let cracks = octaves(u + 0.4 * v, v, (9, 13), 3, 24) - 0.36;
+    solid((0.76 + 0.4 * rim - aside(v)).min(cracks), 0.5)
 }
 
 /// Chips with ragged rims, without ends.

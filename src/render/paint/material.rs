@@ -79,7 +79,8 @@ mod tests {
         for brush in brush::all() {
             let material = all[1 + usize::from(brush::number(brush))];
             assert_eq!(material, Material::of(brush), "{}", brush.name);
-            let needs_shape = brush.draw == Draw::Cutout && brush.along.is_some();
+            let has_gaps = brush.along.is_some_and(|along| along.iter().any(|solid| *solid < 0.99));
+            let needs_shape = brush.draw == Draw::Cutout && has_gaps;
             assert!(!needs_shape || material.kinds[2] != NO_TEXTURE, "{} is cut out of nothing", brush.name);
         }
     }

@@ -31,7 +31,7 @@ fn height(picture: Picture, u: f32, v: f32) -> f32 {
         }
         Picture::Hypercolor => 0.3 * octaves(u, v, (4, 40), 2, 43),
         Picture::Leaves => 0.2 * octaves(u, v, (16, 16), 2, 44),
-        Picture::ThickPaint => 0.6 * octaves(u + 0.4 * v, v, (5, 7), 3, 24),
+        Picture::ThickPaint => 0.6 * octaves(u + 0.4 * v, v, (9, 13), 3, 24),
         Picture::Tape => {
             0.03 * ((u * 48.0 * std::f32::consts::TAU).sin() + (v * 24.0 * std::f32::consts::TAU).sin())
         }

@@ -57,7 +57,7 @@ impl Surroundings {
 fn standard() -> Environment {
     Environment {
         preset: "Standard".to_owned(),
-        sky: [Vec3::new(0.275, 0.275, 0.318), Vec3::new(0.035, 0.035, 0.086)],
+        sky: [Vec3::new(70.0, 70.0, 81.0) / 255.0, Vec3::new(0.035, 0.035, 0.086)],
         sky_rotation: Quat::IDENTITY,
         floor: None,
         fog: (Vec3::ZERO, 0.0),

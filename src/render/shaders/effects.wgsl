@@ -187,6 +187,9 @@ fn chromatic_wave(in: Painted, gain: f32) -> vec3<f32> {
 }
 
 fn neon_pulse(material: Material, in: Painted, place: Place) -> vec3<f32> {
+    if !place.is_front {
+        return vec3(0.0);
+    }
     let x = fract(abs(in.texture.x - 0.75 * seconds()));
     let ring = saturate(pow(10.0 * saturate(0.2 - x), 5.0));
     let straight = saturate(dot(place.normal, place.to_eye));
