@@ -6,8 +6,10 @@ use crate::{
     brush::{self, Brush, Draw, Family},
 };
 
-/// Headings of the list, and which brushes are under them.
-const KINDS: [(&str, fn(&Brush) -> bool); 4] = [
+/// A heading of the list, and which brushes are under it.
+type Kind = (&'static str, fn(&Brush) -> bool);
+
+const KINDS: [Kind; 4] = [
     ("Paint", |brush| is_ribbon(brush) && !is_light(brush)),
     ("Solids", |brush| !is_ribbon(brush) && !is_light(brush) && !is_spray(brush)),
     ("Light", |brush| is_light(brush) && !is_spray(brush)),
