@@ -79,20 +79,20 @@ fn frame_occlusion() {
 #[test]
 fn frame_occlusion_catches_unsound_methods() {
     use osp::occlusion::Occlusion;
-    let cases = || (0..300).map(|case| Generator::new(case).case(&[]));
+    let cases = |count| (0..count).map(|case| Generator::new(case).case(&[]));
     let of = |kind| vec![kind];
     let hidden: usize =
-        cases().map(|data| fuzzing::frame_occlusion::judge(&data, of(Occlusion::Msvbsp))).sum();
+        cases(300).map(|data| fuzzing::frame_occlusion::judge(&data, of(Occlusion::Msvbsp))).sum();
     let mut caught = Vec::new();
     for kind in [Occlusion::MsvbspPaper, Occlusion::DepthCenters] {
-        let times = cases()
+        let times = cases(1500)
             .filter(|data| catch_unwind(|| fuzzing::frame_occlusion::judge(data, of(kind))).is_err())
             .count();
         caught.push((kind, times));
     }
     eprintln!("{hidden} polygons hidden; caught {caught:?}");
     assert!(hidden > 500, "{hidden} hidden");
-    assert!(caught.iter().map(|(_, times)| times).sum::<usize>() > 5, "{caught:?}");
+    assert!(caught.iter().map(|(_, times)| times).sum::<usize>() > 3, "{caught:?}");
 }
 
 #[test]

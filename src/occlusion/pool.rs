@@ -152,8 +152,8 @@ impl OccluderPool {
                     self.offer(geometry, id);
                 }
                 Change::Remove(id) => self.take_out(geometry, id),
-                Change::Repaint(_) => {}
-                Change::Update(id) => {
+                // Where holes are may have changed with the painting.
+                Change::Update(id) | Change::Repaint(id) => {
                     self.take_out(geometry, id);
                     self.offer(geometry, id);
                 }
@@ -179,10 +179,10 @@ impl OccluderPool {
     pub fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) -> usize {
         let mut made = 0;
         for &change in changes {
-            if let Change::Remove(id) | Change::Update(id) = change {
+            if let Change::Remove(id) | Change::Update(id) | Change::Repaint(id) = change {
                 self.take_out(geometry, id);
             }
-            if let Change::Insert(id) | Change::Update(id) = change {
+            if let Change::Insert(id) | Change::Update(id) | Change::Repaint(id) = change {
                 self.rescan = self.rescan.min(id.index());
                 if made < offers && self.is_large(geometry, id) {
                     self.reserve(geometry.id_end());

@@ -99,8 +99,8 @@ impl OcclusionStage {
     /// many to look at.
     pub fn comes_large(&self, geometry: &dyn Geometry, changes: &[Change], views: &[View]) -> bool {
         let came = changes.iter().filter_map(|change| match *change {
-            Change::Insert(id) | Change::Update(id) => Some(id),
-            Change::Remove(_) | Change::Repaint(_) => None,
+            Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => Some(id),
+            Change::Remove(_) => None,
         });
         if came.clone().nth(MOST_LOOKS).is_some() {
             return true;

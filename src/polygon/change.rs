@@ -9,6 +9,7 @@ pub enum Change {
     Remove(PolygonId),
     /// The polygon has moved, or has another shape.
     Update(PolygonId),
-    /// The polygon is where it was, and looks different: only who draws it cares.
+    /// The polygon is where it was, and looks different: of interest to who draws it, or takes it for an occluder (holes in
+    /// it may be elsewhere), not to an index.
     Repaint(PolygonId),
 }
