@@ -27,13 +27,15 @@ use crate::{
 #[command(after_help = "\
 Examples:
   osp synth room --polygons 12000 --seed 1 room.ron
+  osp synth brushes --polygons 2400 brushes.ron
   osp synth grow --polygons 1000000 --seed 7 long.ron.zst
 
 Kinds:
   portrait   dense small strokes on a bust; the artist walks around it
   room       walls, furniture and ribbons in several rooms; the artist walks through them
   scribble   long loose strokes that fill the whole 4 m volume
-  grow       tendrils that leave the root cube and go on far beyond it")]
+  grow       tendrils that leave the root cube and go on far beyond it
+  brushes    a card of samples: each brush draws a wave, in rows (--polygons 2400: each once)")]
 pub(super) struct SynthArgs {
     /// What is drawn.
     #[arg(value_parser = kind_parser())]

@@ -68,7 +68,8 @@ fn the_bytes_of_a_seed_are_pinned() {
             "portrait 8c35862961818d2e",
             "room 58dffbcc130c0c1a",
             "scribble 1b5d7ec57dcad1e6",
-            "grow 2e2ca858ee32a27c"
+            "grow 2e2ca858ee32a27c",
+            "brushes 5858ea13edb33b4c"
         ],
         "a change of these breaks every session that was made by its command: say so in the changelog"
     );
@@ -76,7 +77,7 @@ fn the_bytes_of_a_seed_are_pinned() {
 
 #[test]
 fn another_seed_gives_another_session() {
-    for kind in SynthKind::ALL {
+    for kind in SynthKind::DRAWN_BY_ARTISTS {
         let (one, two) = (events(kind, 300, 1), events(kind, 300, 2));
         let points =
             |events: &[Event]| strokes(events).into_iter().flat_map(|s| s.points).collect::<Vec<_>>();
@@ -101,7 +102,7 @@ fn the_header_names_the_command() {
 
 #[test]
 fn the_target_is_met_by_the_scene() {
-    for kind in SynthKind::ALL {
+    for kind in SynthKind::DRAWN_BY_ARTISTS {
         for target in [0, 1, 100, 3000, 10_000] {
             let events = events(kind, target, 3);
             let counts = scene(&events).counts();
@@ -140,7 +141,7 @@ fn every_session_reads_back() {
 
 #[test]
 fn everything_that_artists_do_happens() {
-    for kind in SynthKind::ALL {
+    for kind in SynthKind::DRAWN_BY_ARTISTS {
         let events = events(kind, 12_000, 1);
         let count = |what: fn(&Event) -> bool| events.iter().filter(|e| what(e)).count();
         assert!(count(|e| matches!(e, Event::Erase { .. })) > 0, "{kind}");
@@ -171,7 +172,7 @@ fn everything_that_artists_do_happens() {
 
 #[test]
 fn hands_and_heads_move_like_hands_and_heads() {
-    for kind in SynthKind::ALL {
+    for kind in SynthKind::DRAWN_BY_ARTISTS {
         let events = events(kind, 5000, 2);
         let mut speeds = Vec::new();
         let mut counts = Vec::new();
@@ -269,4 +270,23 @@ fn each_subject_is_where_it_should_be() {
         room.iter().map(|c| ((c.x / 4.0).floor() as i32, (c.z / 4.0).floor() as i32)).collect();
     assert!(floors.len() >= 4, "several rooms: {floors:?}");
     assert!(room.iter().all(|c| c.abs().max_element() < 8.0), "inside the root");
+}
+
+#[test]
+fn a_card_of_samples_has_a_stroke_of_each_brush_that_is_offered() {
+    let offered: Vec<&str> =
+        osp::brush::all().iter().filter(|brush| brush.is_offered).map(|brush| brush.name.as_str()).collect();
+    let events = events(SynthKind::Brushes, 48 * offered.len() as u32, 1);
+    let drawn: Vec<String> = events
+        .iter()
+        .filter_map(|event| match event {
+            Event::Begin { paint: Some(paint), .. } => Some(paint.brush.clone()),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(drawn, offered);
+    let scene = scene(&events);
+    assert!(scene.unknown_brushes().is_empty());
+    let empty = scene.strokes().iter().filter(|stroke| stroke.polygon_count() == 0).count();
+    assert_eq!(empty, 0, "every brush leaves something");
 }

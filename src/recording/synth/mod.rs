@@ -9,6 +9,7 @@
 //! `hand` (how the hand follows it), `head`, `artist` (clock, events and edits), and a file for each subject.
 
 mod artist;
+mod brushes;
 mod grow;
 mod hand;
 mod head;
@@ -39,11 +40,16 @@ pub enum SynthKind {
     Scribble,
     /// Tendrils that leave the root cube soon and go on and on.
     Grow,
+    /// A card of samples: a wave of each brush, in rows.
+    Brushes,
 }
 
 impl SynthKind {
     /// Every kind.
-    pub const ALL: [Self; 4] = [Self::Portrait, Self::Room, Self::Scribble, Self::Grow];
+    pub const ALL: [Self; 5] = [Self::Portrait, Self::Room, Self::Scribble, Self::Grow, Self::Brushes];
+
+    /// The kinds that an artist draws, with a hand, a head and second thoughts.
+    pub const DRAWN_BY_ARTISTS: [Self; 4] = [Self::Portrait, Self::Room, Self::Scribble, Self::Grow];
 
     /// The kind's name on the command line.
     pub fn name(self) -> &'static str {
@@ -52,6 +58,7 @@ impl SynthKind {
             Self::Room => "room",
             Self::Scribble => "scribble",
             Self::Grow => "grow",
+            Self::Brushes => "brushes",
         }
     }
 }
@@ -64,7 +71,7 @@ impl fmt::Display for SynthKind {
 
 /// A kind that is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("expected portrait, room, scribble or grow; found `{0}`")]
+#[error("expected portrait, room, scribble, grow or brushes; found `{0}`")]
 pub struct ParseSynthKindError(String);
 
 impl FromStr for SynthKind {
@@ -92,6 +99,10 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
         }
         SynthKind::Scribble => (Box::new(scribble::Scribble::new(&mut artist)), VOLUME_M),
         SynthKind::Grow => (Box::new(grow::Grow::new(&mut artist)), VOLUME_M),
+        SynthKind::Brushes => {
+            let card = brushes::Brushes::new(polygons, seed);
+            return Session { header: card.header(source), format: "synth", events: Box::new(card) };
+        }
     };
     // Nothing in it came with a later format, so programs of the first can read it.
     let root = Some(Root { center: CENTER, size });
