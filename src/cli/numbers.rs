@@ -37,6 +37,7 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| format!("expected seconds above 0, up to {MOST_SECONDS}; found `{text}`"))
 }
 
+#[cfg(feature = "render")]
 /// A moment.
 pub(super) fn moment_s(text: &str) -> Result<f32, String> {
     within(text, &(0.0..=1.0e4), "seconds")

@@ -3,9 +3,8 @@
 pub(crate) mod noise;
 pub(crate) mod picture;
 mod shapes;
-mod solid;
+pub(crate) mod solid;
 
-pub(crate) use solid::repeats;
 pub use solid::solid_across;
 
 /// Width and height of a texture, texels.

@@ -47,6 +47,7 @@ pub(crate) enum Picture {
     Fibres,
 }
 
+#[cfg(feature = "render")]
 impl Picture {
     /// All of them, each at the place of its layer.
     pub(crate) const ALL: [Self; 41] = [
@@ -112,6 +113,18 @@ impl Picture {
         Self::Fibres,
     ];
 
+    /// Its layer.
+    pub(crate) fn layer(self) -> usize {
+        self as usize
+    }
+
+    /// The layer of the normals of its relief.
+    pub(crate) fn relief_layer(self) -> Option<usize> {
+        Self::WITH_RELIEF.iter().position(|with| *with == self).map(|place| Self::ALL.len() + place)
+    }
+}
+
+impl Picture {
     /// What a brush paints with; nothing if that is plain.
     pub(crate) fn of(brush: &Brush) -> Option<Self> {
         Some(match brush.name.as_str() {
@@ -159,16 +172,6 @@ impl Picture {
             "Guts" | "Muscle" => Self::Fibres,
             _ => return None,
         })
-    }
-
-    /// Its layer.
-    pub(crate) fn layer(self) -> usize {
-        self as usize
-    }
-
-    /// The layer of the normals of its relief.
-    pub(crate) fn relief_layer(self) -> Option<usize> {
-        Self::WITH_RELIEF.iter().position(|with| *with == self).map(|place| Self::ALL.len() + place)
     }
 
     /// Red, green, blue, alpha at a place: `u` along the stroke, `v` across, 0 to 1 each.

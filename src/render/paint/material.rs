@@ -2,7 +2,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::brush::{
     self, Brush, Draw, Effect, Family, Lighting,
-    texture::{picture::Picture, repeats},
+    texture::{picture::Picture, solid::repeats},
 };
 
 /// Room for materials in the shader.
