@@ -152,7 +152,7 @@ impl OccluderPool {
                     self.offer(geometry, id);
                 }
                 Change::Remove(id) => self.take_out(geometry, id),
-                // Where holes are may have changed with the painting.
+                Change::Repaint(id) if !self.hides_otherwise(geometry, id) => {}
                 Change::Update(id) | Change::Repaint(id) => {
                     self.take_out(geometry, id);
                     self.offer(geometry, id);
@@ -179,6 +179,11 @@ impl OccluderPool {
     pub fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) -> usize {
         let mut made = 0;
         for &change in changes {
+            if let Change::Repaint(id) = change
+                && !self.hides_otherwise(geometry, id)
+            {
+                continue;
+            }
             if let Change::Remove(id) | Change::Update(id) | Change::Repaint(id) = change {
                 self.take_out(geometry, id);
             }
@@ -191,6 +196,14 @@ impl OccluderPool {
             }
         }
         made
+    }
+
+    /// Whether what a polygon hides may have changed with its painting: what is cut out of it goes by its texture.
+    fn hides_otherwise(&self, geometry: &dyn Geometry, id: PolygonId) -> bool {
+        match geometry.occluder(id) {
+            None => self.slot(id) != NONE,
+            part => part != geometry.polygon(id),
+        }
     }
 
     /// Whether a polygon is among the largest sixteenth, about, of those that this was asked of.
@@ -402,5 +415,55 @@ impl OccluderPool {
             self.release(slot);
             slot += 1;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+
+    use super::*;
+    use crate::{
+        recording::{Event, NormalRule, Paint, StrokeId, Tool},
+        scene::Scene,
+    };
+
+    /// The texture of a tapered marker is stretched over its stroke: it slides over what is there as the stroke grows.
+    #[test]
+    fn a_candidate_hides_what_its_cut_out_polygon_hides_now() {
+        let stroke = StrokeId(0);
+        let mut scene = Scene::new();
+        let config = PoolConfig { capacity: 64, grouping: Grouping::Single };
+        let (mut pool, mut rough) = (OccluderPool::new(config), OccluderPool::new(config));
+        let begin = Event::Begin {
+            t: 0.0,
+            stroke,
+            tool: Tool::Ribbon,
+            width: 0.1,
+            color: (1.0, 1.0, 1.0, 1.0),
+            normal: NormalRule::Travel,
+            thinnest: 1.0,
+            paint: Some(Box::new(Paint::new("TaperedMarker", 1))),
+        };
+        let point = |i: u8| {
+            let p = Vec3::X * 0.1 * f32::from(i);
+            Event::Point { t: 0.0, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
+        };
+        let (mut changes, mut repainted) = (Vec::new(), 0);
+        for event in std::iter::once(begin).chain((0..20).map(point)) {
+            changes.clear();
+            scene.apply(&event, &mut changes);
+            repainted += changes.iter().filter(|change| matches!(change, Change::Repaint(_))).count();
+            pool.follow(&scene, &changes);
+            rough.follow_roughly(&scene, &changes, 1);
+            rough.catch_up(&scene, 1);
+            for pool in [&pool, &rough] {
+                for patch in pool.patches.iter().filter(|patch| pool.slot(patch.ids()[0]) != NONE) {
+                    let part = scene.occluder(patch.ids()[0]).expect("it hides something");
+                    assert!(patch.points().all(|p| part.vertices().contains(&p)), "{patch:?} of {part:?}");
+                }
+            }
+        }
+        assert!(repainted > 50 && pool.len() > 10, "{repainted}, {}", pool.len());
     }
 }

@@ -98,7 +98,8 @@ impl IdMap {
         Self {
             directory: Vec::with_capacity(shelves.max(1024)),
             shelves: Pool::with_room_for(shelves),
-            details: Pool::with_room_for(polygons / 64 + polygons.min(4096) / 16),
+            // A stroke whose last polygons are replaced as it grows spreads nearly every block over several places.
+            details: Pool::with_room_for(polygons / 16 + polygons.min(4096) / 16),
             stores: Pool::with_room_for(polygons / 16),
         }
     }
