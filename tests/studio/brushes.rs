@@ -149,7 +149,10 @@ fn a_tracker_paints_with_a_brush_by_its_name() {
         other => panic!("{line}: {other:?}"),
     };
     let light = choice("brush Light 0.05 1 0.5 0 1");
-    assert_eq!((light.tool, light.paint, light.normal), (Tool::Ribbon, brush::find("Light"), NormalRule::Travel));
+    assert_eq!(
+        (light.tool, light.paint, light.normal),
+        (Tool::Ribbon, brush::find("Light"), NormalRule::Travel)
+    );
     assert_eq!(choice("brush Light 0.05 1 0.5 0 1 2 local-x").normal, NormalRule::LocalX);
     assert_eq!(choice("brush ribbon 0.05 1 0.5 0 1").normal, NormalRule::LocalX);
     assert!(parse_line("brush Lihgt 0.05 1 0.5 0 1").expect_err("no brush").contains("the name of a brush"));

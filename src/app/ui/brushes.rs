@@ -2,7 +2,7 @@ use std::fmt;
 
 use egui::{
     Atom, Button, Color32, Image, Popup, PopupCloseBehavior, Rect, RichText, Role, ScrollArea,
-    SetOpenCommand, TextWrapMode, TextureHandle, Ui, Vec2, WidgetInfo, vec2,
+    SetOpenCommand, Shape, Stroke, TextWrapMode, TextureHandle, Ui, Vec2, WidgetInfo, vec2,
 };
 
 use super::wishes::Wishes;
@@ -110,7 +110,11 @@ impl BrushList {
         let chosen = studio.brush().paint();
         let name = chosen.map_or("plain", |brush| brush.name.as_str());
         let label = ui.label("brush (B)");
-        let button = Button::new((RichText::new(name), Atom::grow(), "⏷"));
+        let button = Button::new((
+            RichText::new(name),
+            Atom::grow(),
+            Atom::paint(Vec2::splat(9.0), |ui, args| triangle(ui, args.rect)),
+        ));
         let response = ui.add(button.min_size(vec2(ui.available_width(), 0.0)).truncate());
         response.widget_info(|| {
             let mut info = WidgetInfo::new(Role::ComboBox);
@@ -161,6 +165,14 @@ impl BrushList {
             }
         }
     }
+}
+
+/// What a list that opens has at its right end.
+fn triangle(ui: &Ui, rect: Rect) {
+    let corners =
+        vec![rect.left_top() + vec2(0.0, 1.0), rect.right_top() + vec2(0.0, 1.0), rect.center_bottom()];
+    let color = ui.visuals().widgets.inactive.fg_stroke.color;
+    ui.painter().add(Shape::convex_polygon(corners, color, Stroke::NONE));
 }
 
 /// The colour as bright as it can be: a picture in a dark one would show nothing.
