@@ -4,6 +4,8 @@
 
 #[path = "cli_outputs/arguments.rs"]
 mod arguments;
+#[path = "cli_outputs/exporting.rs"]
+mod exporting;
 #[path = "cli_outputs/messages.rs"]
 mod messages;
 #[path = "cli_outputs/replacing.rs"]

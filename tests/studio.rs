@@ -1,6 +1,8 @@
 //! The window without a window: what the pointer, the keys and a tracker do to a session.
 #![cfg(feature = "window")]
 
+#[path = "studio/brushes.rs"]
+mod brushes;
 #[path = "studio/drawing.rs"]
 mod drawing;
 #[path = "studio/exporting.rs"]

@@ -30,6 +30,7 @@ mod painter;
 mod pen;
 mod player;
 mod pointer;
+mod previews;
 mod question;
 mod room;
 mod selection;

@@ -122,6 +122,10 @@ impl Painter {
         })
     }
 
+    pub(super) fn gpu(&self) -> &Arc<Gpu> {
+        &self.gpu
+    }
+
     pub(super) fn adapter(&self) -> String {
         self.gpu.name()
     }

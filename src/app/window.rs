@@ -18,12 +18,13 @@ use winit::{
 use super::{
     journal::Unwritten,
     painter::{PaintError, PaintTimes, Painter, Panels},
+    previews,
     stats::{FrameStage, FrameTimes},
     studio::Studio,
     subject::Subject,
     trace::Trace,
     tracker::{Tracker, TrackerAddress, TrackerError, TrackerOptions},
-    ui::Interface,
+    ui::{Interface, PreviewGrid},
 };
 use crate::{
     frame::StageClock,
@@ -143,6 +144,26 @@ struct Live {
     tend_at: Instant,
     #[cfg(feature = "gamepad")]
     gamepad: Option<super::gamepad::Gamepad>,
+}
+
+impl Live {
+    /// The pictures in the list of brushes; without them it has names.
+    fn draw_previews(&mut self, context: &egui::Context, studio: &mut Studio) {
+        let grid = PreviewGrid::default();
+        let texture = match previews::draw(self.painter.gpu(), &grid) {
+            Ok(image) => {
+                let size = [image.width() as usize, image.height() as usize];
+                let image = egui::ColorImage::from_rgba_unmultiplied(size, image.rgba());
+                Some(context.load_texture("brushes", image, egui::TextureOptions::LINEAR))
+            }
+            Err(error) => {
+                studio.say(format!("no pictures of brushes: {error}"));
+                None
+            }
+        };
+        self.interface.set_previews(texture);
+        self.window.request_redraw();
+    }
 }
 
 impl ApplicationHandler<Wake> for App {
@@ -324,6 +345,9 @@ impl App {
         let mut area = egui::Rect::NOTHING;
         let output = context.run_ui(input, |ui| area = live.interface.show(ui, studio));
         live.egui.handle_platform_output(&live.window, output.platform_output);
+        if live.interface.wants_previews() {
+            live.draw_previews(&context, studio);
+        }
         let panels = Panels {
             primitives: context.tessellate(output.shapes, output.pixels_per_point),
             textures: output.textures_delta,

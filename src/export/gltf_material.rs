@@ -2,7 +2,7 @@ use serde_json::{Value, json};
 
 use super::gltf::linear_color;
 use crate::{
-    brush::{Brush, Draw, Lighting},
+    brush::{Brush, Draw, Effect, Lighting},
     scene::Stroke,
 };
 
@@ -30,8 +30,13 @@ impl Material {
     }
 
     fn strength(&self) -> f32 {
-        let gain = self.brush.map_or(0.0, |brush| brush.emission_gain);
-        2.0 * (10.0 * gain).exp()
+        let Some(brush) = self.brush else { return 1.0 };
+        match brush.effect {
+            // The core of a dot: a factor and no exponent.
+            Effect::Dots => 0.16 * brush.emission_gain,
+            Effect::Rainbow => (3.0 * brush.emission_gain).exp(),
+            _ => 2.0 * (10.0 * brush.emission_gain).exp(),
+        }
     }
 
     /// Whether it needs `KHR_materials_unlit`.

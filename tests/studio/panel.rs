@@ -18,9 +18,9 @@ use osp::{
 };
 
 /// A window without a display: the panels, and the frame that follows them as it does in the real one.
-struct Window {
-    studio: Studio,
-    interface: Interface,
+pub(crate) struct Window {
+    pub(crate) studio: Studio,
+    pub(crate) interface: Interface,
     model: Rect,
     report: FrameReport,
     folder: tempfile::TempDir,
@@ -44,7 +44,7 @@ fn window(subject: impl FnOnce(&Autosaves) -> Subject) -> Harness<'static, Windo
     harness
 }
 
-fn sketch() -> Harness<'static, Window> {
+pub(crate) fn sketch() -> Harness<'static, Window> {
     window(|autosaves| Subject::Sketch(Box::new(Document::new(autosaves))))
 }
 

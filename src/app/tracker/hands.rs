@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use glam::{Quat, Vec3};
 
 use super::{BrushChoice, Message};
-use crate::recording::{Event, NormalRule, StrokeId, Tool};
+use crate::recording::{Event, NormalRule, Paint, StrokeId, Tool};
 
 /// Where the hands and the head were last.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,7 +64,7 @@ impl Hands {
                 if pressure > 0.0 {
                     let stroke = *hand.drawing.get_or_insert_with(|| {
                         let stroke = next_stroke();
-                        let BrushChoice { tool, width_m: width, color, normal } = hand.brush;
+                        let BrushChoice { tool, paint, width_m: width, color, normal } = hand.brush;
                         out.push(Event::Begin {
                             t,
                             stroke,
@@ -73,7 +73,7 @@ impl Hands {
                             color,
                             normal,
                             thinnest: 0.0,
-                            paint: None,
+                            paint: paint.map(|brush| Box::new(Paint::new(&*brush.name, stroke.0))),
                         });
                         stroke
                     });
@@ -116,6 +116,7 @@ impl Default for Hands {
     fn default() -> Self {
         Self::new(BrushChoice {
             tool: Tool::Ribbon,
+            paint: None,
             width_m: 0.02,
             color: (0.9, 0.9, 0.9, 1.0),
             normal: NormalRule::LocalX,

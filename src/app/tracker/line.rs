@@ -2,8 +2,7 @@ use std::fmt::Write as _;
 
 use glam::{Quat, Vec3};
 
-use super::message::{BrushChoice, Message, normal_name, normal_of, tool_name, tool_of};
-use crate::recording::NormalRule;
+use super::message::{BrushChoice, Message, TOOLS, normal_name, normal_of};
 
 /// Reads a line. `Ok(None)`: it says nothing (empty, a comment, a key).
 ///
@@ -19,15 +18,15 @@ pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
             Message::Hand { p, q, pressure, hand: words.hand()? }
         }
         "brush" => {
-            let tool = words.0.next().and_then(tool_of).ok_or("a tool: ribbon, wall or tube")?;
+            let (tool, paint) = words.0.next().and_then(BrushChoice::named).ok_or(TOOLS)?;
             let width_m = words.number()?;
             let color = (words.number()?, words.number()?, words.number()?, words.number()?);
             let hand = words.hand()?;
             let normal = match words.0.next() {
                 Some(name) => normal_of(name).ok_or("a normal: local-x, side-x, travel or transport")?,
-                None => NormalRule::default(),
+                None => BrushChoice::usual_normal(paint),
             };
-            Message::Brush { hand, brush: BrushChoice { tool, width_m, color, normal } }
+            Message::Brush { hand, brush: BrushChoice { tool, paint, width_m, color, normal } }
         }
         "erase" => Message::Erase { p: words.point()? },
         "undo" => Message::Undo,
@@ -75,8 +74,9 @@ pub fn write_line(message: &Message, out: &mut String) {
         Message::Hand { hand, p, q, pressure } => {
             writeln!(out, "hand {} {} {} {} {} {} {} {pressure} {hand}", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
         }
-        Message::Brush { hand, brush: BrushChoice { tool, width_m, color: (r, g, b, a), normal } } => {
-            let (tool, normal) = (tool_name(tool), normal_name(normal));
+        Message::Brush { hand, brush } => {
+            let BrushChoice { width_m, color: (r, g, b, a), normal, .. } = brush;
+            let (tool, normal) = (brush.name(), normal_name(normal));
             writeln!(out, "brush {tool} {width_m} {r} {g} {b} {a} {hand} {normal}")
         }
         Message::Erase { p } => writeln!(out, "erase {} {} {}", p.x, p.y, p.z),

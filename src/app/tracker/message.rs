@@ -1,6 +1,7 @@
 use glam::{Quat, Vec3};
 
 use crate::{
+    brush::{self, Brush},
     math::COORDINATE_LIMIT_M,
     recording::{NormalRule, Tool},
 };
@@ -10,6 +11,8 @@ use crate::{
 pub struct BrushChoice {
     /// The tool.
     pub tool: Tool,
+    /// The brush that a ribbon is painted with; without one it is plain.
+    pub paint: Option<&'static Brush>,
     /// Full width, metres.
     pub width_m: f32,
     /// Red, green, blue, opacity, sRGB, 0 to 1.
@@ -81,7 +84,34 @@ impl Message {
     }
 }
 
-pub(super) fn tool_name(tool: Tool) -> &'static str {
+/// What a message may draw with.
+pub(super) const TOOLS: &str = "a tool (ribbon, wall or tube) or the name of a brush";
+
+impl BrushChoice {
+    /// The tool of this name, or the ribbon with the brush of this name.
+    pub(super) fn named(name: &str) -> Option<(Tool, Option<&'static Brush>)> {
+        match tool_of(name) {
+            Some(tool) => Some((tool, None)),
+            None => Some((Tool::Ribbon, Some(brush::find(name)?))),
+        }
+    }
+
+    /// The name of what it draws with, one word.
+    pub(super) fn name(&self) -> &'static str {
+        match self.paint {
+            Some(brush) if brush.name.contains(' ') => &brush.guid,
+            Some(brush) => &brush.name,
+            None => tool_name(self.tool),
+        }
+    }
+
+    /// How a ribbon lies whose message does not say it: brushes paint across the way of the hand.
+    pub(super) fn usual_normal(paint: Option<&Brush>) -> NormalRule {
+        if paint.is_some() { NormalRule::Travel } else { NormalRule::default() }
+    }
+}
+
+fn tool_name(tool: Tool) -> &'static str {
     match tool {
         Tool::Ribbon => "ribbon",
         Tool::Wall => "wall",
@@ -89,7 +119,7 @@ pub(super) fn tool_name(tool: Tool) -> &'static str {
     }
 }
 
-pub(super) fn tool_of(name: &str) -> Option<Tool> {
+fn tool_of(name: &str) -> Option<Tool> {
     [Tool::Ribbon, Tool::Wall, Tool::Tube].into_iter().find(|&tool| tool_name(tool) == name)
 }
 

@@ -6,7 +6,7 @@
 //! ```text
 //! head  X Y Z  QX QY QZ QW                        the eye moves here
 //! hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]      draws while the pressure is above 0
-//! brush TOOL WIDTH  R G B A  [HAND] [NORMAL]      what the hand draws with next: ribbon, wall or tube
+//! brush TOOL WIDTH  R G B A  [HAND] [NORMAL]      what the hand draws with next
 //! erase X Y Z                                     the stroke at this place
 //! undo
 //! redo
@@ -14,8 +14,8 @@
 //! # anything
 //! ```
 //!
-//! `HAND` is 0 to 255 and 0 if left out: each hand draws its own stroke. `NORMAL` says how a ribbon lies to the pose:
-//! `local-x` (default), `side-x`, `travel` or `transport`.
+//! `TOOL` is `ribbon`, `wall`, `tube` or the name of a brush, such as `Light`. `HAND` is 0 to 255 and 0 if left out: each hand draws its own stroke. `NORMAL` says how a ribbon lies to
+//! the pose: `local-x` (default), `side-x`, `travel` (default of brushes) or `transport`.
 //!
 //! The same as OSC: addresses `/osp/head`, `/osp/hand`, `/osp/brush`, `/osp/erase`, `/osp/undo`, `/osp/redo`, with the
 //! numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles. A key is `/osp/key` with a

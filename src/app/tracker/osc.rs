@@ -5,8 +5,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::message::{BrushChoice, Message, normal_name, normal_of, tool_name, tool_of};
-use crate::recording::NormalRule;
+use super::message::{BrushChoice, Message, normal_name, normal_of};
 
 /// Bundles in bundles, at most.
 const MAX_DEPTH: u32 = 4;
@@ -76,15 +75,15 @@ fn read(bytes: &[u8]) -> Option<Option<Message>> {
             Message::Hand { p, q, pressure, hand: values.hand()? }
         }
         "/osp/brush" => {
-            let tool = tool_of(values.text()?)?;
+            let (tool, paint) = BrushChoice::named(values.text()?)?;
             let width_m = values.number()?;
             let color = (values.number()?, values.number()?, values.number()?, values.number()?);
             let hand = values.hand()?;
             let normal = match values.tags {
-                [] => NormalRule::default(),
+                [] => BrushChoice::usual_normal(paint),
                 _ => normal_of(values.text()?)?,
             };
-            Message::Brush { hand, brush: BrushChoice { tool, width_m, color, normal } }
+            Message::Brush { hand, brush: BrushChoice { tool, paint, width_m, color, normal } }
         }
         "/osp/erase" => Message::Erase { p: values.point()? },
         "/osp/undo" => Message::Undo,
@@ -171,8 +170,9 @@ pub fn osc_packet(message: &Message) -> Vec<u8> {
             packet.hand(hand);
             "/osp/hand"
         }
-        Message::Brush { hand, brush: BrushChoice { tool, width_m, color: (r, g, b, a), normal } } => {
-            packet.text(tool_name(tool));
+        Message::Brush { hand, brush } => {
+            let BrushChoice { width_m, color: (r, g, b, a), normal, .. } = brush;
+            packet.text(brush.name());
             packet.numbers(&[width_m, r, g, b, a]);
             packet.hand(hand);
             packet.text(normal_name(normal));
@@ -241,6 +241,7 @@ fn put_text(text: &str, out: &mut Vec<u8>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::{NormalRule, Tool};
 
     #[test]
     fn packets_are_laid_out_as_the_specification_says() {
@@ -280,7 +281,8 @@ mod tests {
         let brush = Message::Brush {
             hand: 3,
             brush: BrushChoice {
-                tool: tool_of("tube").expect("a tool"),
+                tool: Tool::Tube,
+                paint: None,
                 width_m: 0.1,
                 color: (0.0, 0.5, 1.0, 1.0),
                 normal: NormalRule::default(),

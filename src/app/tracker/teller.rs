@@ -3,7 +3,10 @@ use std::collections::HashMap;
 use glam::{Quat, Vec3};
 
 use super::{BrushChoice, Message};
-use crate::recording::{Event, StrokeId};
+use crate::{
+    brush,
+    recording::{Event, StrokeId},
+};
 
 /// Tells a session as a tracker would have: the events become messages. Strokes that overlap in time get a hand each.
 ///
@@ -40,13 +43,19 @@ impl Teller {
     pub fn tell(&mut self, event: &Event, out: &mut Vec<Message>) {
         match *event {
             Event::Head { p, q, .. } => out.push(Message::Head { p, q }),
-            Event::Begin { stroke, tool, width, color, normal, thinnest, .. } => {
+            Event::Begin { stroke, tool, width, color, normal, thinnest, ref paint, .. } => {
                 let Some(hand) = self.free_hand() else {
                     self.left_out += 1;
                     return;
                 };
+                let paint = paint.as_ref().and_then(|paint| brush::find(&paint.brush));
+                // How a brush answers to pressure is its own.
+                let thinnest = if paint.is_some() { 0.0 } else { thinnest };
                 self.hands[usize::from(hand)] = Some(Drawing { stroke, thinnest, last: None });
-                out.push(Message::Brush { hand, brush: BrushChoice { tool, width_m: width, color, normal } });
+                out.push(Message::Brush {
+                    hand,
+                    brush: BrushChoice { tool, paint, width_m: width, color, normal },
+                });
             }
             Event::Point { stroke, p, q, pressure, .. } => {
                 let Some((hand, drawing)) = self.hand_of(stroke) else {

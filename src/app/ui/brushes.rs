@@ -1,10 +1,19 @@
-use egui::{ComboBox, Ui};
+use std::fmt;
+
+use egui::{
+    Atom, Button, Color32, Image, Popup, PopupCloseBehavior, Rect, RichText, Role, ScrollArea,
+    SetOpenCommand, Shape, Stroke, TextWrapMode, TextureHandle, Ui, Vec2, WidgetInfo, vec2,
+};
 
 use super::wishes::Wishes;
 use crate::{
     app::{command::Command, studio::Studio},
     brush::{self, Brush, Draw, Family},
 };
+
+/// A picture in the list, points.
+const SHOWN: Vec2 = vec2(80.0, 24.0);
+const LIST_WIDTH: f32 = 230.0;
 
 /// A heading of the list, and which brushes are under it.
 type Kind = (&'static str, fn(&Brush) -> bool);
@@ -28,26 +37,150 @@ fn is_spray(brush: &Brush) -> bool {
     matches!(brush.family, Family::Particles | Family::Spray { .. })
 }
 
-/// The choice of what ribbons are painted with.
-pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
-    let chosen = studio.brush().paint();
-    let name = chosen.map_or("plain", |brush| brush.name.as_str());
-    let label = ui.label("brush");
-    let choice = ComboBox::from_id_salt("brush").selected_text(name).width(140.0).height(420.0);
-    let shown = choice.show_ui(ui, |ui| {
+/// Where the pictures of the brushes that can be chosen are in one texture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PreviewGrid(());
+
+impl PreviewGrid {
+    const COLUMNS: usize = 4;
+    /// Twice as fine as shown, for screens of small pixels.
+    const CELL_PX: (usize, usize) = (160, 48);
+
+    /// The brushes, row by row.
+    pub fn brushes(&self) -> impl Iterator<Item = &'static Brush> + use<> {
+        brush::all().iter().filter(|brush| brush.is_offered)
+    }
+
+    /// Cells of a row.
+    pub fn columns(&self) -> usize {
+        Self::COLUMNS
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.brushes().count().div_ceil(Self::COLUMNS)
+    }
+
+    /// Width and height of a cell, pixels.
+    pub fn cell_px(&self) -> (usize, usize) {
+        Self::CELL_PX
+    }
+
+    /// Width and height of the texture, pixels.
+    pub fn size_px(&self) -> (u32, u32) {
+        ((self.columns() * Self::CELL_PX.0) as u32, (self.rows() * Self::CELL_PX.1) as u32)
+    }
+
+    /// The part of the texture that shows the brush of this place.
+    fn part(&self, place: usize) -> Rect {
+        let size = vec2(1.0 / self.columns() as f32, 1.0 / self.rows() as f32);
+        let cell = vec2((place % self.columns()) as f32, (place / self.columns()) as f32);
+        Rect::from_min_size((cell * size).to_pos2(), size)
+    }
+}
+
+/// The list of brushes, and what it shows of them.
+#[derive(Default)]
+pub(super) struct BrushList {
+    /// It has been opened.
+    is_asked: bool,
+    /// The pictures were drawn, or cannot be.
+    is_answered: bool,
+    previews: Option<TextureHandle>,
+}
+
+impl fmt::Debug for BrushList {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let has_previews = self.previews.is_some();
+        f.debug_struct("BrushList").field("has_previews", &has_previews).finish_non_exhaustive()
+    }
+}
+
+impl BrushList {
+    pub(super) fn wants_previews(&self) -> bool {
+        self.is_asked && !self.is_answered
+    }
+
+    pub(super) fn set_previews(&mut self, previews: Option<TextureHandle>) {
+        (self.is_answered, self.previews) = (true, previews);
+    }
+
+    /// The choice of what ribbons are painted with.
+    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+        let chosen = studio.brush().paint();
+        let name = chosen.map_or("plain", |brush| brush.name.as_str());
+        let label = ui.label("brush (B)");
+        let button = Button::new((
+            RichText::new(name),
+            Atom::grow(),
+            Atom::paint(Vec2::splat(9.0), |ui, args| triangle(ui, args.rect)),
+        ));
+        let response = ui.add(button.min_size(vec2(ui.available_width(), 0.0)).truncate());
+        response.widget_info(|| {
+            let mut info = WidgetInfo::new(Role::ComboBox);
+            (info.enabled, info.current_text_value) = (ui.is_enabled(), Some(name.to_owned()));
+            info
+        });
+        let response = response.labelled_by(label.id);
+        let toggle = wishes.brushes && ui.is_enabled();
+        let popup =
+            Popup::from_toggle_button_response(&response).close_behavior(PopupCloseBehavior::CloseOnClick);
+        let popup = match toggle {
+            true => popup.open_memory(SetOpenCommand::Toggle),
+            false => popup,
+        };
+        let room = ui.ctx().content_rect().height() - 40.0;
+        let shown = popup.width(LIST_WIDTH).show(|ui| {
+            ui.style_mut().wrap_mode = Some(TextWrapMode::Extend);
+            let list = ScrollArea::vertical().max_height(room.min(560.0)).auto_shrink([false, true]);
+            list.show(ui, |ui| self.rows(ui, studio, wishes));
+        });
+        self.is_asked |= shown.is_some();
+    }
+
+    fn rows(&self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+        let chosen = studio.brush().paint();
         if ui.selectable_label(chosen.is_none(), "plain").clicked() {
             wishes.commands.push(Command::Paint(None));
         }
+        let grid = PreviewGrid::default();
+        let tint = shining(studio.brush().color);
         for (heading, is_of) in KINDS {
             ui.separator();
             ui.weak(heading);
-            for brush in brush::all().iter().filter(|brush| brush.is_offered && is_of(brush)) {
+            for (place, brush) in grid.brushes().enumerate().filter(|(_, brush)| is_of(brush)) {
                 let is_chosen = chosen.is_some_and(|chosen| std::ptr::eq(chosen, brush));
-                if ui.selectable_label(is_chosen, &brush.name).clicked() {
+                let name = brush.name.as_str();
+                let row = match &self.previews {
+                    Some(texture) => {
+                        let picture = Image::from_texture((texture.id(), SHOWN));
+                        let picture = picture.uv(grid.part(place)).fit_to_exact_size(SHOWN).tint(tint);
+                        Button::selectable(is_chosen, (picture, name))
+                    }
+                    None => Button::selectable(is_chosen, name),
+                };
+                if ui.add(row.min_size(vec2(ui.available_width(), 0.0))).clicked() {
                     wishes.commands.push(Command::Paint(Some(brush)));
                 }
             }
         }
-    });
-    shown.response.labelled_by(label.id);
+    }
+}
+
+/// What a list that opens has at its right end.
+fn triangle(ui: &Ui, rect: Rect) {
+    let corners =
+        vec![rect.left_top() + vec2(0.0, 1.0), rect.right_top() + vec2(0.0, 1.0), rect.center_bottom()];
+    let color = ui.visuals().widgets.inactive.fg_stroke.color;
+    ui.painter().add(Shape::convex_polygon(corners, color, Stroke::NONE));
+}
+
+/// The colour as bright as it can be: a picture in a dark one would show nothing.
+fn shining([r, g, b, _]: [f32; 4]) -> Color32 {
+    let most = r.max(g).max(b);
+    if most <= 0.0 {
+        return Color32::WHITE;
+    }
+    let [r, g, b] = [r, g, b].map(|c| (c / most * 255.0).round() as u8);
+    Color32::from_rgb(r, g, b)
 }

@@ -4,6 +4,7 @@ use egui::{
 use glam::Vec3;
 
 use super::{
+    brushes::BrushList,
     canvas,
     dialog::{Answer, Ask, PathDialog},
     keys::{Action, HINTS, SHORTCUTS},
@@ -33,6 +34,7 @@ pub struct Interface {
     asked: Option<Question>,
     /// Something was drawn: the newcomer's hint has done its work.
     has_drawn: bool,
+    brushes: BrushList,
 }
 
 impl Interface {
@@ -51,6 +53,17 @@ impl Interface {
         &self.history
     }
 
+    /// Whether the list of brushes is open and has no pictures yet: once, and not before somebody looks.
+    pub fn wants_previews(&self) -> bool {
+        self.brushes.wants_previews()
+    }
+
+    /// Takes the pictures of the brushes, laid out as [`PreviewGrid`](super::PreviewGrid) says; without them the list shows
+    /// names alone.
+    pub fn set_previews(&mut self, previews: Option<egui::TextureHandle>) {
+        self.brushes.set_previews(previews);
+    }
+
     /// Whether the window has just opened: the first frames settle the layout.
     pub fn is_fresh(&self) -> bool {
         self.history.frames().len() < 3
@@ -61,7 +74,7 @@ impl Interface {
         let mut wishes = Wishes { panel: !self.hides_panel, help: self.shows_help, ..Wishes::default() };
         self.shortcuts(ui, studio, &mut wishes);
         Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
-            ScrollArea::vertical().show(ui, |ui| tools::show(ui, studio, &mut wishes));
+            ScrollArea::vertical().show(ui, |ui| tools::show(ui, studio, &mut self.brushes, &mut wishes));
         });
         if wishes.panel {
             Panel::right("numbers").resizable(false).exact_size(268.0).show(ui, |ui| {
@@ -152,6 +165,7 @@ impl Interface {
                         wishes.commands.push(Command::Play(!player.is_playing()));
                     }
                 }
+                Action::ToggleBrushes => wishes.brushes = true,
                 Action::TogglePanel => wishes.panel = !wishes.panel,
                 Action::ToggleHelp => wishes.help = !wishes.help,
             }

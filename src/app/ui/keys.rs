@@ -22,6 +22,8 @@ pub enum Action {
     AskSaveAs,
     /// Open the dialog for a model to export.
     AskExport,
+    /// Open the list of brushes, or close it.
+    ToggleBrushes,
     /// Replay: play or pause.
     TogglePlay,
     /// Show or hide the panel with times and counts.
@@ -68,6 +70,7 @@ pub const SHORTCUTS: &[Shortcut] = &[
     key(Key::Num3, "draw tubes", Action::Do(|| Command::Tool(ToolChoice::Draw(Tool::Tube)))),
     key(Key::X, "erase", Action::Do(|| Command::Tool(ToolChoice::Erase))),
     key(Key::V, "select and move", Action::Do(|| Command::Tool(ToolChoice::Select))),
+    key(Key::B, "choose a brush", Action::ToggleBrushes),
     key(Key::OpenBracket, "narrower brush", Action::Do(|| Command::Widen(-1.0))),
     key(Key::CloseBracket, "wider brush", Action::Do(|| Command::Widen(1.0))),
     key(Key::Delete, "erase the selection", Action::Do(|| Command::EraseSelected)),

@@ -14,5 +14,6 @@ mod replay_bar;
 mod tools;
 mod wishes;
 
+pub use brushes::PreviewGrid;
 pub use interface::Interface;
 pub use keys::{Action, HINTS, SHORTCUTS, Shortcut};

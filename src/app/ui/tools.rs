@@ -1,6 +1,6 @@
 use egui::{Button, Color32, ComboBox, RichText, Slider, Ui, Vec2};
 
-use super::{brushes, dialog::Ask, questions::ALARM, wishes::Wishes};
+use super::{brushes::BrushList, dialog::Ask, questions::ALARM, wishes::Wishes};
 use crate::{
     app::{
         command::Command,
@@ -30,13 +30,13 @@ const SWATCHES: [[u8; 3]; 12] = [
 ];
 
 /// Tools, brush, and the buttons for the session's file.
-pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+pub(super) fn show(ui: &mut Ui, studio: &Studio, brushes: &mut BrushList, wishes: &mut Wishes) {
     let is_replay = matches!(studio.subject(), Subject::Replay(_));
     ui.add_space(4.0);
     ui.add_enabled_ui(studio.can_draw(), |ui| {
         tool_buttons(ui, studio, wishes);
         ui.separator();
-        brushes::show(ui, studio, wishes);
+        brushes.show(ui, studio, wishes);
         brush(ui, studio, wishes);
         ui.separator();
         let scene = studio.scene();

@@ -1,0 +1,188 @@
+//! Painting with brushes.
+
+use egui::Key;
+use egui_kittest::kittest::Queryable;
+use osp::{
+    app::{Autosaves, Button, Command, Document, Studio, Subject, ToolChoice, tracker},
+    brush,
+    glam::{Quat, Vec3},
+    recording::{Event, NormalRule, OpenOptions, StrokeId, Tool},
+    rivals::IndexKind,
+    scene::Scene,
+};
+
+use crate::{drawing::Table, panel};
+
+fn wave(y: f32) -> Vec<(f32, f32)> {
+    (0..30).map(|i| (150.0 + i as f32 * 15.0, y + (i as f32 * 0.3).sin() * 60.0)).collect()
+}
+
+fn paint(table: &mut Table, brush: &str, y: f32) {
+    table.studio.command(Command::Paint(brush::find(brush)));
+    table.drag(Button::Primary, &wave(y));
+}
+
+fn events(path: &std::path::Path) -> Vec<Event> {
+    let session = osp::recording::open(path, &OpenOptions::default()).expect("a session");
+    session.map(|event| event.expect("an event")).collect()
+}
+
+/// Visible polygons of a stroke of the session by itself, painted or not.
+fn polygons_of(events: &[Event], number: u32, is_painted: bool) -> u64 {
+    let mut scene = Scene::new();
+    for event in events {
+        let mut event = event.clone();
+        let stroke = match &mut event {
+            Event::Begin { stroke, paint, .. } => {
+                paint.take_if(|_| !is_painted);
+                *stroke
+            }
+            Event::Point { stroke, .. } | Event::End { stroke, .. } => *stroke,
+            _ => continue,
+        };
+        if stroke == StrokeId(number) {
+            scene.apply(&event, &mut Vec::new());
+        }
+    }
+    scene.counts().visible
+}
+
+#[test]
+fn strokes_are_painted_with_the_chosen_brush_undone_saved_and_read_again() {
+    let mut table = Table::new();
+    let brushes = ["Light", "MatteHull", "Ink", "WigglyGraphite", "Bubbles"];
+    for (i, brush) in brushes.iter().enumerate() {
+        paint(&mut table, brush, 100.0 + 90.0 * i as f32);
+    }
+    let drawn: Vec<_> = table.studio.scene().strokes().iter().map(|stroke| stroke.brush()).collect();
+    assert_eq!(drawn, brushes.map(brush::find));
+    let before = table.visible();
+    table.studio.command(Command::Undo);
+    table.frame();
+    assert!(table.visible() < before);
+    table.studio.command(Command::Redo);
+    table.frame();
+    assert_eq!(table.visible(), before);
+
+    let saved = table.folder.path().join("painted.ron");
+    table.studio.command(Command::SaveAs(saved.clone()));
+    table.frame();
+    let events = events(&saved);
+    for (i, name) in brushes.iter().enumerate() {
+        let (painted, plain) = (polygons_of(&events, i as u32, true), polygons_of(&events, i as u32, false));
+        assert!(painted > 0 && painted != plain, "{name}: {painted} polygons, {plain} without the brush");
+    }
+    let all: u64 = (0..brushes.len() as u32).map(|i| polygons_of(&events, i, true)).sum();
+    assert_eq!(all, before, "the window shows what the brushes make of the samples");
+    let paints: Vec<_> = events
+        .iter()
+        .filter_map(|event| match event {
+            Event::Begin { paint, normal, .. } => Some((paint.as_ref()?.brush.clone(), *normal)),
+            _ => None,
+        })
+        .collect();
+    let expected: Vec<_> = brushes.iter().map(|name| ((*name).to_owned(), NormalRule::Travel)).collect();
+    assert_eq!(paints, expected);
+
+    // Opened again it is the same model, and the brush is still in the hand.
+    table.studio.command(Command::New);
+    table.frame();
+    assert_eq!(table.visible(), 0);
+    assert_eq!(table.studio.brush().paint(), brush::find("Bubbles"));
+    table.studio.command(Command::Open(saved));
+    table.frame();
+    assert_eq!(table.visible(), before);
+    let again: Vec<_> = table.studio.scene().strokes().iter().map(|stroke| stroke.brush()).collect();
+    assert_eq!(again, drawn);
+}
+
+#[test]
+fn the_brush_stays_with_the_ribbon_while_other_tools_are_used() {
+    let mut table = Table::new();
+    paint(&mut table, "Ink", 300.0);
+    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Tube)));
+    assert_eq!(table.studio.brush().paint(), None);
+    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
+    assert_eq!(table.studio.brush().paint(), brush::find("Ink"));
+    table.studio.command(Command::Tool(ToolChoice::Erase));
+    table.studio.command(Command::Paint(brush::find("Light")));
+    assert_eq!(table.studio.tool(), ToolChoice::Draw(Tool::Ribbon), "who chooses a brush wants to paint");
+}
+
+#[test]
+fn the_list_of_brushes_opens_by_key_and_click_and_chooses() {
+    let mut harness = panel::sketch();
+    assert!(!harness.state().interface.wants_previews(), "nothing is drawn before somebody looks");
+    assert!(harness.query_by_label("MatteHull").is_none());
+    harness.key_press(Key::B);
+    harness.run_steps(3);
+    assert!(harness.state().interface.wants_previews());
+    // No pictures here: names alone.
+    harness.state_mut().interface.set_previews(None);
+    harness.run_steps(2);
+    assert!(!harness.state().interface.wants_previews());
+    for brush in brush::all().iter().filter(|brush| brush.is_offered) {
+        assert_eq!(harness.query_all_by_label(&brush.name).count(), 1, "{}", brush.name);
+    }
+    harness.get_by_label("CelVinyl").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().studio.brush().paint(), brush::find("CelVinyl"));
+    assert!(harness.query_by_label("MatteHull").is_none(), "a choice closes the list");
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "brush (B)").click();
+    harness.run_steps(3);
+    harness.get_by_label("plain").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().studio.brush().paint(), None);
+    // The key closes, too.
+    for is_open in [true, false] {
+        harness.key_press(Key::B);
+        harness.run_steps(3);
+        assert_eq!(harness.query_by_label("MatteHull").is_some(), is_open);
+    }
+}
+
+#[test]
+fn a_tracker_paints_with_a_brush_by_its_name() {
+    use tracker::{BrushChoice, Hands, Message, osc_packet, parse_line, parse_osc, write_line};
+    let choice = |line: &str| match parse_line(line) {
+        Ok(Some(Message::Brush { brush, .. })) => brush,
+        other => panic!("{line}: {other:?}"),
+    };
+    let light = choice("brush Light 0.05 1 0.5 0 1");
+    assert_eq!(
+        (light.tool, light.paint, light.normal),
+        (Tool::Ribbon, brush::find("Light"), NormalRule::Travel)
+    );
+    assert_eq!(choice("brush Light 0.05 1 0.5 0 1 2 local-x").normal, NormalRule::LocalX);
+    assert_eq!(choice("brush ribbon 0.05 1 0.5 0 1").normal, NormalRule::LocalX);
+    assert!(parse_line("brush Lihgt 0.05 1 0.5 0 1").expect_err("no brush").contains("the name of a brush"));
+    // Every brush comes back from both forms, those of several words, too.
+    for brush in brush::all() {
+        let message = Message::Brush { hand: 1, brush: BrushChoice { paint: Some(brush), ..light } };
+        let (mut line, mut read) = (String::new(), Vec::new());
+        write_line(&message, &mut line);
+        assert_eq!(parse_line(line.trim_end()), Ok(Some(message)), "{line}");
+        assert_eq!((parse_osc(&osc_packet(&message), &mut read), read), (0, vec![message]));
+    }
+    // The hand's stroke is painted.
+    let (mut hands, mut events) = (Hands::default(), Vec::new());
+    let p = Vec3::ZERO;
+    let brush = Message::Brush { hand: 0, brush: light };
+    for message in [brush, Message::Hand { hand: 0, p, q: Quat::IDENTITY, pressure: 0.5 }] {
+        hands.take(0.0, &message, || StrokeId(5), &mut events);
+    }
+    let Event::Begin { paint: Some(paint), .. } = &events[0] else { panic!("{events:?}") };
+    assert_eq!((paint.brush.as_str(), paint.seed), ("Light", 5));
+    // And one that is told is the same again.
+    let (mut teller, mut told) = (tracker::Teller::new(), Vec::new());
+    events.iter().for_each(|event| teller.tell(event, &mut told));
+    assert_eq!(told[0], brush);
+}
+
+#[test]
+fn a_new_window_begins_plain() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+    let subject = Subject::Sketch(Box::new(Document::new(&autosaves)));
+    assert_eq!(Studio::new(subject, autosaves, IndexKind::Osp).brush().paint(), None);
+}
