@@ -12,7 +12,7 @@ use osp::{
     math::{Aabb, Frustum},
     occlusion::Occlusion,
     polygon::PolygonId,
-    recording::{Event, NormalRule, StrokeId, Tool},
+    recording::{Event, NormalRule, Paint, StrokeId, Tool},
     rivals::IndexKind,
     scene::Scene,
     view::{Projection, View},
@@ -103,6 +103,27 @@ fn no_frame_allocates_when_all_is_in_view_and_the_room_is_just_enough() {
             let late = made.iter().skip(1).position(|&n| n > 0);
             assert_eq!(late, None, "{}, {} views: {made:?}", kind.name(), seen.len());
         }
+    }
+}
+
+/// Brushes replace the last polygons of a stroke as it grows, so that neighbours in number lie in different places of the index.
+#[test]
+fn no_frame_of_brushed_strokes_allocates_when_the_room_is_just_enough() {
+    for brush in ["Light", "Marker"] {
+        let mut events = session(24_000);
+        for event in &mut events {
+            if let Event::Begin { paint, .. } = event {
+                *paint = Some(Box::new(Paint::new(brush, 1)));
+            }
+        }
+        let capacity = polygons_of(&events);
+        assert!(capacity > 20_000, "{capacity}");
+        let root = Aabb::cube(Vec3::new(0.0, 1.5, 0.0), 4.0);
+        let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
+        let mut pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let made = play(&events, &mut pipeline, &views()[..1]);
+        let late = made.iter().skip(1).position(|&n| n > 0);
+        assert_eq!(late, None, "{brush}: {made:?}");
     }
 }
 

@@ -464,6 +464,6 @@ mod tests {
                 }
             }
         }
-        assert!(repainted > 50 && pool.len() > 10, "{repainted}, {}", pool.len());
+        assert!(repainted > 50 && pool.len() > 5, "{repainted}, {}", pool.len());
     }
 }
