@@ -112,10 +112,6 @@ fn glow_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
             let tint = vec3(f32(turn == 0.0), f32(turn == 1.0), f32(turn == 2.0));
             return select(vec3(0.0), bloom(vec4(in.color.rgb * (0.2 + tint), 1.0), 0.35).rgb, is_lit);
         }
-        case DISCO: {
-            let flash = abs(place.normal.y);
-            return in.color.rgb * pow(flash, 20.0);
-        }
         default: { return vec3(0.0); }
     }
 }
@@ -194,7 +190,7 @@ fn neon_pulse(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let ring = saturate(pow(10.0 * saturate(0.2 - x), 5.0));
     let straight = saturate(dot(place.normal, place.to_eye));
     let light = bloom(vec4(in.color.rgb, 1.0), material.numbers.y).rgb * ring * pow(straight, 5.0);
-    return light + highlight(material, place.normal, place.to_eye);
+    return light + highlight(material, material.f0.rgb, place.normal, place.to_eye);
 }
 
 fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
@@ -206,8 +202,9 @@ fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let b = texture_of(material, layer, vec2(u - 1.1 * t, v + 0.3), place.gradients).g;
     let c = texture_of(material, layer, vec2(u * 2.0 - 1.5 * t, v + 0.6), place.gradients).b;
     let hot = saturate(1.2 - u) * (a + b + c) / 3.0;
-    let head = saturate(1.0 - u * 5.0);
-    let body = saturate(hot * 2.0 - u);
+    // What is bright in the noise; hot within the first fifth.
+    let head = saturate(1.0 - u * 5.0) * hot;
+    let body = pow(saturate(hot * 2.0 - u), 3.0);
     let color = mix(in.color.rgb, vec3(1.0), head * 0.5);
     return bloom(vec4(color * (body + head), 1.0), material.numbers.y * 0.6).rgb;
 }
@@ -228,11 +225,11 @@ fn diamond_hull(material: Material, in: Painted, place: Place) -> vec3<f32> {
     var rim = 1.0 - straight;
     rim *= 1.0 - pow(rim, 5.0);
     // At grazing angles light runs along the edges.
-    let edge = 150.0 * pow(saturate(1.0 - straight * 10.0), 2.0);
+    let edge = 150.0 * saturate(1.0 - straight * 10.0);
     let thickness = 6.0 * rim + dot(place.normal, vec3(0.7, 1.1, 0.9)) + 0.3 * seconds();
     let film = 0.02 + 0.18 * (0.5 + 0.5 * cos(2.0 * PI * (thickness + vec3(0.0, 0.33, 0.67))));
     let glass = 0.2 * in.color.rgb * light_on(place.normal);
-    return glass * 0.5 + (rim + edge) * (0.5 * in.color.rgb + 0.25) * film;
+    return glass + (rim + edge) * (0.5 * in.color.rgb + 0.25) * film;
 }
 
 // What is added to what is behind.

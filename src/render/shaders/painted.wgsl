@@ -182,8 +182,7 @@ fn light_on(normal: vec3<f32>) -> vec3<f32> {
 }
 
 // The highlight of the first light and what is mirrored.
-fn highlight(material: Material, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
-    let f0 = material.f0.rgb;
+fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
     let gloss = material.f0.w;
     let roughness = (1.0 - gloss) * (1.0 - gloss);
     let to_light = -surroundings.ways[0].xyz;
@@ -208,8 +207,10 @@ fn lit(material: Material, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f3
         return albedo * light_on(normal);
     }
     if kind == SPECULAR {
-        let most = max(material.f0.r, max(material.f0.g, material.f0.b));
-        return albedo * (1.0 - most) * light_on(normal) + highlight(material, normal, to_eye);
+        // The mirror of a disco ball has the colour of the paint.
+        let f0 = material.f0.rgb * select(vec3(1.0), albedo, material.kinds.y == DISCO);
+        let most = max(f0.r, max(f0.g, f0.b));
+        return albedo * (1.0 - most) * light_on(normal) + highlight(material, f0, normal, to_eye);
     }
     return albedo;
 }
