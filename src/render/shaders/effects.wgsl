@@ -202,9 +202,8 @@ fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let b = texture_of(material, layer, vec2(u - 1.1 * t, v + 0.3), place.gradients).g;
     let c = texture_of(material, layer, vec2(u * 2.0 - 1.5 * t, v + 0.6), place.gradients).b;
     let hot = saturate(1.2 - u) * (a + b + c) / 3.0;
-    // What is bright in the noise; hot within the first fifth.
-    let head = saturate(1.0 - u * 5.0) * hot;
-    let body = pow(saturate(hot * 2.0 - u), 3.0);
+    let head = saturate(1.0 - u * 5.0);
+    let body = saturate(hot * 2.0 - u);
     let color = mix(in.color.rgb, vec3(1.0), head * 0.5);
     return bloom(vec4(color * (body + head), 1.0), material.numbers.y * 0.6).rgb;
 }
