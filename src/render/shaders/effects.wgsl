@@ -202,9 +202,8 @@ fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let b = texture_of(material, layer, vec2(u - 1.1 * t, v + 0.3), place.gradients).g;
     let c = texture_of(material, layer, vec2(u * 2.0 - 1.5 * t, v + 0.6), place.gradients).b;
     let hot = saturate(1.2 - u) * (a + b + c) / 3.0;
-    // What is bright in the noise; hot within the first fifth.
-    let head = saturate(1.0 - u * 5.0) * hot;
-    let body = pow(saturate(hot * 2.0 - u), 3.0);
+    let head = saturate(1.0 - u * 5.0);
+    let body = saturate(hot * 2.0 - u);
     let color = mix(in.color.rgb, vec3(1.0), head * 0.5);
     return bloom(vec4(color * (body + head), 1.0), material.numbers.y * 0.6).rgb;
 }
@@ -229,7 +228,7 @@ fn diamond_hull(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let thickness = 6.0 * rim + dot(place.normal, vec3(0.7, 1.1, 0.9)) + 0.3 * seconds();
     let film = 0.02 + 0.18 * (0.5 + 0.5 * cos(2.0 * PI * (thickness + vec3(0.0, 0.33, 0.67))));
     let glass = 0.2 * in.color.rgb * light_on(place.normal);
-    return glass + (rim + edge) * (0.5 * in.color.rgb + 0.25) * film;
+    return glass * 0.5 + (rim + edge) * (0.5 * in.color.rgb + 0.25) * film;
 }
 
 // What is added to what is behind.
