@@ -151,9 +151,10 @@ impl Live {
     fn draw_previews(&mut self, context: &egui::Context, studio: &mut Studio) {
         let grid = PreviewGrid::default();
         let texture = match previews::draw(self.painter.gpu(), &grid) {
-            Ok(image) => {
-                let size = [image.width() as usize, image.height() as usize];
-                let image = egui::ColorImage::from_rgba_unmultiplied(size, image.rgba());
+            Ok(texture) => {
+                let (width, height) = grid.size_px();
+                let image =
+                    egui::ColorImage::from_rgba_unmultiplied([width as usize, height as usize], &texture);
                 Some(context.load_texture("brushes", image, egui::TextureOptions::LINEAR))
             }
             Err(error) => {
