@@ -11,6 +11,7 @@ const HEIGHTS: [u32; 4] = [64, 21, 7, 2];
 pub(super) struct Finish {
     source_layout: wgpu::BindGroupLayout,
     octaves_layout: wgpu::BindGroupLayout,
+    samples_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     shrink: wgpu::RenderPipeline,
     blur_across: wgpu::RenderPipeline,
@@ -25,6 +26,7 @@ pub(super) struct Octaves {
     resolved: wgpu::BindGroup,
     octaves: [Octave; HEIGHTS.len()],
     all: wgpu::BindGroup,
+    samples: wgpu::BindGroup,
 }
 
 /// A small picture, and another for half of its blur.
@@ -59,6 +61,12 @@ impl Finish {
         };
         let source_layout = bind_layout("source", &[entry(0, texture), entry(1, sampler_type)]);
         let octaves_layout = bind_layout("octaves", &[0, 1, 2, 3].map(|binding| entry(binding, texture)));
+        let multisampled = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: true,
+        };
+        let samples_layout = bind_layout("samples", &[entry(0, multisampled)]);
         let layout = |label, layouts: &[Option<&wgpu::BindGroupLayout>]| {
             device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some(label),
@@ -67,7 +75,8 @@ impl Finish {
             })
         };
         let of_source = layout("one picture", &[Some(&source_layout)]);
-        let of_octaves = layout("finish", &[Some(&source_layout), Some(&octaves_layout)]);
+        let of_octaves =
+            layout("finish", &[Some(&source_layout), Some(&octaves_layout), Some(&samples_layout)]);
         let pipeline = |entry, layout: &wgpu::PipelineLayout, format: wgpu::TextureFormat| {
             device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(entry),
@@ -105,6 +114,7 @@ impl Finish {
             }),
             source_layout,
             octaves_layout,
+            samples_layout,
         }
     }
 
@@ -136,6 +146,7 @@ impl Finish {
         pass.set_bind_group(0, &of_target.resolved, &[]);
         if spreads {
             pass.set_bind_group(1, &of_target.all, &[]);
+            pass.set_bind_group(2, &of_target.samples, &[]);
         }
         pass.draw(0..3, 0..1);
     }
@@ -174,7 +185,15 @@ impl Finish {
             layout: &self.octaves_layout,
             entries: &entries,
         });
-        Octaves { resolved: source(target.resolved()), octaves, all }
+        let samples = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("samples"),
+            layout: &self.samples_layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(target.samples()),
+            }],
+        });
+        Octaves { resolved: source(target.resolved()), octaves, all, samples }
     }
 }
 

@@ -48,9 +48,8 @@ impl Target {
                 view_formats: &[],
             })
         };
-        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
-        let samples = texture("samples", COLOR_FORMAT, SAMPLES, attachment);
-        let sampled = attachment | wgpu::TextureUsages::TEXTURE_BINDING;
+        let sampled = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let samples = texture("samples", COLOR_FORMAT, SAMPLES, sampled);
         let depth = texture("depth", DEPTH_FORMAT, SAMPLES, sampled);
         let resolved = texture("resolved", COLOR_FORMAT, 1, sampled);
         let picture = texture("picture", PICTURE_FORMAT, 1, sampled | wgpu::TextureUsages::COPY_SRC);
@@ -100,6 +99,11 @@ impl Target {
         &self.resolved
     }
 
+    /// What was drawn, every sample of it.
+    pub(super) fn samples(&self) -> &wgpu::TextureView {
+        &self.samples
+    }
+
     /// The depth of every sample.
     pub(super) fn depth(&self) -> &wgpu::TextureView {
         &self.depth
@@ -119,10 +123,7 @@ impl Target {
                 view: &self.samples,
                 depth_slice: None,
                 resolve_target: Some(&self.resolved),
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(background),
-                    store: wgpu::StoreOp::Discard,
-                },
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(background), store: wgpu::StoreOp::Store },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.depth,

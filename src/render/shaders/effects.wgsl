@@ -226,7 +226,7 @@ fn diamond_hull(material: Material, in: Painted, place: Place) -> vec3<f32> {
     // At grazing angles light runs along the edges.
     let edge = 150.0 * saturate(1.0 - straight * 10.0);
     let thickness = 6.0 * rim + dot(place.normal, vec3(0.7, 1.1, 0.9)) + 0.3 * seconds();
-    let film = 0.02 + 0.18 * (0.5 + 0.5 * cos(2.0 * PI * (thickness + vec3(0.0, 0.33, 0.67))));
+    let film = 0.10 + 0.10 * (0.5 + 0.5 * cos(2.0 * PI * (thickness + vec3(0.0, 0.33, 0.67))));
     let glass = 0.2 * in.color.rgb * light_on(place.normal);
     return glass * 0.5 + (rim + edge) * (0.5 * in.color.rgb + 0.25) * film;
 }

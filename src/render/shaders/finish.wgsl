@@ -9,6 +9,7 @@
 @group(1) @binding(1) var octave_1: texture_2d<f32>;
 @group(1) @binding(2) var octave_2: texture_2d<f32>;
 @group(1) @binding(3) var octave_3: texture_2d<f32>;
+@group(2) @binding(0) var samples: texture_multisampled_2d<f32>;
 
 // Brighter than this nothing counts.
 const MOST: f32 = 30001.0;
@@ -79,13 +80,19 @@ fn cut_off(in: Corner) -> @location(0) vec4<f32> {
     return vec4(saturate(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb), 1.0);
 }
 
-// The picture with what spreads.
+// The picture with what spreads. Each sample is cut at 1 before the mean of the pixel: a bright stroke that fills a quarter
+// of a pixel makes a quarter of it bright.
 @fragment
 fn spread(in: Corner) -> @location(0) vec4<f32> {
-    let color = cut(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb);
     let octaves = 0.5 * textureSampleLevel(octave_0, smooth_sampler, in.uv, 0.0).rgb
         + 0.6 * textureSampleLevel(octave_1, smooth_sampler, in.uv, 0.0).rgb
         + 0.6 * textureSampleLevel(octave_2, smooth_sampler, in.uv, 0.0).rgb
         + 0.45 * textureSampleLevel(octave_3, smooth_sampler, in.uv, 0.0).rgb;
-    return vec4(saturate(mix(color, 0.34 * octaves, SPREAD)), 1.0);
+    var sum = vec3(0.0);
+    let count = i32(textureNumSamples(samples));
+    for (var i = 0; i < count; i++) {
+        let color = cut(textureLoad(samples, vec2<i32>(in.position.xy), i).rgb);
+        sum += saturate(mix(color, 0.34 * octaves, SPREAD));
+    }
+    return vec4(sum / f32(count), 1.0);
 }
