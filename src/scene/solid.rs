@@ -5,9 +5,6 @@ use crate::{
     polygon::ConvexPolygon,
 };
 
-/// Borders of solid parts are at so many places across a texture. More: larger parts, of which fewer meet their neighbours.
-const STEPS: f32 = 32.0;
-
 /// The part of a cut-out polygon, in its plane, where its texture is solid whatever the distance: the strip between two
 /// lines along the stroke. `None` if there is none.
 pub(super) fn solid_part(
@@ -28,12 +25,7 @@ pub(super) fn solid_part(
     let (solid_low, solid_high) = brush::solid_across(brush, range(|uv| uv.x), range(|uv| uv.y))?;
     // Lines of one `v` are bent where the two triangles of a quad meet: a little is left for that.
     let margin = 0.02 * (solid_high - solid_low);
-    // Rounded, so that the parts of neighbours mostly meet, and are one occluder.
-    let low = ((solid_low + margin) * STEPS).ceil() / STEPS;
-    let high = ((solid_high - margin) * STEPS).floor() / STEPS;
-    if low >= high {
-        return None;
-    }
+    let (low, high) = (solid_low + margin, solid_high - margin);
     let at = |i: usize, k: usize, v: f32| {
         let (from, to) = (uv(i).y, uv(k).y);
         vertices[i].lerp(vertices[k], ((v - from) / (to - from)).clamp(0.0, 1.0))
