@@ -188,11 +188,11 @@ impl Scene {
         stroke.is_displaced = false;
         stroke.was_displaced_unseen = !stroke.is_visible();
         self.groups.chain(stroke.group, &mut self.chain);
+        let scale = self.chain.iter().map(|to| to.s).product();
         for id in stroke.polygon_ids() {
             let local = &self.polygons[id.index()];
             let world = local.map(|p| self.chain.iter().fold(p + stroke.offset, |p, to| group::apply(to, p)));
             let surface = self.surfaces.get(id.index()).copied().unwrap_or(Surface::PLAIN);
-            let scale = self.chain.iter().map(|to| to.s).product();
             self.bounds[id.index()] = stroke.bounds_of(&world, &surface, scale);
             self.displaced += 1;
             if stroke.is_visible() {

@@ -22,6 +22,7 @@ mod geometry;
 mod group;
 mod history;
 mod model;
+mod pieces;
 mod solid;
 mod used;
 

@@ -8,7 +8,7 @@ use crate::{
     math::{Aabb, unit},
     polygon::{Change, ConvexPolygon, Paged, PolygonId},
     recording::{Event, GroupId, Paint, StrokeId, Transform},
-    stroke::{Drops, Piece, Pieces, Sample, StrokeBuilder, StrokeSettings, split_into_convex},
+    stroke::{Drops, Pieces, Sample, StrokeBuilder, StrokeSettings, split_into_convex},
 };
 
 /// A stroke and what has become of it.
@@ -27,11 +27,11 @@ pub struct Stroke {
     /// Its polygons; more than one range where strokes overlap in time.
     pub(super) polygons: Vec<Range<u32>>,
     /// Polygons in use; those after them have shrunk to a point until the stroke needs them again.
-    used: u32,
+    pub(super) used: u32,
     /// Polygons that samples do not replace: those up to the last one that came as a polygon while it was drawn.
-    fixed: u32,
+    pub(super) fixed: u32,
     /// Samples have come since it was last painted.
-    is_unpainted: bool,
+    pub(super) is_unpainted: bool,
     pub(super) erased: bool,
     pub(super) undone: bool,
     /// No undo or redo brings it back any more; its polygons are let go next.
@@ -134,7 +134,7 @@ impl Stroke {
     }
 
     /// The id of its polygon at a place, counted from its first.
-    fn id_at(&self, place: u32) -> Option<PolygonId> {
+    pub(super) fn id_at(&self, place: u32) -> Option<PolygonId> {
         let mut left = place;
         for range in &self.polygons {
             let count = range.end - range.start;
@@ -232,12 +232,10 @@ pub struct Scene {
     /// Scratch: the transforms of a stroke's groups.
     pub(super) chain: Vec<Transform>,
     /// Strokes to paint once the frame's samples have come.
-    to_paint: Vec<u32>,
-    /// Brushes that recordings name and nobody knows, each once.
-    unknown_brushes: Vec<String>,
+    pub(super) to_paint: Vec<u32>,
     /// Filled and emptied within one call.
-    fresh: Pieces,
-    repainted: Vec<(u32, Surface)>,
+    pub(super) fresh: Pieces,
+    pub(super) repainted: Vec<(u32, Surface)>,
 }
 
 impl Scene {
@@ -301,11 +299,6 @@ impl Scene {
             Some(&surface) => surface,
             None => *self.let_go_or_panic(id, &Surface::PLAIN),
         }
-    }
-
-    /// Brushes that the events so far name and nobody knows: their strokes are plain ribbons. Each once, the first thousand.
-    pub fn unknown_brushes(&self) -> &[String] {
-        &self.unknown_brushes
     }
 
     /// The stroke of a polygon; one of nothing that can be seen if it was let go. Panics if there is no such id.
@@ -428,10 +421,6 @@ impl Scene {
         if let Some(paint) = paint {
             stroke.layer = paint.layer;
             stroke.is_hidden = paint.hidden;
-            let is_new = stroke.brush.is_none() && !self.unknown_brushes.contains(&paint.brush);
-            if is_new && self.unknown_brushes.len() < 1000 {
-                self.unknown_brushes.push(paint.brush.clone());
-            }
         }
         self.counts.strokes += 1;
         self.record(Edit::Draw { stroke: at });
@@ -462,36 +451,6 @@ impl Scene {
         self.file_fresh(at, changes);
         self.paint_stroke(at, &mut builder, changes);
         Some(())
-    }
-
-    /// Makes anew and paints the strokes that have got samples in this frame, as far as their whole length matters for that.
-    fn paint(&mut self, changes: &mut Vec<Change>) {
-        let mut to_paint = std::mem::take(&mut self.to_paint);
-        for at in to_paint.drain(..) {
-            let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
-            stroke.is_unpainted = false;
-            if let Some(mut builder) = stroke.builder.take() {
-                self.fresh.begin(stroke.used, stroke.fixed);
-                builder.settle(&mut self.fresh, &mut self.counts.drops);
-                self.file_fresh(at, changes);
-                self.paint_stroke(at, &mut builder, changes);
-                self.strokes[at as usize].builder = Some(builder);
-            }
-        }
-        self.to_paint = to_paint;
-    }
-
-    fn paint_stroke(&mut self, at: u32, builder: &mut StrokeBuilder, changes: &mut Vec<Change>) {
-        let mut repainted = std::mem::take(&mut self.repainted);
-        builder.repaint(&mut repainted);
-        for (place, surface) in repainted.drain(..) {
-            let Some(id) = self.strokes[at as usize].id_at(place) else { continue };
-            if self.surface(id) != surface {
-                self.set_surface(id, surface);
-                self.note_replaced(at, Change::Repaint(id), changes);
-            }
-        }
-        self.repainted = repainted;
     }
 
     fn add_polygon(
@@ -528,97 +487,6 @@ impl Scene {
         }
         self.strokes.push(Stroke { undone: false, is_gone: false, ..Stroke::new(id, color) });
         at
-    }
-
-    /// Replaces the polygons of a stroke that its last sample has changed, and gives those that are new their ids.
-    fn file_fresh(&mut self, at: u32, changes: &mut Vec<Change>) {
-        let fresh = std::mem::take(&mut self.fresh);
-        let used_before = std::mem::replace(&mut self.strokes[at as usize].used, fresh.len());
-        let count = self.strokes[at as usize].polygons.iter().map(|r| r.end - r.start).sum::<u32>();
-        for (place, piece) in (fresh.kept()..).zip(fresh.fresh()) {
-            if place < count {
-                self.replace(at, place, piece, changes);
-            } else {
-                self.add_piece(at, piece, changes);
-            }
-        }
-        if fresh.len() < used_before
-            && let Some(point) =
-                self.strokes[at as usize].id_at(0).map(|id| self.polygons[id.index()].vertices()[0])
-        {
-            let shrunk =
-                Piece { polygon: ConvexPolygon::triangle(point, point, point), surface: Surface::PLAIN };
-            for place in fresh.len()..used_before {
-                self.replace(at, place, &shrunk, changes);
-            }
-        }
-        self.fresh = fresh;
-    }
-
-    fn replace(&mut self, at: u32, place: u32, piece: &Piece, changes: &mut Vec<Change>) {
-        let stroke = &self.strokes[at as usize];
-        let Some(id) = stroke.id_at(place) else { return };
-        let is_same = self.polygons[id.index()] == piece.polygon;
-        if is_same && self.surface(id) == piece.surface {
-            return;
-        }
-        self.polygons[id.index()] = piece.polygon;
-        self.set_surface(id, piece.surface);
-        let stroke = &self.strokes[at as usize];
-        let world = piece.polygon.map(|p| self.groups.to_world(stroke.group, p + stroke.offset));
-        self.bounds[id.index()] =
-            stroke.bounds_of(&world, &piece.surface, self.groups.scale_to_world(stroke.group));
-        self.note_replaced(at, if is_same { Change::Repaint(id) } else { Change::Update(id) }, changes);
-    }
-
-    /// Tells of a polygon that is another now: at once, or when its stroke is told of.
-    fn note_replaced(&mut self, at: u32, change: Change, changes: &mut Vec<Change>) {
-        let stroke = &mut self.strokes[at as usize];
-        if stroke.is_untold {
-            self.displace(at);
-        } else if stroke.is_visible() {
-            changes.push(change);
-        } else {
-            stroke.was_displaced_unseen = true;
-        }
-    }
-
-    fn add_piece(&mut self, at: u32, piece: &Piece, changes: &mut Vec<Change>) {
-        let id = PolygonId(self.bounds.len() as u32);
-        let stroke = &mut self.strokes[at as usize];
-        match stroke.polygons.last_mut() {
-            Some(range) if range.end == id.0 => range.end += 1,
-            _ => stroke.polygons.push(id.0..id.0 + 1),
-        }
-        let world = piece.polygon.map(|p| self.groups.to_world(stroke.group, p + stroke.offset));
-        let bounds = stroke.bounds_of(&world, &piece.surface, self.groups.scale_to_world(stroke.group));
-        self.polygons.push(piece.polygon);
-        self.bounds.push(bounds);
-        self.owner.push(at);
-        self.counts.polygons += 1;
-        if stroke.is_visible() {
-            self.counts.visible += 1;
-            if !stroke.is_untold {
-                changes.push(Change::Insert(id));
-            }
-        }
-        if piece.surface != Surface::PLAIN {
-            self.set_surface(id, piece.surface);
-        }
-    }
-
-    fn set_surface(&mut self, id: PolygonId, surface: Surface) {
-        if id.index() >= self.surfaces.len() {
-            if surface == Surface::PLAIN {
-                return;
-            }
-            while self.surfaces.len() <= id.index() {
-                self.surfaces.push(Surface::PLAIN);
-            }
-        }
-        if let Some(painted) = self.surfaces.get_mut(id.index()) {
-            *painted = surface;
-        }
     }
 
     /// The groups that a stroke is in, innermost first.

@@ -286,7 +286,8 @@ fn a_card_of_samples_has_a_stroke_of_each_brush_that_is_offered() {
         .collect();
     assert_eq!(drawn, offered);
     let scene = scene(&events);
-    assert!(scene.unknown_brushes().is_empty());
+    assert!(drawn.iter().all(|name| osp::brush::find(name).is_some()));
+    assert!(scene.strokes().iter().all(|stroke| stroke.brush().is_some()));
     let empty = scene.strokes().iter().filter(|stroke| stroke.polygon_count() == 0).count();
     assert_eq!(empty, 0, "every brush leaves something");
 }

@@ -62,7 +62,11 @@ fn line(middle: Vec3) -> impl Iterator<Item = Vec3> {
 fn scene_of(events: &[Event]) -> Scene {
     let mut scene = Scene::new();
     apply(&mut scene, events);
-    assert!(scene.unknown_brushes().is_empty(), "{:?}", scene.unknown_brushes());
+    for event in events {
+        if let Event::Begin { paint: Some(paint), .. } = event {
+            assert!(brush::find(&paint.brush).is_some(), "{}", paint.brush);
+        }
+    }
     scene
 }
 
