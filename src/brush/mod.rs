@@ -10,7 +10,7 @@ mod table;
 pub(crate) mod texture;
 
 pub use surface::{Surface, UV_LIMIT};
-pub use table::{all, find, number};
+pub use table::{all, find};
 pub use texture::solid_across;
 
 use serde::Deserialize;
@@ -180,6 +180,9 @@ pub enum Effect {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Brush {
+    /// Its place in [`all`].
+    #[serde(skip)]
+    number: u16,
     /// Its name, unique.
     pub name: String,
     /// The GUID that files name it by.
@@ -298,6 +301,11 @@ fn one_row() -> u8 {
 }
 
 impl Brush {
+    /// Its place in [`all`].
+    pub fn number(&self) -> u16 {
+        self.number
+    }
+
     /// Full width at this pressure, as a part of the width at pressure 1.
     pub fn size(&self, pressure: f32) -> f32 {
         self.pressure_size_min + (1.0 - self.pressure_size_min) * pressure.clamp(0.0, 1.0)

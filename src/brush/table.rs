@@ -3,10 +3,14 @@ use std::{collections::HashMap, sync::LazyLock};
 use super::Brush;
 
 static BRUSHES: LazyLock<Vec<Brush>> = LazyLock::new(|| {
-    ron::Options::default()
+    let mut brushes: Vec<Brush> = ron::Options::default()
         .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
         .from_str(include_str!("brushes.ron"))
-        .expect("the crate's own table, which a test reads")
+        .expect("the crate's own table, which a test reads");
+    for (number, brush) in (0..).zip(&mut brushes) {
+        brush.number = number;
+    }
+    brushes
 });
 
 /// Names and GUIDs.
@@ -19,7 +23,7 @@ static PLACES: LazyLock<HashMap<&'static str, u16>> = LazyLock::new(|| {
     places
 });
 
-/// Every brush; its place in the list is its [`number`].
+/// Every brush; its place in the list is its [`number`](Brush::number).
 pub fn all() -> &'static [Brush] {
     &BRUSHES
 }
@@ -27,11 +31,6 @@ pub fn all() -> &'static [Brush] {
 /// The brush with this name or GUID.
 pub fn find(name_or_guid: &str) -> Option<&'static Brush> {
     BRUSHES.get(usize::from(*PLACES.get(name_or_guid)?))
-}
-
-/// The place of a brush of this table in [`all`].
-pub fn number(brush: &'static Brush) -> u16 {
-    PLACES.get(brush.guid.as_str()).copied().unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -43,7 +42,7 @@ mod tests {
         assert!(all().len() > 100);
         for (i, brush) in all().iter().enumerate() {
             for name in [&brush.name, &brush.guid].into_iter().chain(&brush.also) {
-                assert_eq!(find(name).map(number), Some(i as u16), "{name}");
+                assert_eq!(find(name).map(Brush::number), Some(i as u16), "{name}");
             }
         }
         assert_eq!(find("no such brush"), None);

@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::{
-    brush::{self, Draw},
+    brush::Draw,
     math::Aabb,
     polygon::{ConvexPolygon, PolygonId},
     scene::{Scene, Stroke},
@@ -69,7 +69,7 @@ impl PolygonRecord {
         record.corners[0][3] = u32::from_le_bytes(color_bytes(stroke.color()));
         record.corners[1][3] = u32::from_le_bytes(surface.alpha_bytes());
         // Number 0 is what no brush has painted.
-        let material = stroke.brush().map_or(0, |brush| 1 + u32::from(brush::number(brush)));
+        let material = stroke.brush().map_or(0, |brush| 1 + u32::from(brush.number()));
         let facing = if surface.is_facing() { FACING } else { 0 };
         let smooth = if surface.is_smooth() { SMOOTH } else { 0 };
         record.corners[2][3] = material | facing | smooth;

@@ -1,7 +1,4 @@
-use std::{
-    collections::HashMap,
-    sync::{LazyLock, OnceLock},
-};
+use std::sync::{LazyLock, OnceLock};
 
 use super::{SIDE, picture::Picture};
 use crate::brush::{self, Brush, Draw, Effect, Family, Uv};
@@ -13,8 +10,9 @@ const SURELY: f32 = 0.03;
 /// distance it is seen: there, and one texel around it, at every level of detail.
 type Solid = [u128; SIDE];
 
-static SOLID: LazyLock<HashMap<&'static str, OnceLock<Option<Box<Solid>>>>> =
-    LazyLock::new(|| brush::all().iter().map(|brush| (brush.guid.as_str(), OnceLock::new())).collect());
+/// By the numbers of the brushes; found when it is first asked for.
+static SOLID: LazyLock<Vec<OnceLock<Option<Box<Solid>>>>> =
+    LazyLock::new(|| brush::all().iter().map(|_| OnceLock::new()).collect());
 
 /// Of the part of a cut-out brush's texture from `u.0` to `u.1` along and from `v.0` to `v.1` across: the widest range
 /// across that is solid all along. `None` if there is none, or the brush's texture moves.
@@ -22,7 +20,7 @@ pub fn solid_across(brush: &'static Brush, u: (f32, f32), v: (f32, f32)) -> Opti
     if brush.draw != Draw::Cutout || brush.effect != Effect::None {
         return None;
     }
-    let solid = SOLID.get(brush.guid.as_str())?.get_or_init(|| find(brush)).as_deref()?;
+    let solid = SOLID.get(usize::from(brush.number()))?.get_or_init(|| find(brush)).as_deref()?;
     let texel = |x: f32| (x * SIDE as f32).floor() as i64;
     let (from, to) = (texel(u.0.min(u.1)), texel(u.0.max(u.1)));
     // Whatever lies further apart than the texture is wide goes through all of it.

@@ -77,7 +77,7 @@ mod tests {
         assert!(shaders::PAINTED.contains(&format!("array<Material, {MOST}>")));
         let all = all();
         for brush in brush::all() {
-            let material = all[1 + usize::from(brush::number(brush))];
+            let material = all[1 + usize::from(brush.number())];
             assert_eq!(material, Material::of(brush), "{}", brush.name);
             let has_gaps = brush.along.is_some_and(|along| along.iter().any(|solid| *solid < 0.99));
             // Bars take the middle of their texture alone.
