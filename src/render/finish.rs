@@ -1,5 +1,7 @@
 use super::{
-    Gpu, Target, shaders,
+    Gpu, Target,
+    pipelines::of_whole_picture,
+    shaders,
     target::{COLOR_FORMAT, PICTURE_FORMAT},
 };
 
@@ -78,27 +80,7 @@ impl Finish {
         let of_octaves =
             layout("finish", &[Some(&source_layout), Some(&octaves_layout), Some(&samples_layout)]);
         let pipeline = |entry, layout: &wgpu::PipelineLayout, format: wgpu::TextureFormat| {
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(entry),
-                layout: Some(layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vertex"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: None,
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(entry),
-                    compilation_options: Default::default(),
-                    targets: &[Some(format.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+            of_whole_picture(gpu, &module, layout, entry, format.into())
         };
         Self {
             shrink: pipeline("shrink", &of_source, COLOR_FORMAT),

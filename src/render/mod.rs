@@ -26,6 +26,7 @@ mod gpu_scene;
 mod hzb;
 mod image;
 mod lines;
+mod listing;
 mod offscreen;
 mod order;
 mod paint;

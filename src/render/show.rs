@@ -1,4 +1,4 @@
-use super::{Gpu, Target, shaders};
+use super::{Gpu, Target, pipelines::of_whole_picture, shaders};
 
 /// Which channels of a window a picture goes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,27 +77,8 @@ impl ShowPass {
                     wgpu::ColorWrites::GREEN | wgpu::ColorWrites::BLUE | wgpu::ColorWrites::ALPHA
                 }
             };
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some("show"),
-                layout: Some(&pipeline_layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vertex"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: None,
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(entry),
-                    compilation_options: Default::default(),
-                    targets: &[Some(wgpu::ColorTargetState { format, blend: None, write_mask })],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+            let target = wgpu::ColorTargetState { format, blend: None, write_mask };
+            of_whole_picture(gpu, &module, &pipeline_layout, entry, target)
         };
         let [all, red, cyan] = [Channels::All, Channels::Red, Channels::Cyan].map(pipeline);
         Self { layout, all, red, cyan }
