@@ -471,7 +471,7 @@ mod tests {
         let (mut pool, mut rough) = (OccluderPool::new(config), OccluderPool::new(config));
         for step in 1..=20_u32 {
             row.squares = step;
-            row.solid_m = step as f32 / 20.0;
+            row.solid_m = step as f32 / 32.0;
             let repainted = (0..step - 1).map(|id| Change::Repaint(PolygonId(id)));
             let changes: Vec<_> = repainted.chain([Change::Insert(PolygonId(step - 1))]).collect();
             pool.follow(&row, &changes);
