@@ -47,7 +47,7 @@ pub use msvbsp_paper::{MsvbspPaper, PaperCaps};
 pub use none::NoOcclusion;
 pub use pool::{Grouping, OccluderPool, PoolConfig};
 pub use previous_frame::{PreviousFrameCounts, PreviousFrameOccluders};
-pub use select::{SelectConfig, SelectCounts, Selector};
+pub use select::{Score, SelectConfig, SelectCounts, Selector};
 pub use shadow_volume::{MAX_SIDES, NotAnOccluder, ShadowVolume};
 pub use stage::{OcclusionConfig, OcclusionStage, work_ns};
 pub use svbsp::Svbsp;
