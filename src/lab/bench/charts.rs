@@ -58,7 +58,7 @@ pub(super) struct Line {
     name: String,
     style: LineStyle,
     /// Points of the line itself, and of a thin one beside it (the slowest of a group).
-    points: Points,
+    pub(super) points: Points,
     thin: Points,
 }
 
