@@ -256,10 +256,12 @@ pub(super) fn fly(
             drawers.push((occlusion, drawer));
         }
     }
-    let polygon_ns = match (drawers.first_mut(), views.first()) {
-        (Some((_, drawer)), Some(view)) => polygon_ns(drawer, input.scene, view)?,
-        _ => POLYGON_NS,
-    };
+    // Each drawer once before, so that no frame sends the model.
+    let mut drawn_ns = Vec::new();
+    for ((_, drawer), view) in drawers.iter_mut().zip(views.iter().cycle()) {
+        drawn_ns.push(polygon_ns(drawer, input.scene, view)?);
+    }
+    let polygon_ns = drawn_ns.first().copied().unwrap_or(POLYGON_NS);
     let mut ways = Maker { input, config, changes, polygon_ns }.ways(adapter.is_some());
     let frames = config.frames.min(views.len() as u64);
     let mut verified = 0;
