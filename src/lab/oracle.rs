@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use crate::{
+    math::clip_convex,
     occlusion::raster::Raster,
     polygon::{ConvexPolygon, PolygonId},
     view::ViewWindow,
@@ -86,18 +87,14 @@ impl Facet {
         }
         let (mut corners, mut count) = ([DVec3::ZERO; 4], 0);
         let near = window.near_m().max(1.0e-9 * far);
-        for i in 0..3 {
-            let (from, to) = (triangle[i], triangle[(i + 1) % 3]);
-            let (a, b) = (window.forward().dot(from) - near, window.forward().dot(to) - near);
-            if a >= 0.0 {
-                corners[count] = from;
+        clip_convex(
+            &triangle,
+            |p| window.forward().dot(p) - near,
+            |p| {
+                corners[count] = p;
                 count += 1;
-            }
-            if (a < 0.0) != (b < 0.0) {
-                corners[count] = from + (to - from) * (a / (a - b));
-                count += 1;
-            }
-        }
+            },
+        );
         if count < 3 {
             return None;
         }

@@ -52,6 +52,7 @@ impl Reach {
         })
     }
 
+    /// Clips on its own, not by the crate's one routine: a reference has to find that one's mistakes, too.
     fn holds_part_of_triangle(&self, triangle: [DVec3; 3]) -> bool {
         let mut left = Corners { at: [DVec3::ZERO; MOST_CORNERS], count: 0 };
         triangle.into_iter().for_each(|p| left.push(p));

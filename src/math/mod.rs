@@ -9,6 +9,7 @@
 //! Knows `glam` and nothing of the crate.
 
 mod aabb;
+mod clip;
 mod frustum;
 mod obb;
 mod outward;
@@ -21,6 +22,7 @@ mod tolerance;
 mod volume;
 
 pub use aabb::Aabb;
+pub(crate) use clip::{Part, clip_convex, split_convex};
 pub use frustum::{Containment, Frustum, PlaneMask};
 pub use obb::Obb;
 pub(crate) use outward::Corners;

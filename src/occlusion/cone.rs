@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::math::{Part, split_convex};
+
 /// A range of an array of directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Span {
@@ -25,64 +27,54 @@ pub(super) fn reach(normal: DVec3, directions: &[DVec3]) -> (f64, f64) {
     })
 }
 
-/// Appends the part of a cone before a plane through the eye (`normal . x >= 0`) to the end of `points`.
+/// Appends the part of a cone in front of a plane through the eye (`normal . x >= 0`) to the end of `points`.
 /// New edges get unit length. Fewer than three directions mean that nothing is left.
 pub(super) fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
-    let start = points.len() as u32;
-    let range = cone.range();
-    let mut from = points[range.end - 1];
-    let mut from_side = normal.dot(from);
-    for i in range {
-        let to = points[i];
-        let to_side = normal.dot(to);
-        if (from_side < 0.0) != (to_side < 0.0) {
-            let t = from_side / (from_side - to_side);
-            points.push((from + (to - from) * t).normalize_or_zero());
-        }
-        if to_side >= 0.0 {
-            points.push(to);
-        }
-        (from, from_side) = (to, to_side);
-    }
-    Span { start, len: points.len() as u32 - start }
+    let (start, most) = (points.len(), 2 * cone.len as usize);
+    points.resize(start + most, DVec3::ZERO);
+    let (old, new) = points.split_at_mut(start);
+    let mut count = 0;
+    split_convex(
+        &old[cone.range()],
+        |p| normal.dot(p),
+        |part, p| {
+            if part != Part::Back {
+                new[count] = if part == Part::Crossing { p.normalize_or_zero() } else { p };
+                count += 1;
+            }
+        },
+    );
+    points.truncate(start + count);
+    Span { start: start as u32, len: count as u32 }
 }
 
 /// Splits a cone by a plane through the eye into the part in front of it and the part behind it: two calls of [`clip`]
 /// in one.
 pub(super) fn split(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> (Span, Span) {
-    // Most cones have four to eight edges; a rare large one takes the slower way.
-    const ROOM: usize = 16;
-    if cone.len as usize + 2 > ROOM {
-        return (clip(points, cone, normal), clip(points, cone, -normal));
-    }
-    let (mut behind, mut count) = ([DVec3::ZERO; ROOM], 0);
-    let start = points.len() as u32;
-    let range = cone.range();
-    let mut from = points[range.end - 1];
-    let mut from_side = normal.dot(from);
-    for i in range {
-        let to = points[i];
-        let to_side = normal.dot(to);
-        if (from_side < 0.0) != (to_side < 0.0) {
-            let t = from_side / (from_side - to_side);
-            let crossing = (from + (to - from) * t).normalize_or_zero();
-            points.push(crossing);
-            if count < ROOM {
-                behind[count] = crossing;
-                count += 1;
+    let (start, most) = (points.len(), 2 * cone.len as usize);
+    points.resize(start + 2 * most, DVec3::ZERO);
+    let (old, new) = points.split_at_mut(start);
+    let (front, back) = new.split_at_mut(most);
+    let (mut fronts, mut backs) = (0, 0);
+    split_convex(
+        &old[cone.range()],
+        |p| normal.dot(p),
+        |part, p| {
+            let p = if part == Part::Crossing { p.normalize_or_zero() } else { p };
+            if part != Part::Back {
+                front[fronts] = p;
+                fronts += 1;
             }
-        }
-        if to_side >= 0.0 {
-            points.push(to);
-        } else if count < ROOM {
-            behind[count] = to;
-            count += 1;
-        }
-        (from, from_side) = (to, to_side);
-    }
-    let front = Span { start, len: points.len() as u32 - start };
-    points.extend_from_slice(&behind[..count]);
-    (front, Span { start: start + front.len, len: count as u32 })
+            if part != Part::Front {
+                back[backs] = p;
+                backs += 1;
+            }
+        },
+    );
+    new.copy_within(most..most + backs, fronts);
+    points.truncate(start + fronts + backs);
+    let front = Span { start: start as u32, len: fronts as u32 };
+    (front, Span { start: front.start + front.len, len: backs as u32 })
 }
 
 /// Whether a narrow cone of unit directions has about this solid angle, steradians, or more.

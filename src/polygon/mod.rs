@@ -2,6 +2,7 @@
 //!
 //! Knows [`math`](crate::math) only.
 
+pub(crate) mod bits;
 mod change;
 mod convex;
 mod geometry;

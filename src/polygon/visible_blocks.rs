@@ -1,4 +1,4 @@
-use super::PolygonId;
+use super::{PolygonId, bits};
 
 /// Polygons of a block: sixteen consecutive numbers, from a multiple of sixteen on.
 pub const BLOCK: usize = 16;
@@ -176,12 +176,7 @@ impl VisibleBlocks {
 
 /// The polygons of a block's mask, in order.
 pub fn ids_of(block: usize, mask: u16) -> impl Iterator<Item = PolygonId> + Clone {
-    let mut left = mask;
-    std::iter::from_fn(move || {
-        let bit = left.trailing_zeros();
-        left &= left.wrapping_sub(1);
-        (bit < BLOCK as u32).then_some(PolygonId((block * BLOCK) as u32 + bit))
-    })
+    bits::bits_of(u64::from(mask)).map(move |bit| PolygonId((block * BLOCK + bit) as u32))
 }
 
 impl Extend<PolygonId> for VisibleBlocks {

@@ -5,6 +5,7 @@ use crate::{
     index::{DrawList, SpatialIndex},
     lab::{oracle::OracleConfig, verify::visible_polygons},
     math::Aabb,
+    polygon::bits,
     scene::Scene,
     view::{Projection, View},
 };
@@ -70,7 +71,7 @@ impl<'a> Baker<'a> {
                 index.frustum_cull(&view.frustum(), &mut in_view);
                 for id in visible_polygons(self.scene, &window, in_view.ids(), oracle) {
                     let group = id.index() / GROUP;
-                    groups[group / 64] |= 1 << (group % 64);
+                    bits::insert(&mut groups, group);
                 }
             }
         }

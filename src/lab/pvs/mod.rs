@@ -28,7 +28,7 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput},
     math::Aabb,
-    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks, bits},
     scene::Scene,
 };
 
@@ -219,7 +219,7 @@ impl Pvs {
         let set = &self.sets[cell * words..(cell + 1) * words];
         drawn.extend(in_view.filter(|id| {
             let group = id.index() / GROUP;
-            set.get(group / 64).is_none_or(|word| word >> (group % 64) & 1 == 1)
+            group >= set.len() * bits::WORD || bits::contains(set, group)
         }));
         true
     }
@@ -227,7 +227,7 @@ impl Pvs {
 
 /// Words of a cell's set.
 fn words_of(polygons: usize) -> usize {
-    polygons.div_ceil(GROUP).div_ceil(64)
+    bits::words_for(polygons.div_ceil(GROUP))
 }
 
 /// Sets as a stage of a [`Pipeline`](crate::frame::Pipeline). They are used only while the model is the one that they are of.
