@@ -228,6 +228,10 @@ impl IdMap {
         &self.stores[store].boxes
     }
 
+    pub(super) fn boxes_mut(&mut self, store: u32) -> &mut Boxes<16> {
+        &mut self.stores[store].boxes
+    }
+
     /// Exact boxes by their number, without a check.
     ///
     /// # Safety

@@ -200,8 +200,13 @@ impl SpatialIndex for Osp {
         if !self.holds(id) {
             return Err(IndexError::Unknown(id));
         }
-        if !Wide::from_box(bounds).is_valid() {
+        let wide = Wide::from_box(bounds);
+        if !wide.is_valid() {
             return Err(IndexError::InvalidBounds(id));
+        }
+        let is_open = self.open.is(id.0 / 16) && self.open.lanes() >> (id.0 % 16) & 1 == 1;
+        if !is_open && self.adjust(id, wide) {
+            return Ok(());
         }
         self.take_out(id);
         self.insert(id, bounds)

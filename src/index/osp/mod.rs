@@ -32,6 +32,7 @@
 //! ids: block of 16 ids ─> where its runs are, and its store
 //! ```
 
+mod adjust;
 mod announce;
 mod answer;
 mod file;
