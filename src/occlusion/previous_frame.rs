@@ -130,6 +130,11 @@ impl PreviousFrameOccluders {
         counts: &mut PreviousFrameCounts,
     ) {
         let known = &mut self.drawn[view];
+        if self.shadows.is_empty() {
+            known.copy_from(in_view);
+            drawn.extend(in_view.ids());
+            return;
+        }
         known.clear();
         let depth = &self.depth;
         let mut is_hidden = |ids: &[PolygonId]| {
