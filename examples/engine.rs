@@ -67,8 +67,7 @@ fn main() {
     // To draw a mesh costs about 10 us, so that a test for each is worth it.
     let method = Occlusion::Msvbsp;
     let occlusion = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(method) };
-    let mut pipeline =
-        Pipeline::new(Box::new(index), 4096, StageClock::default()).with_choice(occlusion, 4096);
+    let mut pipeline = Pipeline::new(Box::new(index), 4096, StageClock::default()).with_occlusion(occlusion);
     pipeline.load(&world);
 
     let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0);

@@ -328,5 +328,5 @@ fn create(kind: IndexKind, occlusion: Occlusion, root: Aabb, polygons: usize, cl
     // Room for as much again: growing should not fall into a frame.
     let capacity = IndexConfig::default().capacity.max(polygons * 2);
     let pipeline = Pipeline::new(kind.create(&IndexConfig { root, capacity }), capacity, clock);
-    pipeline.with_choice(PassConfig::new(occlusion), capacity)
+    pipeline.with_occlusion(PassConfig::new(occlusion))
 }

@@ -189,7 +189,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let has_occlusion = args.occlusion.has_culler() || args.occlusion == Occlusion::DepthLast;
     // Pictures must not depend on the clock.
     let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
-    let mut pipeline = pipeline.with_choice(pass, capacity);
+    let mut pipeline = pipeline.with_occlusion(pass);
     let mut outcome = Outcome::Done;
     let mut player = Player::new(session, args.pace);
     while player.frames() <= wanted.last && player.step()? {

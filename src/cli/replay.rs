@@ -525,7 +525,7 @@ fn lanes(
                 let basis = if is_pinned { AutoBasis::Work } else { AutoBasis::Time };
                 let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);
                 let pass = PassConfig { choice, occluders, polygon_ns, basis };
-                pipeline.with_choice(pass, capacity)
+                pipeline.with_occlusion(pass)
             }
             None => pipeline,
         };

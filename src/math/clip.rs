@@ -13,6 +13,29 @@ pub(crate) enum Part {
     Crossing,
 }
 
+/// A walk along the edges of a polygon, from one corner with its signed distance from a plane to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Edges<P> {
+    from: P,
+    distance: f64,
+}
+
+impl<P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>> Edges<P> {
+    /// The walk that begins at a polygon's last corner.
+    pub(crate) fn after(last: P, distance: f64) -> Self {
+        Self { from: last, distance }
+    }
+
+    /// Where the edge to the next corner crosses the plane, if it does, and on which side that corner lies.
+    #[inline]
+    pub(crate) fn next(&mut self, to: P, distance: f64) -> (Option<P>, Part) {
+        let (from, a, b) = (self.from, self.distance, distance);
+        let crossing = ((a < 0.0) != (b < 0.0)).then(|| from + (to - from) * (a / (a - b)));
+        *self = Self { from: to, distance };
+        (crossing, if b >= 0.0 { Part::Front } else { Part::Back })
+    }
+}
+
 /// Reports, in order, the corners of both parts into which a plane divides a convex polygon: at most two for each corner.
 /// `distance` is a corner's signed distance from the plane, in any unit, positive in front of it.
 #[inline]
@@ -21,14 +44,13 @@ where
     P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>,
 {
     let Some(&last) = corners.last() else { return };
-    let (mut from, mut a) = (last, distance(last));
+    let mut edges = Edges::after(last, distance(last));
     for &to in corners {
-        let b = distance(to);
-        if (a < 0.0) != (b < 0.0) {
-            report(Part::Crossing, from + (to - from) * (a / (a - b)));
+        let (crossing, part) = edges.next(to, distance(to));
+        if let Some(p) = crossing {
+            report(Part::Crossing, p);
         }
-        report(if b >= 0.0 { Part::Front } else { Part::Back }, to);
-        (from, a) = (to, b);
+        report(part, to);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::math::{Part, split_convex};
+use crate::math::{Edges, Part};
 
 /// A range of an array of directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,51 +30,59 @@ pub(super) fn reach(normal: DVec3, directions: &[DVec3]) -> (f64, f64) {
 /// Appends the part of a cone in front of a plane through the eye (`normal . x >= 0`) to the end of `points`.
 /// New edges get unit length. Fewer than three directions mean that nothing is left.
 pub(super) fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
-    let (start, most) = (points.len(), 2 * cone.len as usize);
-    points.resize(start + most, DVec3::ZERO);
-    let (old, new) = points.split_at_mut(start);
-    let mut count = 0;
-    split_convex(
-        &old[cone.range()],
-        |p| normal.dot(p),
-        |part, p| {
-            if part != Part::Back {
-                new[count] = if part == Part::Crossing { p.normalize_or_zero() } else { p };
-                count += 1;
-            }
-        },
-    );
-    points.truncate(start + count);
-    Span { start: start as u32, len: count as u32 }
+    let start = points.len() as u32;
+    let range = cone.range();
+    let last = points[range.end - 1];
+    let mut edges = Edges::after(last, normal.dot(last));
+    for i in range {
+        let to = points[i];
+        let (crossing, part) = edges.next(to, normal.dot(to));
+        if let Some(p) = crossing {
+            points.push(p.normalize_or_zero());
+        }
+        if part == Part::Front {
+            points.push(to);
+        }
+    }
+    Span { start, len: points.len() as u32 - start }
 }
 
 /// Splits a cone by a plane through the eye into the part in front of it and the part behind it: two calls of [`clip`]
 /// in one.
 pub(super) fn split(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> (Span, Span) {
-    let (start, most) = (points.len(), 2 * cone.len as usize);
-    points.resize(start + 2 * most, DVec3::ZERO);
-    let (old, new) = points.split_at_mut(start);
-    let (front, back) = new.split_at_mut(most);
-    let (mut fronts, mut backs) = (0, 0);
-    split_convex(
-        &old[cone.range()],
-        |p| normal.dot(p),
-        |part, p| {
-            let p = if part == Part::Crossing { p.normalize_or_zero() } else { p };
-            if part != Part::Back {
-                front[fronts] = p;
-                fronts += 1;
-            }
-            if part != Part::Front {
-                back[backs] = p;
-                backs += 1;
-            }
-        },
-    );
-    new.copy_within(most..most + backs, fronts);
-    points.truncate(start + fronts + backs);
-    let front = Span { start: start as u32, len: fronts as u32 };
-    (front, Span { start: front.start + front.len, len: backs as u32 })
+    // Most cones have four to eight edges; a rare large one takes the slower way.
+    const ROOM: usize = 16;
+    if cone.len as usize + 2 > ROOM {
+        return (clip(points, cone, normal), clip(points, cone, -normal));
+    }
+    let (mut behind, mut count) = ([DVec3::ZERO; ROOM], 0);
+    let mut keep_behind = |p| {
+        if count < ROOM {
+            behind[count] = p;
+            count += 1;
+        }
+    };
+    let start = points.len() as u32;
+    let range = cone.range();
+    let last = points[range.end - 1];
+    let mut edges = Edges::after(last, normal.dot(last));
+    for i in range {
+        let to = points[i];
+        let (crossing, part) = edges.next(to, normal.dot(to));
+        if let Some(p) = crossing {
+            let p = p.normalize_or_zero();
+            points.push(p);
+            keep_behind(p);
+        }
+        if part == Part::Front {
+            points.push(to);
+        } else {
+            keep_behind(to);
+        }
+    }
+    let front = Span { start, len: points.len() as u32 - start };
+    points.extend_from_slice(&behind[..count]);
+    (front, Span { start: start + front.len, len: count as u32 })
 }
 
 /// Whether a narrow cone of unit directions has about this solid angle, steradians, or more.

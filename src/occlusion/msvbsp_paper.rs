@@ -51,7 +51,7 @@ struct Task {
     group: u32,
 }
 
-/// The paper's culler; see the head of its file.
+/// The MSVBSP tree as the paper prints it. It culls visible polygons; [`super::msvbsp::Msvbsp`] is the conservative form.
 #[derive(Clone, Debug)]
 pub struct MsvbspPaper {
     caps: PaperCaps,

@@ -144,7 +144,7 @@ impl OccluderPool {
     /// Follows as [`OccluderPool::follow`] does, but of what is left over from candidates that have died only so many
     /// polygons are offered anew, and four times as many of those that came while it followed roughly; the others wait for
     /// later calls.
-    pub fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) {
+    pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) {
         self.reserve(geometry.id_end());
         for &change in changes {
             match change {
@@ -227,7 +227,7 @@ impl OccluderPool {
     }
 
     /// Whether there are polygons that no call of `follow` or `catch_up` has looked at yet.
-    pub fn is_behind(&self, geometry: &dyn Geometry) -> bool {
+    pub(crate) fn is_behind(&self, geometry: &dyn Geometry) -> bool {
         self.rescan < geometry.id_end()
     }
 

@@ -17,10 +17,6 @@ pub(crate) fn contains(words: &[u64], i: usize) -> bool {
 
 /// Sets a bit. Panics beyond the last word.
 #[inline]
-#[cfg_attr(
-    not(any(feature = "lab", feature = "render")),
-    expect(dead_code, reason = "only sets above set bits")
-)]
 pub(crate) fn insert(words: &mut [u64], i: usize) {
     words[i / WORD] |= 1 << (i % WORD);
 }

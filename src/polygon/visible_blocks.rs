@@ -110,7 +110,8 @@ impl VisibleBlocks {
         }
     }
 
-    /// The blocks that are not empty, in order: number and mask.
+    /// The blocks that are not empty, in order: number and mask, for [`ids_of`] or a GPU. Bit `i` of block `b` stands for
+    /// polygon `b * 16 + i`.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, u16)> + Clone + '_ {
         let masks = self.masks[self.begin..self.end].iter().enumerate();
         masks.filter(|(_, mask)| **mask != 0).map(|(at, mask)| (self.begin + at, *mask))
@@ -174,7 +175,7 @@ impl VisibleBlocks {
     }
 }
 
-/// The polygons of a block's mask, in order.
+/// The polygons of a block and its mask, in order: bit `i` stands for number `block * 16 + i`.
 pub fn ids_of(block: usize, mask: u16) -> impl Iterator<Item = PolygonId> + Clone {
     bits::bits_of(u64::from(mask)).map(move |bit| PolygonId((block * BLOCK + bit) as u32))
 }

@@ -38,7 +38,7 @@ pub use kd_tree::{KdTreeConfig, kd_tree};
 pub use kind::IndexKind;
 pub use loose_octree::{LooseOctree, LooseOctreeConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
-pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPlace};
+pub use osp_paper::{OspGrid, OspPaper, OspPlace};
 #[cfg(feature = "peers")]
 pub use peers::PeerKind;
 pub use quadtree::{QuadtreeConfig, quadtree};

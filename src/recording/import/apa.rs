@@ -46,7 +46,7 @@ static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
 ///
 /// # Errors
 /// The file cannot be read, or its head is damaged.
-pub fn open_apa(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(crate) fn open_apa(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let mut bytes = open_bytes(path)?;
     let (names, strokes) = read_head(&mut bytes)?;
     let (full_pressure, used) = first_pass(path);

@@ -55,7 +55,7 @@ const DELETE_STROKE: i64 = 2;
 ///
 /// # Errors
 /// A file cannot be read or (unless lenient) is damaged.
-pub fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(crate) fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let mut warnings = Vec::new();
     let first = cassie_json::read(path, options, &mut warnings)?;
     let folder = if matches!(first, Document::History(_)) { "raw_data" } else { "sketch_history" };

@@ -39,7 +39,7 @@ const LINE: &str = "`time x y z qw qx qy qz`";
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn open_poses(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(crate) fn open_poses(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let poses = Poses {
         lines: LineReader::open(path, options)?,
         up: Up::Z,

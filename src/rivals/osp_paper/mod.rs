@@ -47,6 +47,6 @@ mod placement;
 mod state;
 mod tree;
 
-pub use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid};
+pub use grid::OspGrid;
 pub use placement::OspPlace;
 pub use tree::OspPaper;
