@@ -86,8 +86,8 @@ fn albedo_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
         }
         case LIGHT_WIRE: { return in.color.rgb * 0.2; }
         case PETAL: {
-            let darker = select(0.5 * in.texture.x, 0.0, place.is_front);
-            return in.color.rgb * (mix(0.6, 1.0, saturate(in.texture.x)) - darker);
+            let root_to_tip = saturate(in.texture.x);
+            return in.color.rgb * mix(0.6, 1.0, root_to_tip) * select(0.5 * root_to_tip, 1.0, place.is_front);
         }
         default: { return color; }
     }
@@ -100,6 +100,10 @@ fn glow_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
             // The black outline that the program draws around it, here on its rim.
             let is_rim = dot(place.normal, place.to_eye) < 0.35;
             return select(vec3(0.2 * place.normal.y), -in.color.rgb, is_rim);
+        }
+        case DISCO: {
+            // Facets that lie level blaze.
+            return in.color.rgb * 200.0 * pow(abs(place.normal.y), 100.0);
         }
         case LIGHT_WIRE: {
             let part = fract(2.0 * in.texture.x);
@@ -190,7 +194,7 @@ fn neon_pulse(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let ring = saturate(pow(10.0 * saturate(0.2 - x), 5.0));
     let straight = saturate(dot(place.normal, place.to_eye));
     let light = bloom(vec4(in.color.rgb, 1.0), material.numbers.y).rgb * ring * pow(straight, 5.0);
-    return light + highlight(material, material.f0.rgb, place.normal, place.to_eye);
+    return light + highlight(material, material.f0.rgb, place.normal, place.to_eye, 1.0);
 }
 
 fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
@@ -219,16 +223,37 @@ fn plasma(in: Painted) -> vec3<f32> {
     return in.color.rgb * in.texture.z * sum * rim * rim * 0.6;
 }
 
+// How much a film of soap, this thick, mirrors of three colours of light, red, green and blue (nanometres all): light from
+// its two sides meets in or out of step.
+fn film(straight: f32, thickness: f32) -> vec3<f32> {
+    let index = 1.3;
+    let inside = sqrt(1.0 - (1.0 - straight * straight) / (index * index));
+    // Fresnel, for the two ways that light swings.
+    let upright = (straight - index * inside) / (straight + index * inside);
+    let level = (index * straight - inside) / (index * straight + inside);
+    let r = vec2(upright * upright, level * level);
+    let phase = cos(4.0 * PI * index * thickness * inside / vec3(650.0, 510.0, 475.0));
+    let across = (1.0 - r.x) * (1.0 - r.x) / (1.0 + r.x * r.x - 2.0 * r.x * phase);
+    let along = (1.0 - r.y) * (1.0 - r.y) / (1.0 + r.y * r.y - 2.0 * r.y * phase);
+    return 1.0 - 0.5 * (across + along);
+}
+
+// Both sides are seen, and lit as if they were the outer one.
 fn diamond_hull(material: Material, in: Painted, place: Place) -> vec3<f32> {
-    let straight = max(dot(place.normal, place.to_eye), 0.0);
+    let outwards = select(-place.normal, place.normal, place.is_front);
+    let straight = clamp(abs(dot(outwards, place.to_eye)), 1.0e-3, 1.0);
     var rim = 1.0 - straight;
     rim *= 1.0 - pow(rim, 5.0);
     // At grazing angles light runs along the edges.
-    let edge = 150.0 * saturate(1.0 - straight * 10.0);
-    let thickness = 6.0 * rim + dot(place.normal, vec3(0.7, 1.1, 0.9)) + 0.3 * seconds();
-    let film = 0.10 + 0.10 * (0.5 + 0.5 * cos(2.0 * PI * (thickness + vec3(0.0, 0.33, 0.67))));
-    let glass = 0.2 * in.color.rgb * light_on(place.normal);
-    return glass * 0.5 + (rim + edge) * (0.5 * in.color.rgb + 0.25) * film;
+    rim = mix(rim, 150.0, saturate(1.0 - 10.0 * straight));
+    let place_on_film = vec2(rim + outwards.x + 0.015 * seconds(), rim + outwards.y);
+    let grain = 0.5 + 0.35 * (noise(11.0 * place_on_film.x + 3.0) + noise(9.0 * place_on_film.y) - 0.75);
+    let colors = clamp(film(straight, mix(250.0, 400.0, grain)), vec3(0.0), vec3(1.0));
+    let shine = rim * colors * (0.5 * in.color.rgb + 0.25);
+    let f0 = in.color.rgb * colors;
+    let albedo = 0.2 * in.color.rgb * (1.0 - max(f0.r, max(f0.g, f0.b)));
+    let share = first_light_at(in.from_eye.xyz, outwards);
+    return shine + albedo * light_on(outwards, share) + highlight(material, f0, outwards, place.to_eye, share);
 }
 
 // What is added to what is behind.
