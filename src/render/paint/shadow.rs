@@ -14,8 +14,9 @@ use crate::{
 
 /// Texels of a side of the map.
 const SIDE: u32 = 2048;
-/// How far from a surface a shadow begins, metres: strokes that lie on each other throw none on each other.
-const NEAREST_M: f32 = 0.005;
+/// How far from a surface a shadow begins, texels: strokes that lie on each other throw none on each other. An artist shrinks
+/// what is large to work on it: how thick paint lies goes with the size of the whole, as texels do.
+const NEAREST: f32 = 12.0;
 /// Polygons that a patient map draws for each frame that it has waited.
 const PATIENCE: usize = 1 << 14;
 
@@ -164,7 +165,8 @@ impl Shadow {
         }
         let middle = space.to_world(bounds.center());
         // A margin, so that nothing is cut off at the rim; never flat.
-        let half = (bounds.extent() * 0.5 + 2.0 * NEAREST_M) * 1.01;
+        let half = bounds.extent() * 0.505 + 1.0e-3;
+        let texel = 2.0 * half.x.max(half.y) / SIDE as f32;
         let clip_from_middle = Mat4::from_scale(half.recip()) * space.from_world;
         // Depth from 0 at the light to 1.
         let clip_from_middle = Mat4::from_translation(Vec3::Z * 0.5)
@@ -173,7 +175,7 @@ impl Shadow {
         let shade = Shade {
             clip_from_middle: clip_from_middle.to_cols_array_2d(),
             middle: middle.extend(1.0).to_array(),
-            numbers: [NEAREST_M, 2.0 * half.x.max(half.y) / SIDE as f32, 0.0, 0.0],
+            numbers: [NEAREST * texel, texel, 0.0, 0.0],
         };
         gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&shade));
 

@@ -76,14 +76,27 @@ fn bloom(color: vec4<f32>, gain: f32) -> vec4<f32> {
     return vec4(steep.rgb * 2.0 * exp(10.0 * gain), steep.a);
 }
 
+// Colours that wander along a stroke, 0 to 4.
+fn hypercolor(in: Painted, place: Place) -> vec3<f32> {
+    let phase = vec3(2.0, 3.3, 4.66) * place.texture.r + vec3(1.0, 2.0, 0.5) * seconds() - in.texture.x;
+    return 2.0 * (sin(phase) + 1.0);
+}
+
+// What is mirrored straight on.
+fn f0_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
+    switch material.kinds.y {
+        // The mirror of a disco ball has the colour of the paint, this one its own.
+        case DISCO: { return material.f0.rgb * in.color.rgb; }
+        case HYPERCOLOR: { return material.f0.rgb * hypercolor(in, place); }
+        default: { return material.f0.rgb; }
+    }
+}
+
 // The colour that light falls on.
 fn albedo_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let color = in.color.rgb * place.texture.rgb;
     switch material.kinds.y {
-        case HYPERCOLOR: {
-            let phase = vec3(2.0, 3.3, 4.66) * place.texture.r + vec3(1.0, 2.0, 0.5) * seconds() - in.texture.x;
-            return in.color.rgb * 2.0 * (sin(phase) + 1.0);
-        }
+        case HYPERCOLOR: { return in.color.rgb * hypercolor(in, place); }
         case LIGHT_WIRE: { return in.color.rgb * 0.2; }
         case PETAL: {
             let root_to_tip = saturate(in.texture.x);
@@ -202,14 +215,12 @@ fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let u = in.texture.x;
     let v = in.texture.y;
     let layer = material.kinds.z;
-    let a = texture_of(material, layer, vec2(u * 0.5 - 0.7 * t, v), place.gradients).r;
-    let b = texture_of(material, layer, vec2(u - 1.1 * t, v + 0.3), place.gradients).g;
-    let c = texture_of(material, layer, vec2(u * 2.0 - 1.5 * t, v + 0.6), place.gradients).b;
-    let hot = saturate(1.2 - u) * (a + b + c) / 3.0;
-    let head = saturate(1.0 - u * 5.0);
-    let body = saturate(hot * 2.0 - u);
-    let color = mix(in.color.rgb, vec3(1.0), head * 0.5);
-    return bloom(vec4(color * (body + head), 1.0), material.numbers.y * 0.6).rgb;
+    let a = texture_of(material, layer, vec2(u - t, v - t), place.gradients).r;
+    let b = texture_of(material, layer, vec2(u - 1.5 * t, v), place.gradients).g;
+    let c = texture_of(material, layer, vec2(u - 0.5 * t, v), place.gradients).b;
+    let hot = (1.0 - u) * (a + b + c) / 3.0;
+    let head = max(1.0 - 5.0 * u, 0.0);
+    return in.color.rgb * smoothstep(0.3, 1.1, 3.0 * (hot * hot + 0.125) + head);
 }
 
 fn plasma(in: Painted) -> vec3<f32> {

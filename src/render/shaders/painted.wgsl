@@ -201,15 +201,20 @@ fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<
     return lit + 0.06 * surroundings.ambient.w * mirrored;
 }
 
-fn lit(material: Material, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>, share: f32) -> vec3<f32> {
+fn lit(
+    material: Material,
+    albedo: vec3<f32>,
+    f0: vec3<f32>,
+    normal: vec3<f32>,
+    to_eye: vec3<f32>,
+    share: f32,
+) -> vec3<f32> {
     let kind = material.kinds.x & 3u;
     if kind == LAMBERT {
         return albedo * light_on(normal, share);
     }
     if kind == SPECULAR {
-        // The mirror of a disco ball has the colour of the paint.
-        let f0 = material.f0.rgb * select(vec3(1.0), albedo, material.kinds.y == DISCO);
-        let most = max(f0.r, max(f0.g, f0.b));
+        let most = min(max(f0.r, max(f0.g, f0.b)), 1.0);
         return albedo * (1.0 - most) * light_on(normal, share) + highlight(material, f0, normal, to_eye, share);
     }
     return albedo;
@@ -273,7 +278,7 @@ fn surface_color(in: Painted, place: Place) -> vec3<f32> {
     }
     let albedo = albedo_of(material, in, place);
     let share = first_light_at(in.from_eye.xyz, select(-1.0, 1.0, place.is_front) * normalize(in.normal));
-    let light = lit(material, albedo, place.normal, place.to_eye, share);
+    let light = lit(material, albedo, f0_of(material, in, place), place.normal, place.to_eye, share);
     let color = styled(light + glow_of(material, in, place), style);
     return fogged(color, in.from_eye.w);
 }
