@@ -94,8 +94,8 @@ pub(super) struct RenderArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
-    /// The moment that brushes which move by themselves are seen at, seconds.
-    #[arg(long, default_value_t = 1.0, value_parser = numbers::moment_s)]
+    /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
+    #[arg(long, default_value_t = 10.0, value_parser = numbers::moment_s)]
     time: f32,
     #[command(flatten)]
     reading: ReadArgs,
