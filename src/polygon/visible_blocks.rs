@@ -161,9 +161,22 @@ impl VisibleBlocks {
         ids.clear();
         ids.reserve(self.masks.len() * BLOCK + BEHIND);
         let result = list(&mut ids);
-        self.extend(ids.iter().copied());
+        self.set_all(&ids);
         self.listed = ids;
         result
+    }
+
+    /// Sets polygons, each once and not there before.
+    fn set_all(&mut self, ids: &[PolygonId]) {
+        let (low, high) = ids.iter().fold((u32::MAX, 0), |(low, high), id| (low.min(id.0), high.max(id.0)));
+        if ids.is_empty() {
+            return;
+        }
+        let masks = self.masks_for(high as usize + 1);
+        for id in ids {
+            masks[id.index() / BLOCK] |= 1 << (id.index() % BLOCK);
+        }
+        self.note_filled(low as usize / BLOCK..high as usize / BLOCK + 1, ids.len());
     }
 
     fn note_span(&mut self, begin: usize, end: usize) {
