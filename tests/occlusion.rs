@@ -13,6 +13,7 @@
 //! | no allocation, bounded trees | `allocations::…`, `culling::steady_frames_…` |
 //! | `auto` never changes what can be seen | `pipeline::…` |
 //! | every guard and margin matters | `guards::…`, `near_limits::…`, `window_margin::…` |
+//! | the paper's node tests and score hide nothing visible, or say that they do | `literal::…`, `options::…` |
 //! | what is edited hides only where it is now | `edits::…` |
 
 #[path = "occlusion/allocations.rs"]
@@ -32,10 +33,15 @@ mod edits;
 mod guards;
 #[path = "occlusion/judge.rs"]
 mod judge;
+#[path = "occlusion/literal.rs"]
+mod literal;
 #[path = "occlusion/near_limits.rs"]
 mod near_limits;
 #[path = "occlusion/occluders.rs"]
 mod occluders;
+#[cfg(feature = "cli")]
+#[path = "occlusion/options.rs"]
+mod options;
 #[path = "occlusion/pipeline.rs"]
 mod pipeline;
 #[path = "occlusion/pool.rs"]

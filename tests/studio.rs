@@ -15,5 +15,7 @@ mod keeping;
 mod limits;
 #[path = "studio/panel.rs"]
 mod panel;
+#[path = "studio/tests_of_occlusion.rs"]
+mod tests_of_occlusion;
 #[path = "studio/tracker.rs"]
 mod tracker;

@@ -8,7 +8,7 @@ use crate::{
     index::{IndexConfig, SpatialIndex},
     lab::pvs::{Pvs, PvsPass},
     math::{Aabb, Ray},
-    occlusion::{Occlusion, ShadowVolume},
+    occlusion::{NodeTest, Occlusion, Score, ShadowVolume},
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::StrokeId,
     rivals::IndexKind,
@@ -70,6 +70,8 @@ pub struct Culling {
     kind: IndexKind,
     occlusion: Occlusion,
     occluders: Option<usize>,
+    node_test: NodeTest,
+    score: Score,
     pvs: Option<Arc<Pvs>>,
     root: Aabb,
     pipeline: Pipeline,
@@ -94,9 +96,11 @@ impl Culling {
             kind,
             occlusion: Occlusion::None,
             occluders: None,
+            node_test: NodeTest::Box,
+            score: Score::default(),
             pvs: None,
             root,
-            pipeline: create(kind, Occlusion::None, root, 0, clock),
+            pipeline: create(kind, PassConfig::new(Occlusion::None), root, 0, clock),
             clock,
             stages: Stages::default(),
             reindexed: None,
@@ -149,6 +153,16 @@ impl Culling {
         self.pipeline.set_occluders(occluders);
     }
 
+    /// Says how occlusion culling tests nodes and scores occluders; from the next [`Culling::reindex`] on.
+    pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
+        (self.node_test, self.score) = (node_test, score);
+    }
+
+    /// How occlusion culling tests nodes and scores occluders.
+    pub fn tests(&self) -> (NodeTest, Score) {
+        (self.node_test, self.score)
+    }
+
     /// The shadows of the first view's occluders in the last frame, the eye being the origin.
     pub fn shadows(&self) -> &[ShadowVolume] {
         let pass = self.pipeline.occlusion().filter(|_| self.pipeline.is_occluded());
@@ -186,7 +200,9 @@ impl Culling {
     pub fn reindex(&mut self, kind: IndexKind, occlusion: Occlusion, scene: &Scene, bounds: &Aabb) {
         let start = self.clock.start();
         let root = root_for(bounds);
-        let mut pipeline = create(kind, occlusion, root, scene.polygon_count(), self.clock);
+        let (node_test, score) = (self.node_test, self.score);
+        let pass = PassConfig { node_test, score, ..PassConfig::new(occlusion) };
+        let mut pipeline = create(kind, pass, root, scene.polygon_count(), self.clock);
         if let Some(pvs) = self.pvs.as_ref().filter(|_| occlusion == Occlusion::Pvs) {
             pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
         }
@@ -324,9 +340,9 @@ fn root_for(bounds: &Aabb) -> Aabb {
     Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.25)
 }
 
-fn create(kind: IndexKind, occlusion: Occlusion, root: Aabb, polygons: usize, clock: StageClock) -> Pipeline {
+fn create(kind: IndexKind, pass: PassConfig, root: Aabb, polygons: usize, clock: StageClock) -> Pipeline {
     // Room for as much again: growing should not fall into a frame.
     let capacity = IndexConfig::default().capacity.max(polygons * 2);
     let pipeline = Pipeline::new(kind.create(&IndexConfig { root, capacity }), capacity, clock);
-    pipeline.with_occlusion(PassConfig::new(occlusion))
+    pipeline.with_occlusion(pass)
 }

@@ -25,6 +25,7 @@ use crate::{
     frame::{FrameRecord, StageClock},
     lab::pvs::Pvs,
     math::Ray,
+    occlusion::{NodeTest, Score},
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::{Event, Limits, StrokeId, Tool},
     render::{DrawnCounts, LineBatch, PassTimes},
@@ -244,6 +245,11 @@ impl Studio {
     /// Takes potentially visible sets of the finished model.
     pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
         self.culling.set_pvs(pvs);
+    }
+
+    /// Says how occlusion culling tests nodes and scores occluders, before it is chosen.
+    pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
+        self.culling.set_tests(node_test, score);
     }
 
     /// How much a session may hold that is opened from now on.

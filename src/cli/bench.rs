@@ -15,6 +15,7 @@ use indicatif::ProgressBar;
 
 use super::{
     Outcome,
+    bench_paper::{self, PaperArgs},
     output::{complain, one_line, say},
     outputs::Outputs,
     parsers::{camera_parser, index_parser},
@@ -23,12 +24,17 @@ use super::{
 };
 use crate::{
     index::IndexConfig,
-    lab::bench::{self, BenchReport, Contender, Flight, GrowthConfig, Machine, SessionInput, SessionResult},
-    occlusion::Occlusion,
+    lab::bench::{
+        self, Adapter, BenchReport, Contender, Flight, GrowthConfig, Machine, PaperInput, PaperResult,
+        SessionInput, SessionResult,
+    },
+    math::Aabb,
+    occlusion::{CullConfig, Occlusion, OcclusionConfig, SelectConfig},
     output_file::OutputKind,
-    recording::Pace,
-    replay::{CameraChoice, CameraPath, summarize},
+    recording::{Event, Header, Pace, RecordingError, SynthKind, synthesize},
+    replay::{CameraChoice, CameraPath, Summary, summarize},
     rivals::IndexKind,
+    scene::Scene,
 };
 
 /// Polygons that a frame of the growing model inserts.
@@ -46,12 +52,19 @@ const FLIGHT_FRAMES: u64 = 360;
   osp bench sketch.tilt --html sketch.html --csv sketch.csv
   osp bench --sizes 1000,100000,10000000 --index osp,octree-rebuild,lbvh
   osp bench recordings/room.ron --no-growth --json
+  osp bench recordings/room.ron --paper --draw --html paper.html
+  osp bench sketch.tilt --paper --depth 15 --cube 0.5,1,2 --score paper --node-test sphere
 
 Parts of the report:
   sessions  each file through every index, with one sample of the hand per frame
   growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
             frames that insert none
   flight    the finished sessions: frustum culling alone, and with occlusion culling
+  paper     with --paper: the paper's experiments as they are printed. Its tree and its octree while
+            the model grows (figures 19, 21 to 23), with the planes that filing asks and all
+            polygons of cut nodes drawn; a flight with every culler (figure 20), also the paper's own
+            that cull visible polygons: the column `conservative` says NO; and how deep and how large
+            its tree is best made. --node-test and --score are those of the conservative cullers
 The page (--html) has all parts with charts, and beside each what the paper found and what osp
 finds.
 `osp replay --help` describes the indexes.")]
@@ -94,6 +107,8 @@ pub(super) struct BenchArgs {
     #[arg(long)]
     force: bool,
     #[command(flatten)]
+    paper: PaperArgs,
+    #[command(flatten)]
     reading: ReadArgs,
 }
 
@@ -111,7 +126,7 @@ impl BenchArgs {
 
 pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     ensure!(
-        !args.files.is_empty() || !args.no_growth,
+        !args.files.is_empty() || !args.no_growth || args.paper.is_asked(),
         "nothing to measure: name a session, or leave --no-growth out"
     );
     let mut outputs = Outputs::new(args.force).reads(&args.files);
@@ -122,14 +137,32 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         kinds.insert(0, Contender::Own(args.reference));
     }
     let progress = progress();
-    let (mut sessions, mut flights) = (Vec::new(), Vec::new());
+    let adapter = args.paper.adapter();
+    let (mut sessions, mut flights, mut paper) = (Vec::new(), Vec::new(), Vec::new());
     for file in &args.files {
-        let (session, more) = measure_session(args, &kinds, file, &progress)?;
-        sessions.push(session);
-        flights.extend(more);
+        let opened = read(args, file, &progress)?;
+        if !args.paper.is_alone() {
+            let (session, more) = measure_session(args, &kinds, &opened, &progress)?;
+            sessions.push(session);
+            flights.extend(more);
+        }
+        if args.paper.is_asked() {
+            let events = OpenSession::open(file, &args.reading)?;
+            paper.push(measure_paper(args, &opened, events, adapter.as_ref(), &progress)?);
+        }
     }
-    let (growth, skipped) =
-        if args.no_growth { (Vec::new(), Vec::new()) } else { grow(args, &kinds, &progress)? };
+    if args.files.is_empty() && args.paper.is_asked() {
+        let events = || synthesize(SynthKind::Room, bench_paper::SYNTHETIC, 1);
+        let (summary, scene, read) = summarize(events(), args.pace);
+        read?;
+        let (file, header) = (PathBuf::from("synth-room"), Header::new("", ""));
+        let opened = Opened { file: &file, header, summary, scene };
+        paper.push(measure_paper(args, &opened, events(), adapter.as_ref(), &progress)?);
+    }
+    let (growth, skipped) = match args.no_growth || args.paper.is_alone() {
+        true => (Vec::new(), Vec::new()),
+        false => grow(args, &kinds, &progress)?,
+    };
     progress.finish_and_clear();
 
     let report = BenchReport {
@@ -140,6 +173,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         growth,
         skipped,
         flights,
+        paper,
     };
     if let Some(output) = csv {
         output.write(report.to_csv().as_bytes())?;
@@ -175,15 +209,30 @@ fn progress() -> ProgressBar {
     bar
 }
 
-fn measure_session(
-    args: &BenchArgs,
-    kinds: &[Contender],
-    file: &Path,
-    progress: &ProgressBar,
-) -> anyhow::Result<(SessionResult, Vec<Flight>)> {
-    let recording = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
-    let shown = one_line(&recording);
-    progress.set_message(format!("{shown}: reading"));
+/// A session that was read once.
+struct Opened<'a> {
+    file: &'a Path,
+    header: Header,
+    summary: Summary,
+    scene: Scene,
+}
+
+impl Opened<'_> {
+    fn name(&self) -> String {
+        self.file.file_name().unwrap_or(self.file.as_os_str()).to_string_lossy().into_owned()
+    }
+
+    fn root(&self) -> Aabb {
+        root_cube(&self.header, &self.summary.bounds)
+    }
+
+    fn path(&self, choice: CameraChoice) -> (CameraPath, &'static str) {
+        (CameraPath::new(choice, self.header.camera, &self.summary.bounds), choice.name())
+    }
+}
+
+fn read<'a>(args: &BenchArgs, file: &'a Path, progress: &ProgressBar) -> anyhow::Result<Opened<'a>> {
+    progress.set_message(format!("{}: reading", one_line(&file.to_string_lossy())));
     let mut session = OpenSession::open(file, &args.reading)?;
     let (summary, scene, read) = summarize(&mut session, args.pace);
     read?;
@@ -191,30 +240,65 @@ fn measure_session(
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
-    let session = OpenSession::open(file, &args.reading)?;
-    let root = root_cube(&session.header, &summary.bounds);
-    let path = |choice: CameraChoice| {
-        (CameraPath::new(choice, session.header.camera, &summary.bounds), choice.name())
+    Ok(Opened { file, header: session.header.clone(), summary, scene })
+}
+
+fn measure_paper(
+    args: &BenchArgs,
+    opened: &Opened<'_>,
+    events: impl Iterator<Item = Result<Event, RecordingError>>,
+    adapter: Option<&Adapter>,
+    progress: &ProgressBar,
+) -> anyhow::Result<PaperResult> {
+    let recording = opened.name();
+    let input = PaperInput {
+        recording: &recording,
+        summary: &opened.summary,
+        pace: args.pace,
+        camera: opened.path(args.camera),
+        root: opened.root(),
+        scene: &opened.scene,
     };
+    let say = |what: &str| progress.set_message(format!("{}, the paper: {what}", one_line(&recording)));
+    Ok(bench::run_paper(&input, &args.paper.config(args.quick), events, adapter, say)?)
+}
+
+fn measure_session(
+    args: &BenchArgs,
+    kinds: &[Contender],
+    opened: &Opened<'_>,
+    progress: &ProgressBar,
+) -> anyhow::Result<(SessionResult, Vec<Flight>)> {
+    let recording = opened.name();
+    let shown = one_line(&recording);
+    let (root, scene) = (opened.root(), &opened.scene);
+    let session = OpenSession::open(opened.file, &args.reading)?;
     let input = SessionInput {
         recording: recording.clone(),
-        summary,
+        summary: opened.summary,
         pace: args.pace,
-        camera: path(args.camera),
+        camera: opened.path(args.camera),
         root,
         kinds: kinds.to_vec(),
         reference: args.reference,
         budget_secs: args.session_secs(),
     };
     let config = IndexConfig { root, capacity: scene.polygon_count() };
-    let cameras = [path(CameraChoice::Inside), path(CameraChoice::Orbit)];
+    let cameras = [opened.path(CameraChoice::Inside), opened.path(CameraChoice::Orbit)];
     let mut frame = 0;
     let result = bench::run_session(&input, session, || {
         frame += 1;
         progress.set_message(format!("{shown}: frame {frame} of {}", input.summary.frames));
     })?;
     progress.set_message(format!("{shown}: flight"));
-    let fly = |camera| bench::fly(&recording, &scene, config, camera, Occlusion::Msvbsp, FLIGHT_FRAMES);
+    let (node_test, score) = (args.paper.tests.node_test(), args.paper.tests.score());
+    let occlusion = OcclusionConfig {
+        select: SelectConfig { score, ..SelectConfig::default() },
+        cull: CullConfig { node_test, ..CullConfig::default() },
+        ..OcclusionConfig::default()
+    };
+    let fly =
+        |camera| bench::fly(&recording, scene, config, camera, (Occlusion::Msvbsp, occlusion), FLIGHT_FRAMES);
     Ok((result, cameras.map(fly).to_vec()))
 }
 

@@ -10,6 +10,7 @@ mod new_recording;
 #[cfg(not(feature = "window"))]
 mod not_built;
 mod numbers;
+mod occlusion_tests;
 mod output;
 mod outputs;
 mod parsers;
@@ -21,6 +22,7 @@ mod version;
 
 mod bake;
 mod bench;
+mod bench_paper;
 mod draw_index;
 #[cfg(feature = "render")]
 mod drawing;

@@ -26,6 +26,11 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
     within(text, &(0.0..=1.0), "a share")
 }
 
+/// How many times as large something is.
+pub(super) fn multiple(text: &str) -> Result<f32, String> {
+    within(text, &(0.01..=100.0), "a multiple")
+}
+
 /// What something takes.
 pub(super) fn nanoseconds(text: &str) -> Result<f64, String> {
     within(text, &(0.001..=1.0e9), "nanoseconds")

@@ -12,6 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
     Outcome, allocations, numbers,
+    occlusion_tests::TestArgs,
     output::{complain, one_line, say},
     outputs::{Output, Outputs},
     parsers::{camera_parser, index_parser, occlusion_parser},
@@ -52,6 +53,7 @@ use crate::{
   osp replay painting.apa --pace samples:1 --camera inside --csv frames.csv
   osp replay recordings/*.ron --check recordings/fingerprints.pins
   osp replay recordings/room.ron --occlusion none,msvbsp,auto --verify-frames 8
+  osp replay recordings/room.ron --occlusion msvbsp --node-test sphere --score paper
 
 The table has a line for each index (times of this machine, one thread):
   insert   time to insert the frame's polygons, including a rebuild: nanoseconds per polygon, median
@@ -78,6 +80,7 @@ Indexes:
   osp-paper        the preallocated octree of the paper, figure by figure
   osp              our own form of it
   octree-rebuild   an adaptive octree, rebuilt in every frame that brings a polygon
+  octree-paper     the paper's octree: the same, filed by asking each of eight children
   bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
                    bounding volume hierarchies, rebuilt in every frame that brings a polygon
   bvh-two-level, dynamic-bvh
@@ -143,6 +146,8 @@ pub(super) struct ReplayArgs {
     /// Largest number of occluders in a frame [default: 64; 16 for `auto`].
     #[arg(long, value_name = "N", value_parser = numbers::occluders)]
     occluders: Option<usize>,
+    #[command(flatten)]
+    tests: TestArgs,
     /// Assumed time to draw one polygon, nanoseconds: occlusion culling tests only what costs more to draw than to test,
     /// and `auto` decides by it.
     #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
@@ -249,6 +254,9 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
             if cfg!(feature = "render") { "--draw" } else { "a build with the feature `render`, and --draw" }
         );
     }
+    if let Some(option) = args.tests.given().filter(|_| args.occlusion.is_empty()) {
+        bail!("{option} is about occlusion culling: it needs --occlusion");
+    }
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
     let mut new_pins = match &outputs.pin {
         Some(output) if output.replaces_its_kind() => Pins::read(output.path())?,
@@ -351,6 +359,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     if let Some(pvs) = pvs {
         studio.set_pvs(Arc::new(pvs));
     }
+    studio.set_tests(args.tests.node_test(), args.tests.score());
     let occlusion = args.pvs.as_ref().map_or(Occlusion::Auto, |_| Occlusion::Pvs);
     studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(occlusion)));
     let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
@@ -410,7 +419,10 @@ fn replay_file(
     let mut runs: Vec<RunReport> = Vec::new();
     for &(index, method) in &kinds {
         let mut run = RunReport::new(index.name(), summary.frames);
-        run.occlusion = method.map(|method| OcclusionReport::new(method.name(), args.polygon_ns));
+        run.occlusion = method.map(|method| OcclusionReport {
+            tests: (args.tests.node_test(), args.tests.score()),
+            ..OcclusionReport::new(method.name(), args.polygon_ns)
+        });
         runs.push(run);
     }
     let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
@@ -524,7 +536,8 @@ fn lanes(
                 let is_pinned = args.check.is_some() || args.pin.is_some();
                 let basis = if is_pinned { AutoBasis::Work } else { AutoBasis::Time };
                 let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);
-                let pass = PassConfig { choice, occluders, polygon_ns, basis };
+                let (node_test, score) = (args.tests.node_test(), args.tests.score());
+                let pass = PassConfig { choice, occluders, polygon_ns, basis, node_test, score };
                 pipeline.with_occlusion(pass)
             }
             None => pipeline,
@@ -560,6 +573,13 @@ fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
         return lines.join("\n");
     }
     lines.push(replay_table(report));
+    if args.tests.given().is_some() {
+        lines.push(format!(
+            "Occlusion culling: nodes tested by {}, occluders scored by {}.",
+            args.tests.node_test().name(),
+            args.tests.score().name()
+        ));
+    }
     for run in report.runs.iter().filter(|run| !run.is_complete()) {
         lines.push(format!(
             "{} was slow: measured on {} of {} frames, in evenly spaced stretches (--budget {}).",

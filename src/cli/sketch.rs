@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::{
     Outcome, numbers,
+    occlusion_tests::TestArgs,
     output::complain,
     outputs::Outputs,
     parsers::{index_parser, occlusion_parser},
@@ -96,6 +97,8 @@ pub(super) struct WindowArgs {
     /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
     pub(super) occlusion: Occlusion,
+    #[command(flatten)]
+    pub(super) tests: TestArgs,
     /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes one.
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
@@ -198,6 +201,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     let mut studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, args.window.index);
     studio.set_room(room);
     studio.set_limits(args.limits.limits());
+    studio.set_tests(args.window.tests.node_test(), args.window.tests.score());
     studio.command(Command::Occlusion(args.window.occlusion));
     for remark in opened.remarks {
         complain(&remark);

@@ -12,6 +12,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use super::parsers::Size;
 use super::{
     Outcome, allocations, numbers,
+    occlusion_tests::score_parser,
     output::{complain, one_line, say},
     parsers::{camera_parser, index_parser},
     reading::ReadArgs,
@@ -24,6 +25,7 @@ use crate::{
     frame::StageClock,
     index::IndexConfig,
     lab::{
+        literal,
         oracle::OracleConfig,
         pvs::Pvs,
         report::thousands,
@@ -32,7 +34,7 @@ use crate::{
     },
     occlusion::{
         CullConfig, DepthConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig,
-        PreviousFrameOccluders, SelectConfig, Soundness,
+        PreviousFrameOccluders, Score, SelectConfig, Soundness,
     },
     recording::{Event, Header, Pace, RecordingError},
     replay::{CameraChoice, CameraPath, Moment, Player, summarize},
@@ -51,7 +53,7 @@ use crate::{
   osp verify recordings/room.ron
   osp verify castle.obj --whole --camera inside --occluders 4,16,64,256
   osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth,depth-last
-  osp verify sketch.tilt --occlusion msvbsp-paper
+  osp verify sketch.tilt --occlusion msvbsp-paper,msvbsp-paper-capless --node-test sphere --score paper
   osp verify room.ron --whole --pvs room.pvs
   osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
 
@@ -131,9 +133,14 @@ pub(super) struct VerifyArgs {
     /// What an occluder is: a `patch` of neighbouring polygons, or a `single` polygon.
     #[arg(long, default_value = "patch", value_parser = ["patch", "single"])]
     grouping: String,
-    /// How a node is tested: by its `box`, by the `sphere` around it (as in the paper), or by the `outline` of the box.
-    #[arg(long, default_value = "box", value_parser = ["box", "sphere", "outline"])]
-    test: String,
+    /// How a node is tested: by its `box`, by the `sphere` around it (as in the paper), by the `outline` of the box, by its
+    /// eight `corners` in one shadow, or by its `corners-apart`, each in any shadow (the paper's figure 14, on the left: not
+    /// conservative).
+    #[arg(long, alias = "test", default_value = "box", value_parser = ["box", "sphere", "outline", "corners", CORNERS_APART])]
+    node_test: String,
+    /// What makes a good occluder: the `solid-angle` of what the picture shows of it, or equation (1) of the `paper`.
+    #[arg(long, default_value = "solid-angle", value_parser = score_parser())]
+    score: Score,
     /// Use no occluders that fill less than this share of the picture.
     #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE", value_parser = numbers::share)]
     least_share: f64,
@@ -163,6 +170,9 @@ pub(super) struct VerifyArgs {
     reading: ReadArgs,
 }
 
+/// The node test of the paper's figure 14, on the left.
+const CORNERS_APART: &str = "corners-apart";
+
 /// A resolution, `WxH`.
 #[derive(Clone, Copy, Debug)]
 struct Pixels {
@@ -182,6 +192,33 @@ impl FromStr for Pixels {
 impl VerifyArgs {
     fn methods(&self) -> Vec<Method> {
         if self.occlusion.is_empty() { Method::conservative() } else { self.occlusion.clone() }
+    }
+
+    fn tests_corners_apart(&self) -> bool {
+        self.node_test == CORNERS_APART
+    }
+
+    fn node_test(&self) -> NodeTest {
+        let named = NodeTest::ALL.into_iter().find(|test| test.name() == self.node_test);
+        named.unwrap_or(NodeTest::Corners)
+    }
+
+    /// Adds the methods that are as the paper has them, and wrong.
+    fn add_literal(&self, verifier: &mut Verifier) {
+        let apart = self.tests_corners_apart();
+        for method in self.methods().into_iter().filter(|method| method.capless || apart) {
+            if !Occlusion::CULLERS.contains(&method.occlusion) {
+                continue;
+            }
+            for &occluders in &self.occluders {
+                let culler = match method.capless {
+                    true => literal::msvbsp_without_caps(occluders),
+                    false => method.occlusion.create(occluders),
+                };
+                let culler = if apart { Box::new(literal::CornersApart::new(culler)) } else { culler };
+                verifier.add(culler, occluders);
+            }
+        }
     }
 }
 
@@ -267,19 +304,17 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
 fn config(args: &VerifyArgs) -> VerifyConfig {
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
     let methods = args.methods();
-    let methods = methods.iter().map(|method| method.occlusion);
+    // What is not a method of its own is added later.
+    let methods = methods.iter().filter(|method| !method.capless && !args.tests_corners_apart());
+    let methods = methods.map(|method| method.occlusion);
     let kinds = methods.filter(|occlusion| Occlusion::CULLERS.contains(occlusion));
     VerifyConfig {
         kinds: kinds.collect(),
         occluders: args.occluders.clone(),
         pool: PoolConfig { grouping, ..PoolConfig::default() },
-        select: SelectConfig { least_share: args.least_share, ..SelectConfig::default() },
+        select: SelectConfig { score: args.score, least_share: args.least_share, ..SelectConfig::default() },
         cull: CullConfig {
-            node_test: match args.test.as_str() {
-                "sphere" => NodeTest::Sphere,
-                "outline" => NodeTest::Outline,
-                _ => NodeTest::Box,
-            },
+            node_test: args.node_test(),
             polygon_test: if args.nodes_only {
                 PolygonTest::Never
             } else {
@@ -332,6 +367,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let at_rest = AtRest { settle: args.settle, frames: args.frames };
     let mut verifier =
         Verifier::new(index, config(args), StageClock::counting(allocations::count)).with_rest(at_rest);
+    args.add_literal(&mut verifier);
     if args.no_truth {
         verifier = verifier.without_truth();
     }

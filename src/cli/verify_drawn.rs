@@ -101,7 +101,8 @@ impl DrawnTrials {
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
         // The picture without culling comes first: all others are compared with it.
-        for Method { name, occlusion, hzb } in std::iter::once(Method::new(Occlusion::None)).chain(drawn) {
+        for Method { name, occlusion, hzb, .. } in std::iter::once(Method::new(Occlusion::None)).chain(drawn)
+        {
             let mut drawer =
                 Offscreen::on(Arc::clone(&gpu), size.width, size.height, &RendererConfig::default())?;
             drawer.set_occlusion_with(occlusion, hzb)?;

@@ -6,11 +6,16 @@ use crate::occlusion::Occlusion;
 #[cfg(feature = "render")]
 use crate::render::{HzbBound, HzbConfig, HzbFine, HzbGroup};
 
+/// The paper's tree as it is printed.
+const CAPLESS: &str = "msvbsp-paper-capless";
+
 /// A method of occlusion culling, under the name that tables show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Method {
     pub(super) name: &'static str,
     pub(super) occlusion: Occlusion,
+    /// Whether it is the paper's tree without caps, which is no method of its own.
+    pub(super) capless: bool,
     /// Settings of a method that culls by a depth pyramid.
     #[cfg(feature = "render")]
     pub(super) hzb: HzbConfig,
@@ -21,6 +26,7 @@ impl Method {
         Self {
             name: occlusion.name(),
             occlusion,
+            capless: false,
             #[cfg(feature = "render")]
             hzb: HzbConfig::default(),
         }
@@ -35,6 +41,8 @@ impl Method {
     /// All methods that can be compared.
     fn all() -> Vec<Self> {
         let methods = Occlusion::CULLERS.iter().copied().chain([Occlusion::DepthLast]).map(Self::new);
+        let capless = Self { name: CAPLESS, capless: true, ..Self::new(Occlusion::MsvbspPaper) };
+        let methods = methods.chain([capless]);
         #[cfg(feature = "render")]
         let methods = methods.chain(gpu_methods());
         methods.collect()
@@ -57,7 +65,7 @@ fn gpu_methods() -> impl Iterator<Item = Method> {
         ("hzb-16-fine", fine(HzbGroup::Sixteen)),
         ("hzb-4-fine", fine(HzbGroup::Four)),
     ];
-    let pyramids = pyramids.map(|(name, hzb)| Method { name, occlusion: Occlusion::Hzb, hzb });
+    let pyramids = pyramids.map(|(name, hzb)| Method { name, hzb, ..Method::new(Occlusion::Hzb) });
     pyramids.into_iter().chain([Occlusion::Queries, Occlusion::Auto].map(Method::new))
 }
 

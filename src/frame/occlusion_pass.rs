@@ -1,8 +1,8 @@
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, rest::Rest},
     occlusion::{
-        AutoConfig, AutoSwitch, CullConfig, Occlusion, OcclusionConfig, OcclusionStage, Outcome,
-        SelectConfig, ShadowVolume, work_ns,
+        AutoConfig, AutoSwitch, CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, Outcome,
+        Score, SelectConfig, ShadowVolume, work_ns,
     },
     polygon::{Change, Geometry, VisibleBlocks},
     view::{View, ViewWindow},
@@ -31,13 +31,29 @@ pub struct PassConfig {
     pub polygon_ns: f64,
     /// What [`Occlusion::Auto`] compares.
     pub basis: AutoBasis,
+    /// The bounding volume of a node that is tested.
+    pub node_test: NodeTest,
+    /// What makes an occluder a good one.
+    pub score: Score,
 }
 
 impl PassConfig {
     /// A method with its own number of occluders, and polygons that cost 10 ns each: those of a stroke, drawn by the thousand.
     pub fn new(choice: Occlusion) -> Self {
         let AutoConfig { polygon_ns, .. } = AutoConfig::default();
-        Self { choice, occluders: None, polygon_ns, basis: AutoBasis::default() }
+        Self {
+            choice,
+            occluders: None,
+            polygon_ns,
+            basis: AutoBasis::default(),
+            node_test: CullConfig::default().node_test,
+            score: Score::default(),
+        }
+    }
+
+    /// How the index is culled.
+    fn cull(&self) -> CullConfig {
+        CullConfig { node_test: self.node_test, ..CullConfig::for_drawing(self.polygon_ns) }
     }
 
     /// Most occluders of a frame.
@@ -78,8 +94,9 @@ pub struct OcclusionPass {
 impl OcclusionPass {
     /// A pass that has seen nothing yet, with room for this many polygons.
     pub fn new(config: PassConfig, capacity: usize) -> Self {
-        let select = SelectConfig { occluders: config.occluders(), ..SelectConfig::default() };
-        let cull = CullConfig::for_drawing(config.polygon_ns);
+        let select =
+            SelectConfig { score: config.score, occluders: config.occluders(), ..SelectConfig::default() };
+        let cull = config.cull();
         let stage = OcclusionConfig { select, cull, ..OcclusionConfig::default() };
         let mut stage = OcclusionStage::new(config.choice, stage);
         stage.reserve(capacity);
@@ -257,7 +274,7 @@ impl Pass for OcclusionPass {
         let Some(switch) = &mut self.switch else { return };
         switch.set_polygon_ns(polygon_ns);
         self.config.polygon_ns = polygon_ns;
-        self.stage.set_cull(CullConfig::for_drawing(polygon_ns));
+        self.stage.set_cull(self.config.cull());
         if self.last.is_none() && switch.can_depth_last_pay() {
             self.last = Some(PreviousFramePass::new(self.drawn[0].len()));
         }

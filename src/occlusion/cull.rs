@@ -14,6 +14,24 @@ pub enum NodeTest {
     Box,
     /// The box's outline, clipped by the tree's planes: finds a little more in several times the time.
     Outline,
+    /// The box's eight corners, all in one cell of the tree and beyond one occluder: finds less than the box, which may
+    /// lie in several hidden cells.
+    Corners,
+}
+
+impl NodeTest {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Box, Self::Sphere, Self::Outline, Self::Corners];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::Sphere => "sphere",
+            Self::Outline => "outline",
+            Self::Corners => "corners",
+        }
+    }
 }
 
 /// What happens to the polygons of a partly hidden leaf.
@@ -108,6 +126,7 @@ impl Thinner for Tests<'_> {
             NodeTest::Sphere => self.culler.test_sphere(&Sphere::around(bounds)),
             NodeTest::Box => self.culler.test_box(bounds),
             NodeTest::Outline => self.culler.test_outline(bounds),
+            NodeTest::Corners => self.culler.test_corners(bounds),
         };
         self.counts.node_tests += 1;
         self.counts.steps += u64::from(steps);

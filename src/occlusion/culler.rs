@@ -75,6 +75,13 @@ pub trait OcclusionCuller: Send + Sync {
         self.test_box(bounds)
     }
 
+    /// Tests a box by its eight corners: hidden only if they all lie in one cell of the method's shadow. A cell is convex,
+    /// so the whole box then lies in it. Hides at most what [`OcclusionCuller::test_box`] hides, and the same for a
+    /// method whose shadow has no cells.
+    fn test_corners(&self, bounds: &Aabb) -> Tested {
+        self.test_box(bounds)
+    }
+
     /// Tests a sphere, world space.
     fn test_sphere(&self, sphere: &Sphere) -> Tested;
 }

@@ -107,10 +107,15 @@ impl Occlusion {
         self == Self::Auto || (self != Self::None && Self::CULLERS.contains(&self))
     }
 
+    /// Splitting planes of a tree of this many occluders, at most.
+    pub(crate) fn node_budget(occluders: usize) -> usize {
+        (occluders * 32).clamp(512, 16_384)
+    }
+
     /// The culler of this method, with room for this many occluders (more may be given: what exceeds a budget is left
     /// out, and counted). A method without one of its own gets [`NoOcclusion`].
     pub fn create(self, occluders: usize) -> Box<dyn OcclusionCuller> {
-        let node_budget = (occluders * 32).clamp(512, 16_384);
+        let node_budget = Self::node_budget(occluders);
         match self {
             Self::None | Self::DepthLast | Self::Hzb | Self::Queries | Self::Pvs => Box::new(NoOcclusion),
             Self::Frusta => Box::new(ShadowFrusta::new(occluders)),

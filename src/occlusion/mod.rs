@@ -50,7 +50,7 @@ pub use msvbsp_paper::{MsvbspPaper, PaperCaps};
 pub use none::NoOcclusion;
 pub use pool::{Grouping, OccluderPool, PoolConfig};
 pub use previous_frame::{PreviousFrameCounts, PreviousFrameOccluders};
-pub use select::{SelectConfig, SelectCounts, Selector};
+pub use select::{Score, SelectConfig, SelectCounts, Selector};
 pub use shadow_volume::{MAX_SIDES, NotAnOccluder, ShadowVolume};
 pub(crate) use stage::work_ns;
 pub use stage::{OcclusionConfig, OcclusionStage};

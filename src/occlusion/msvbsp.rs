@@ -271,6 +271,10 @@ impl OcclusionCuller for Msvbsp {
         self.tree.test_outline(bounds)
     }
 
+    fn test_corners(&self, bounds: &Aabb) -> Tested {
+        self.tree.test_corners(bounds)
+    }
+
     fn test_sphere(&self, sphere: &Sphere) -> Tested {
         self.tree.test_sphere(sphere)
     }

@@ -254,6 +254,10 @@ impl OcclusionCuller for MsvbspPaper {
         self.tree.test_box(bounds)
     }
 
+    fn test_corners(&self, bounds: &Aabb) -> Tested {
+        self.tree.test_corners(bounds)
+    }
+
     fn test_sphere(&self, sphere: &Sphere) -> Tested {
         self.tree.test_sphere(sphere)
     }

@@ -1,6 +1,6 @@
 use glam::{DVec3, Vec3};
 
-use super::{OccluderPool, ShadowVolume, patch::MAX_PATCH};
+use super::{OccluderPool, ShadowVolume, patch::MAX_PATCH, pool::Sketch};
 use crate::{polygon::Geometry, view::ViewWindow};
 
 /// An occluder inside one of this many better ones is left out. More: fewer useless occluders, more tests.
@@ -13,21 +13,47 @@ const SHADOWS_EACH: usize = 4;
 /// Most shadows of one candidate: two for each polygon.
 const MOST_SHADOWS: usize = 2 * MAX_PATCH;
 
+/// What makes an occluder a good one. It changes what is found to be hidden, never what may be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Score {
+    /// The solid angle of what the window shows of it.
+    #[default]
+    SolidAngle,
+    /// The paper's equation (1) and nothing else: `A |N . V| / D^2`, with the area `A`, the normal `N`, the viewing direction
+    /// `V` and the distance `D`.
+    Paper,
+}
+
+impl Score {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::SolidAngle, Self::Paper];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SolidAngle => "solid-angle",
+            Self::Paper => "paper",
+        }
+    }
+}
+
 /// Settings of [`Selector`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelectConfig {
+    /// What makes an occluder a good one.
+    pub score: Score,
     /// Most occluders of a frame.
     pub occluders: usize,
-    /// How many times as many candidates are measured exactly, after a rough choice.
+    /// How many times as many candidates are measured exactly, after a rough choice; none by [`Score::Paper`].
     pub measured: usize,
-    /// Choosing stops at occluders that fill less than this part of the window.
+    /// Choosing stops at occluders that fill less than this part of the window; not by [`Score::Paper`].
     pub least_share: f64,
 }
 
 impl Default for SelectConfig {
     /// 64 occluders out of 128, each at least a thousandth of the window.
     fn default() -> Self {
-        Self { occluders: 64, measured: 2, least_share: 1.0e-3 }
+        Self { score: Score::SolidAngle, occluders: 64, measured: 2, least_share: 1.0e-3 }
     }
 }
 
@@ -55,7 +81,8 @@ pub struct SelectCounts {
 /// the solid angle of what the window shows of them (see [`ShadowVolume::solid_angle_in`]).
 ///
 /// # Differences from the paper
-/// The cosine's sign is dropped: drawn polygons have two sides, and with the sign half of them would be lost.
+/// The cosine's sign is dropped: drawn polygons have two sides, and with the sign half of them would be lost. By
+/// [`Score::Paper`] the order is that of equation (1) alone, with the viewing direction as `V`.
 #[derive(Clone, Debug)]
 pub struct Selector {
     config: SelectConfig,
@@ -97,13 +124,29 @@ impl Selector {
     ) -> SelectCounts {
         let mut counts = SelectCounts { candidates: pool.len() as u32, ..SelectCounts::default() };
         let least_sr = self.config.least_share * window.solid_angle_sr();
-        self.score_roughly(pool, window, least_sr as f32);
+        let most = match self.config.score {
+            Score::SolidAngle => {
+                self.score_roughly(pool, window, least_sr as f32);
+                self.config.occluders * self.config.measured
+            }
+            Score::Paper => {
+                self.score_by_equation(pool, window);
+                self.config.occluders
+            }
+        };
         counts.seen = self.rough.len() as u32;
-        let most = self.config.occluders * self.config.measured;
         let descending = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
         if self.rough.len() > most && most > 0 {
             self.rough.select_nth_unstable_by(most - 1, descending);
             self.rough.truncate(most);
+        }
+        if self.config.score == Score::Paper {
+            self.rough.truncate(most);
+            self.rough.sort_unstable_by(descending);
+            self.choose_in_order(pool, geometry, window);
+            counts.measured = self.rough.len() as u32;
+            counts.chosen = self.chosen.len() as u32;
+            return counts;
         }
         // By slot from here on, so that nothing depends on how the partial sort left them.
         self.rough.sort_unstable_by_key(|&(_, slot)| slot);
@@ -137,17 +180,30 @@ impl Selector {
         counts
     }
 
+    /// Takes the occluders that were scored as they come.
+    fn choose_in_order(&mut self, pool: &OccluderPool, geometry: &dyn Geometry, window: &ViewWindow) {
+        self.chosen.clear();
+        for &(_, slot) in &self.rough {
+            self.shadows.clear();
+            pool.patch(slot).push_shadows(geometry, window, &mut self.shadows);
+            let room = self.config.occluders - self.chosen.len();
+            self.chosen.extend(self.shadows.iter().take(room));
+        }
+    }
+
+    fn score_by_equation(&mut self, pool: &OccluderPool, window: &ViewWindow) {
+        let gaze = window.forward().as_vec3();
+        self.score(pool, window, |sketch, to| {
+            let score = sketch.area_vector.dot(gaze).abs() / to.length_squared();
+            // Also leaves out free slots, whose area is zero, and what is not a number.
+            (score > 0.0).then_some(score)
+        });
+    }
+
     fn score_roughly(&mut self, pool: &OccluderPool, window: &ViewWindow, least_sr: f32) {
-        let eye = window.eye_in_world().as_vec3();
-        let corners = window.corners();
-        let sides: [Vec3; 4] =
-            std::array::from_fn(|i| corners[i].cross(corners[(i + 1) % 4]).normalize_or_zero().as_vec3());
-        let (forward, near) = (window.forward().as_vec3(), window.near_m() as f32);
         // The rough score of a near, large polygon may be off by more than one half; a quarter is not. Its square needs no root.
         let least_squared = (0.25 * least_sr) * (0.25 * least_sr);
-        self.rough.clear();
-        for (slot, sketch) in pool.sketches().iter().enumerate() {
-            let to = sketch.center - eye;
+        self.score(pool, window, |sketch, to| {
             let distance_squared = to.length_squared();
             let facing = sketch.area_vector.dot(to);
             let mut score = facing * facing / (distance_squared * distance_squared * distance_squared);
@@ -156,10 +212,26 @@ impl Selector {
                 score = f32::MAX;
             }
             // Also leaves out free slots, whose area is zero, and what is not a number.
-            let is_large = score >= least_squared && score > 0.0;
-            if !is_large {
-                continue;
-            }
+            (score >= least_squared && score > 0.0).then_some(score)
+        });
+    }
+
+    /// Scores the candidates whose bounding sphere reaches into the window; `score` gets the direction from the eye, too.
+    fn score(
+        &mut self,
+        pool: &OccluderPool,
+        window: &ViewWindow,
+        score: impl Fn(&Sketch, Vec3) -> Option<f32>,
+    ) {
+        let eye = window.eye_in_world().as_vec3();
+        let corners = window.corners();
+        let sides: [Vec3; 4] =
+            std::array::from_fn(|i| corners[i].cross(corners[(i + 1) % 4]).normalize_or_zero().as_vec3());
+        let (forward, near) = (window.forward().as_vec3(), window.near_m() as f32);
+        self.rough.clear();
+        for (slot, sketch) in pool.sketches().iter().enumerate() {
+            let to = sketch.center - eye;
+            let Some(score) = score(sketch, to) else { continue };
             let reach = -sketch.radius_m;
             let outside = sides.iter().any(|side| side.dot(to) < reach) || forward.dot(to) - near < reach;
             if !outside {

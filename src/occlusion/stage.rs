@@ -59,7 +59,7 @@ impl OcclusionStage {
     }
 
     /// A stage around any culler.
-    fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
+    pub(crate) fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
         let mut selector = Selector::new(config.select);
         // The pool holds twice its capacity before it is trimmed, and may be one over.
         selector.reserve(2 * config.pool.capacity + 1);

@@ -172,6 +172,32 @@ impl ShadowTree {
         self.test(&EyeSphere::new(sphere, self.eye_in_world))
     }
 
+    /// Tests a box by its eight corners: a plane that has them on both sides ends the test.
+    pub(super) fn test_corners(&self, bounds: &Aabb) -> Tested {
+        let volume = EyeBox::new(bounds, self.eye_in_world);
+        let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
+        let mut at = self.top;
+        loop {
+            let node = match at.read() {
+                Ok(i) => &self.nodes[i as usize],
+                Err(caps) => {
+                    self.meet_leaf(caps, &mut query);
+                    return query.answer();
+                }
+            };
+            query.steps += 1;
+            // The reach of a box is that of its eight corners.
+            let (low, high) = volume.reach(node.normal);
+            if low >= volume.slack() {
+                at = node.front;
+            } else if high <= -volume.slack() {
+                at = node.back;
+            } else {
+                return Tested { verdict: Verdict::PartlyHidden, steps: query.steps };
+            }
+        }
+    }
+
     /// Tests a box by its outline, clipped by every plane that it straddles: slower than [`ShadowTree::test_box`], and
     /// it meets only leaves that the box really reaches.
     pub(super) fn test_outline(&self, bounds: &Aabb) -> Tested {

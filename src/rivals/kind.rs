@@ -1,7 +1,7 @@
 use super::{
     BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, KdTreeConfig, LooseOctree, LooseOctreeConfig,
-    OctreeConfig, OspPaper, QuadtreeConfig, TimeOrder, TwoLevelConfig, bvh, kd_tree, octree_rebuild,
-    quadtree,
+    OctreeConfig, OctreePaper, OctreePaperConfig, OspPaper, QuadtreeConfig, TimeOrder, TwoLevelConfig, bvh,
+    kd_tree, octree_rebuild, quadtree,
 };
 use crate::{
     index::{BruteForce, IndexConfig, Osp, SpatialIndex},
@@ -23,6 +23,8 @@ pub enum IndexKind {
     Osp,
     /// [`octree_rebuild`].
     OctreeRebuild,
+    /// [`OctreePaper`].
+    OctreePaper,
     /// [`bvh::bvh_midpoint`].
     BvhMidpoint,
     /// [`bvh::bvh_median`].
@@ -58,6 +60,7 @@ impl IndexKind {
         Self::OspPaper,
         Self::Osp,
         Self::OctreeRebuild,
+        Self::OctreePaper,
         Self::BvhMidpoint,
         Self::BvhMedian,
         Self::BvhSah,
@@ -84,6 +87,7 @@ impl IndexKind {
             Self::OspPaper => "osp-paper",
             Self::Osp => "osp",
             Self::OctreeRebuild => "octree-rebuild",
+            Self::OctreePaper => "octree-paper",
             Self::BvhMidpoint => "bvh-midpoint",
             Self::BvhMedian => "bvh-median",
             Self::BvhSah => "bvh-sah",
@@ -114,6 +118,7 @@ impl IndexKind {
             Self::OspPaper => Box::new(OspPaper::from_config(config)),
             Self::Osp => Box::new(Osp::new(config)),
             Self::OctreeRebuild => octree_rebuild(&OctreeConfig::default(), config),
+            Self::OctreePaper => Box::new(OctreePaper::new(OctreePaperConfig::default(), config)),
             Self::BvhMidpoint => bvh::bvh_midpoint(&bvh::MidpointConfig::default(), config),
             Self::BvhMedian => bvh::bvh_median(&bvh::MedianConfig::default(), config),
             Self::BvhSah => bvh::bvh_sah(&bvh::SahConfig::default(), config),

@@ -3,6 +3,7 @@
 //! Each answers exactly the same set as [`BruteForce`](crate::index::BruteForce) and counts its work. [`IndexKind`] names
 //! them all, ours included. Knows [`polygon`](crate::polygon) and [`index`](crate::index).
 
+mod as_printed;
 mod brute_simd;
 mod bsp;
 mod bucket_tree;
@@ -17,6 +18,7 @@ mod kd_tree;
 mod kind;
 mod lanes;
 mod loose_octree;
+mod octree_paper;
 mod octree_rebuild;
 mod osp_paper;
 #[cfg(feature = "peers")]
@@ -27,6 +29,7 @@ mod sink;
 mod time_order;
 mod walk_stack;
 
+pub use as_printed::{CutNodes, FilingCounts};
 pub use brute_simd::BruteSimd;
 pub use bsp::{Bsp, BspConfig, BspCounts};
 pub use bvh::{
@@ -37,7 +40,10 @@ pub use dynamic_bvh::DynamicBvh;
 pub use kd_tree::{KdTreeConfig, kd_tree};
 pub use kind::IndexKind;
 pub use loose_octree::{LooseOctree, LooseOctreeConfig};
+pub use octree_paper::{OctreePaper, OctreePaperConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
+#[cfg(any(feature = "lab", feature = "cli"))]
+pub(crate) use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH};
 pub use osp_paper::{OspGrid, OspPaper, OspPlace};
 #[cfg(feature = "peers")]
 pub use peers::PeerKind;

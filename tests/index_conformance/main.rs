@@ -7,6 +7,7 @@ mod life_cycles;
 mod osp_paper;
 #[cfg(feature = "peers")]
 mod peers;
+mod printed;
 mod random_changes;
 mod scenes;
 mod subjects;

@@ -4,9 +4,9 @@ use osp::{
     index::{IndexConfig, Osp, SpatialIndex},
     rivals::{
         Bsp, BspConfig, BvhTwoLevel, HlbvhConfig, IndexKind, KdTreeConfig, LbvhConfig, LooseOctree,
-        LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeConfig, OspGrid, OspPaper, QuadtreeConfig,
-        SahConfig, SweepSahConfig, TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh,
-        kd_tree, lbvh, octree_rebuild, quadtree,
+        LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeConfig, OctreePaper, OctreePaperConfig,
+        OspGrid, OspPaper, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig, bvh_median,
+        bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_rebuild, quadtree,
     },
 };
 
@@ -31,6 +31,12 @@ pub(crate) fn subjects() -> Vec<Subject> {
         Box::new(|config| {
             let size_m = config.root.extent().max_element();
             Box::new(OspPaper::new(OspGrid::new(config.root.center(), size_m, 7), 0))
+        }),
+    );
+    add(
+        "octree-paper, leaf 1",
+        Box::new(|config| {
+            Box::new(OctreePaper::new(OctreePaperConfig { leaf_capacity: 1, max_depth: 40 }, config))
         }),
     );
     add(

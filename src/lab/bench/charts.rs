@@ -35,7 +35,7 @@ const NO_CULLING: LineStyle = LineStyle::plain(INK);
 const FRUSTUM: LineStyle = LineStyle::plain(ORANGE);
 const BOTH: LineStyle = LineStyle::plain(GREEN);
 
-type Points = Vec<(f64, f64)>;
+pub(super) type Points = Vec<(f64, f64)>;
 type Figure = fn(&GrowthRow) -> f64;
 
 /// A chart with the sentences that belong to it.
@@ -43,18 +43,18 @@ pub(super) struct Chart {
     pub(super) title: String,
     /// What the paper found, and what is found here.
     pub(super) remarks: Vec<String>,
-    x: Axis,
-    y: Axis,
-    lines: Vec<Line>,
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+    pub(super) lines: Vec<Line>,
 }
 
 #[derive(Clone, Copy)]
-enum Axis {
+pub(super) enum Axis {
     Linear(&'static str),
     Log(&'static str),
 }
 
-struct Line {
+pub(super) struct Line {
     name: String,
     style: LineStyle,
     /// Points of the line itself, and of a thin one beside it (the slowest of a group).
@@ -64,11 +64,11 @@ struct Line {
 
 impl Line {
     /// The line of a structure.
-    fn of_structure(name: &str, points: Points) -> Self {
+    pub(super) fn of_structure(name: &str, points: Points) -> Self {
         Self::new(name, LineStyle::of_structure(name), points)
     }
 
-    fn new(name: &str, style: LineStyle, points: Points) -> Self {
+    pub(super) fn new(name: &str, style: LineStyle, points: Points) -> Self {
         Self { name: name.to_owned(), style, points, thin: Vec::new() }
     }
 }
@@ -94,7 +94,7 @@ pub(super) fn charts(report: &BenchReport) -> Vec<Chart> {
 }
 
 /// The middle of neighbouring values, with the slowest beside it.
-fn grouped(values: &[(f64, f64)]) -> (Points, Points) {
+pub(super) fn grouped(values: &[(f64, f64)]) -> (Points, Points) {
     let group = |chunk: &[(f64, f64)]| {
         let mut sorted: Vec<f64> = chunk.iter().map(|&(_, y)| y).collect();
         sorted.sort_unstable_by(f64::total_cmp);
@@ -393,7 +393,7 @@ fn flight(flight: &Flight) -> Vec<Chart> {
 }
 
 impl Chart {
-    fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.lines.iter().all(|line| line.points.is_empty())
     }
 

@@ -60,11 +60,11 @@ pub fn fly(
     scene: &Scene,
     root: IndexConfig,
     (camera, camera_name): (CameraPath, &str),
-    culler: Occlusion,
+    (culler, occlusion): (Occlusion, OcclusionConfig),
     frames: u64,
 ) -> Flight {
     let mut index = IndexKind::Osp.create(&root);
-    let mut stage = OcclusionStage::new(culler, OcclusionConfig::default());
+    let mut stage = OcclusionStage::new(culler, occlusion);
     let changes: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
     for &change in &changes {
         if let Change::Insert(id) = change {

@@ -1,5 +1,5 @@
 //! The comparison of structures that `osp bench` prints: sessions, growth to millions of polygons, and a flight through
-//! the finished model.
+//! the finished model; and the experiments of the paper.
 //!
 //! Everything that is compared is measured in turns, frame by frame, in one process: what disturbs the machine disturbs
 //! all alike, and ratios are taken within a frame. Medians come with an interval (see [`Estimate`]), times with counts
@@ -13,6 +13,7 @@ mod flight;
 mod growth;
 mod machine;
 mod page;
+mod paper;
 mod report;
 mod session;
 mod table;
@@ -23,5 +24,8 @@ pub use flight::{Flight, FlightFrame, fly};
 pub use growth::{GrowthConfig, GrowthRow, Skipped, grow};
 pub use machine::Machine;
 pub use page::page;
+pub use paper::{
+    Adapter, CubeRow, FlightRow, GrowingRow, PaperConfig, PaperError, PaperInput, PaperResult, run_paper,
+};
 pub use report::BenchReport;
 pub use session::{SessionInput, SessionResult, SessionRow, run_session};

@@ -3,6 +3,7 @@ use std::{error::Error, fmt::Write};
 use super::{
     BenchReport,
     charts::{Chart, charts},
+    paper::{charts as paper_charts, notes, tables},
     table::{Grid, flight_grid, growth_grid, session_grid},
 };
 use crate::lab::report::{printable, short, thousands};
@@ -68,9 +69,23 @@ pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
         page.heading("Flight through the finished models");
         page.table(&flight_grid(&report.flights));
     }
-    page.heading("Charts");
-    for chart in charts(report) {
+    let charts = charts(report);
+    if !charts.is_empty() {
+        page.heading("Charts");
+    }
+    for chart in charts {
         page.chart(&chart)?;
+    }
+    for paper in &report.paper {
+        page.heading(&format!("The paper, as it is printed: {}", paper.recording));
+        notes(paper).iter().for_each(|note| page.paragraph(note));
+        for (title, grid) in tables(paper) {
+            page.element("<h3>", &title, "</h3>");
+            page.table(&grid);
+        }
+        for chart in paper_charts(paper) {
+            page.chart(&chart)?;
+        }
     }
     page.raw("</html>\n");
     Ok(page.0)

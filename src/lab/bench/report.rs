@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use super::{Flight, GrowthRow, Machine, SessionResult, Skipped};
+use super::{Flight, GrowthRow, Machine, PaperResult, SessionResult, Skipped};
 
 /// Everything that a run of `osp bench` found.
 #[derive(Clone, Debug, Serialize)]
@@ -19,6 +19,8 @@ pub struct BenchReport {
     pub skipped: Vec<Skipped>,
     /// Flights through the finished sessions.
     pub flights: Vec<Flight>,
+    /// The experiments of the paper.
+    pub paper: Vec<PaperResult>,
 }
 
 impl BenchReport {

@@ -1,6 +1,9 @@
 use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 
-use super::{BenchReport, Estimate, Flight, GrowthRow, SessionResult};
+use super::{
+    BenchReport, Estimate, Flight, GrowthRow, SessionResult,
+    paper::{notes, tables},
+};
 use crate::lab::report::{one_line, short, thousands};
 
 /// A table before it is drawn, as text or as HTML.
@@ -10,7 +13,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let mut table = Table::new();
         table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
         table.remove_style(TableComponent::HorizontalLines);
@@ -178,6 +181,14 @@ impl BenchReport {
                 flight.index, flight.occlusion
             ));
             parts.push(flight_grid(&self.flights).text());
+        }
+        for paper in &self.paper {
+            parts.push("\nThe paper, as it is printed".to_owned());
+            parts.extend(notes(paper));
+            for (title, grid) in tables(paper) {
+                parts.push(format!("\n{}", one_line(&title)));
+                parts.push(grid.text());
+            }
         }
         parts.join("\n")
     }

@@ -43,11 +43,12 @@ pub(crate) enum Mark {
 use Mark::{Disc, Square, Triangle};
 
 /// Structures with their colours and marks; those that are usually seen together have colours of their own.
-const STRUCTURES: [(&str, RGBColor, Mark); 24] = [
+const STRUCTURES: [(&str, RGBColor, Mark); 25] = [
     ("osp", BLUE, Mark::None),
     ("osp-paper", SKY, Mark::None),
     ("bsp", SKY, Disc),
     ("octree-rebuild", VERMILION, Mark::None),
+    ("octree-paper", SKY, Square),
     ("loose-octree", VERMILION, Disc),
     ("quadtree", VERMILION, Square),
     ("kd-tree", VERMILION, Triangle),
@@ -103,6 +104,11 @@ impl LineStyle {
     /// A plain line, for what is no structure.
     pub(crate) const fn plain(color: RGBColor) -> Self {
         Self { color, mark: Mark::None, dash: None }
+    }
+
+    /// The same, dashed.
+    pub(crate) const fn dashed(color: RGBColor) -> Self {
+        Self { dash: DASHES[1], ..Self::plain(color) }
     }
 
     /// That of a structure; of one that is not known here, as of no other.

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::DrawReport;
 use crate::{
     frame::{FrameRecord, OcclusionRecord},
+    occlusion::{NodeTest, Score},
     replay::{LaneFrame, STRETCHES, SessionFingerprint, stretch_of_frame},
 };
 
@@ -41,6 +42,8 @@ pub struct RunReport {
 pub struct OcclusionReport {
     /// Name of the method.
     pub method: &'static str,
+    /// How it tests nodes, and scores occluders.
+    pub tests: (NodeTest, Score),
     /// What drawing a polygon is taken to cost, nanoseconds.
     pub polygon_ns: f64,
     /// Visible polygons that were culled, in the frames that were verified; `None` where none was.
@@ -52,7 +55,13 @@ pub struct OcclusionReport {
 impl OcclusionReport {
     /// A report without frames.
     pub fn new(method: &'static str, polygon_ns: f64) -> Self {
-        Self { method, polygon_ns, false_culls: None, fingerprint: SessionFingerprint::new() }
+        Self {
+            method,
+            tests: (NodeTest::Box, Score::default()),
+            polygon_ns,
+            false_culls: None,
+            fingerprint: SessionFingerprint::new(),
+        }
     }
 }
 
@@ -363,6 +372,8 @@ impl JsonDraw {
 #[derive(Serialize)]
 struct JsonOcclusion {
     occlusion: &'static str,
+    node_test: &'static str,
+    score: &'static str,
     occluded_mean: f64,
     occlusion_used_percent: f64,
     /// What was visible in the last frame: `depth-last`, and `auto` where that takes least.
@@ -384,6 +395,8 @@ impl JsonOcclusion {
         let drawn = |quantile| run.drawn_frame_us(quantile, occlusion.polygon_ns);
         Some(Self {
             occlusion: occlusion.method,
+            node_test: occlusion.tests.0.name(),
+            score: occlusion.tests.1.name(),
             occluded_mean: run.occluded_mean(),
             occlusion_used_percent: run.occlusion_used_percent(),
             occlusion_by_last_percent: run.occlusion_by_last_percent(),

@@ -6,6 +6,7 @@ use crate::{
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
     rivals::{
+        as_printed::CutNodes,
         exact::passes,
         sink::{Gather, Sink, VisitorSink},
     },
@@ -92,7 +93,7 @@ impl OspPaper {
                 Containment::Outside => {}
                 Containment::Inside => self.take_all(at, sink, work),
                 Containment::Intersects => {
-                    self.test_each(&node.tri_names, test.frustum, sink, work);
+                    self.take_own(&node.tri_names, test.frustum, sink, work);
                     self.push_children(node, &mut stack);
                 }
             }
@@ -117,6 +118,17 @@ impl OspPaper {
                 if self.nodes[child as usize].holds_any() {
                     stack.push(child);
                 }
+            }
+        }
+    }
+
+    /// The own polygons of a node that is cut.
+    fn take_own(&self, ids: &[PolygonId], frustum: &Frustum, sink: &mut impl Sink, work: &mut WorkCounts) {
+        match self.cut_nodes {
+            CutNodes::Tested => self.test_each(ids, frustum, sink, work),
+            CutNodes::Drawn => {
+                work.reported += ids.len() as u64;
+                sink.put(ids);
             }
         }
     }
@@ -159,7 +171,7 @@ impl OspPaper {
                 Visit::Skip => {}
                 Visit::Take => self.cull_below(at, &test, sink, &mut work),
                 Visit::Descend => {
-                    self.test_each(&node.tri_names, frustum, sink, &mut work);
+                    self.take_own(&node.tri_names, frustum, sink, &mut work);
                     self.push_children(node, &mut stack);
                 }
             }

@@ -15,7 +15,8 @@
 //!
 //! # Differences from the paper
 //! * **The answer is exact.** Where the frustum's planes cut a node, the paper draws all of the node's own polygons;
-//!   here each is tested by its box, because every index of this crate reports the same set.
+//!   here each is tested by its box, because every index of this crate reports the same set. (With [`CutNodes::Drawn`] all
+//!   are reported.)
 //! * **"Outside" means behind one plane.** The paper asks whether the eight points of a node lie outside the frustum.
 //!   Eight points outside of different planes do not put a box outside, so a node is dropped only where all eight lie
 //!   behind the same plane.
@@ -48,5 +49,9 @@ mod state;
 mod tree;
 
 pub use grid::OspGrid;
+pub(crate) use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH};
 pub use placement::OspPlace;
 pub use tree::OspPaper;
+
+#[cfg(doc)]
+use super::CutNodes;

@@ -7,7 +7,10 @@ use crate::{
     index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     polygon::PolygonId,
-    rivals::by_id::{ById, FiledBoxes},
+    rivals::{
+        as_printed::{CutNodes, FilingCounts},
+        by_id::{ById, FiledBoxes},
+    },
 };
 
 /// In place of a node number: the polygon is in the list beside the tree.
@@ -33,6 +36,8 @@ pub struct OspPaper {
     /// Polygons that are not wholly inside the cube.
     pub(super) outside: Vec<PolygonId>,
     pub(super) boxes: FiledBoxes,
+    pub(super) cut_nodes: CutNodes,
+    filing: FilingCounts,
     location: ById<Location>,
 }
 
@@ -57,7 +62,26 @@ impl OspPaper {
         }
         let mut location = ById::new(Location::NOWHERE);
         location.reserve(capacity);
-        Self { grid, nodes, outside: Vec::new(), boxes: FiledBoxes::with_capacity(capacity), location }
+        Self {
+            grid,
+            nodes,
+            outside: Vec::new(),
+            boxes: FiledBoxes::with_capacity(capacity),
+            cut_nodes: CutNodes::default(),
+            filing: FilingCounts::default(),
+            location,
+        }
+    }
+
+    /// The tree with another answer for the nodes that the frustum cuts.
+    #[must_use]
+    pub fn with_cut_nodes(self, cut_nodes: CutNodes) -> Self {
+        Self { cut_nodes, ..self }
+    }
+
+    /// What filing took so far: one plane at each node on the way down but the last.
+    pub fn filing(&self) -> FilingCounts {
+        self.filing
     }
 
     /// The tree over the root of `config`, [`super::DEFAULT_MAX_DEPTH`] levels deep.
@@ -83,6 +107,7 @@ impl OspPaper {
 
     /// Fig. 5: files a polygon, walking down from the root.
     fn file(&mut self, id: PolygonId, bounds: &Aabb) {
+        self.filing.polygons += 1;
         if !self.grid.root_box().contains(bounds) {
             self.location.set(id, Location { node: OUTSIDE, slot: self.outside.len() as u32 });
             self.outside.push(id);
@@ -92,6 +117,7 @@ impl OspPaper {
         loop {
             let node = &mut self.nodes[at as usize];
             node.polygons += 1;
+            self.filing.planes += u64::from(!node.is_leaf);
             // The normal is an axis, so the box's least corner has the least distance of all vertices.
             let in_front = node.splitter.signed_distance(bounds.min) > 0.0;
             let behind = node.splitter.signed_distance(bounds.max) < 0.0;

@@ -1,0 +1,22 @@
+//! What the trees of the OSP paper do as it is printed, and what that costs.
+
+/// What becomes of the polygons of a node that the frustum's planes cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CutNodes {
+    /// Each is tested by its box, so that the answer is the same as that of every other index.
+    #[default]
+    Tested,
+    /// All of them are drawn, as in the paper's Fig. 6: more than the frustum may see, never less.
+    Drawn,
+}
+
+/// What filing polygons into a tree took, since the beginning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FilingCounts {
+    /// Polygons filed; in a tree that is rebuilt, each one again in every build.
+    pub polygons: u64,
+    /// Nodes that a polygon was compared with, one by one (the eight children of a node of an octree).
+    pub nodes: u64,
+    /// Planes that a polygon was compared with.
+    pub planes: u64,
+}

@@ -1,0 +1,36 @@
+//! How the window's occlusion culling tests nodes and scores occluders.
+
+use std::path::Path;
+
+use glam::Vec2;
+use osp::{
+    app::{Autosaves, Command, Player, Studio, Subject},
+    occlusion::{NodeTest, Occlusion, Score},
+    recording::Pace,
+    replay::CameraChoice,
+    rivals::IndexKind,
+};
+
+#[test]
+fn nodes_are_tested_and_occluders_scored_as_asked() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/room.ron");
+    let folder = tempfile::tempdir().expect("a folder");
+    let counts = |node_test: NodeTest, score: Score| {
+        let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
+        let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+        let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+        studio.set_tests(node_test, score);
+        studio.command(Command::Occlusion(Occlusion::Msvbsp));
+        studio.command(Command::Occluders(Some(8)));
+        // Here the head looks at a wall with rooms behind it.
+        studio.command(Command::Seek(301));
+        let record = studio.frame(Vec2::new(800.0, 600.0), 0.016).record;
+        assert_eq!(studio.culling().tests(), (node_test, score));
+        (record.occlusion.occluded, record.occlusion.tests, record.occlusion.nodes)
+    };
+    let usual = counts(NodeTest::Box, Score::SolidAngle);
+    assert!(usual.0 > 0, "{usual:?}");
+    assert_ne!(counts(NodeTest::Sphere, Score::SolidAngle), usual);
+    assert_ne!(counts(NodeTest::Corners, Score::SolidAngle), usual);
+    assert_ne!(counts(NodeTest::Box, Score::Paper), usual);
+}
