@@ -76,7 +76,7 @@ impl Gestures {
         self.gesture.is_some()
     }
 
-    /// How far the selected strokes are being moved, metres.
+    /// The movement of the selected strokes so far, metres.
     pub(super) fn moving_by(&self) -> Vec3 {
         match self.gesture {
             Some(Gesture::Move { by, .. }) => by,

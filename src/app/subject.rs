@@ -19,7 +19,7 @@ impl Subject {
         }
     }
 
-    /// What the session says of itself.
+    /// The session's header.
     pub fn header(&self) -> &Header {
         match self {
             Self::Sketch(document) => document.header(),

@@ -1,4 +1,4 @@
-//! `osp bake`: what can be seen from where in a finished model.
+//! `osp bake`: potentially visible sets of a finished model.
 
 use std::{
     io::IsTerminal,

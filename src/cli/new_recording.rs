@@ -14,7 +14,7 @@ pub(super) struct NewRecording {
     writer: RonWriter<RecordingFile>,
     file: AtomicFile,
     output: Output,
-    /// Whoever reads the pipe that it goes to has seen enough; that is no error.
+    /// The reader of the pipe has closed it; that is no error.
     nobody_reads: bool,
 }
 

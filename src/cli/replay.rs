@@ -478,7 +478,7 @@ fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result
     Ok((scene, Arc::new(pvs)))
 }
 
-/// Counts what those that looked at this frame have culled of what can be seen.
+/// Counts the visible polygons that the lanes of this frame have culled.
 fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
 where
     I: Iterator<Item = Result<Event, RecordingError>>,

@@ -1,4 +1,4 @@
-//! Opening sessions for the commands: any format, read ahead of whoever plays it.
+//! Opens sessions of any format for the commands, and reads ahead of the player on a thread.
 
 use std::{
     path::{Path, PathBuf},
@@ -22,7 +22,7 @@ const BATCH_LISTS: usize = 1 << 16;
 /// Batches that may wait: the reader is at most this far ahead, so memory does not grow with the file.
 const WAITING: usize = 16;
 
-/// What travels from the reading thread.
+/// A message from the reading thread.
 enum Message {
     Events(Vec<Event>),
     Damage(RecordingError),

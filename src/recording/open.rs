@@ -96,7 +96,7 @@ pub(crate) fn looks_like_session(path: &Path, start: &[u8]) -> bool {
     by_mark(path, start).is_some() || is_ron(path, start) || by_name(path, start).is_some()
 }
 
-/// What an unknown file looks like.
+/// Describes a file of an unknown format by its first bytes, for the error.
 fn describe(start: &[u8]) -> String {
     match start {
         [] => "an empty file".to_owned(),

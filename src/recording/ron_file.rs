@@ -73,7 +73,7 @@ impl Write for RecordingFile {
 
 impl Drop for RecordingFile {
     fn drop(&mut self) {
-        // Whoever wants to hear of an error calls `finish`.
+        // `finish` returns the error; here it is lost.
         let _ = self.finish();
     }
 }

@@ -33,7 +33,7 @@ impl Hands {
     /// A hand that draws and says nothing for this long, seconds, has stopped: its last message may be lost.
     pub const SILENCE_SECS: f64 = 1.0;
 
-    /// Hands that draw with `first_brush` until they are told otherwise.
+    /// Hands that draw with `first_brush` until a message chooses another brush.
     pub fn new(first_brush: BrushChoice) -> Self {
         Self { hands: BTreeMap::new(), first_brush, state: HandsState::default() }
     }

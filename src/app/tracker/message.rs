@@ -6,7 +6,7 @@ use crate::{
     recording::{NormalRule, Tool},
 };
 
-/// What a hand draws with.
+/// The brush of a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrushChoice {
     /// The tool.
@@ -42,7 +42,7 @@ pub enum Message {
         /// 0 to 1.
         pressure: f32,
     },
-    /// What a hand draws with from its next stroke on.
+    /// The brush of a hand from its next stroke on.
     Brush {
         /// Which hand.
         hand: u8,
@@ -54,7 +54,7 @@ pub enum Message {
         /// Position.
         p: Vec3,
     },
-    /// Take the last edit back.
+    /// Undo the last edit.
     Undo,
     /// Make the edit last taken back again.
     Redo,

@@ -55,7 +55,7 @@ pub(super) fn osc_key(packet: &[u8]) -> Option<&str> {
     take_text(&mut bytes).filter(|_| is_key && bytes.is_empty())
 }
 
-/// What a message says; of a key, nothing: whoever asks for one has looked at it before.
+/// Parses a message; a key gives nothing, because it was checked before.
 fn read(bytes: &[u8]) -> Option<Option<Message>> {
     if osc_key(bytes).is_some() {
         return Some(None);

@@ -45,7 +45,7 @@ pub enum TrackerAddress {
     File(PathBuf),
 }
 
-/// Port where a tracker is listened to unless it is told otherwise.
+/// Default port on which a window listens to a tracker.
 const DEFAULT_PORT: u16 = 9327;
 
 impl FromStr for TrackerAddress {

@@ -12,8 +12,8 @@
 //! | 62 | the sets, cell after cell, in words of 64 bits, compressed by zstd |
 //! | the last 8 | XXH3-64 of all bytes before |
 //!
-//! Zstd finds little of what damages a file, and a changed bit of a set hides what can be seen: so the checksum is
-//! compared before anything else is believed, and no memory is taken for sets of another model.
+//! Zstd detects little of what can damage a file, and a changed bit of a set would hide a visible polygon. So the checksum is
+//! checked before anything else is used, and no memory is reserved for the sets of another model.
 
 use std::{
     fs::File,
@@ -80,7 +80,7 @@ pub enum PvsError {
 /// Where the model stands in the file.
 const MODEL_AT: u64 = MAGIC.len() as u64;
 
-/// What stands before the sets.
+/// The head of the file, before the sets.
 struct Head {
     polygons: u64,
     model: u64,
@@ -114,7 +114,7 @@ impl Fields<'_> {
     }
 }
 
-/// Passes on what is written, and sums it up.
+/// Writes to another writer and computes the checksum.
 struct Summing<W> {
     out: W,
     sum: Xxh3,

@@ -30,7 +30,7 @@ const MOST_LAYERS: usize = 1000;
 /// Most pictures, models and so on that are named.
 const MOST_NAMES: usize = 4;
 
-/// What a sketch names without holding it: field, what one and what several are called.
+/// Things that a sketch refers to without containing them: field, name of one, name of several.
 const MEDIA: [(&str, &str, &str); 8] = [
     ("ModelIndex", "model", "models"),
     ("Models", "model", "models"),

@@ -29,7 +29,7 @@ use thiserror::Error;
 
 use super::{Event, EventSource, Header, RecordingError, Root, Session};
 
-/// What a synthetic session shows.
+/// The kinds of synthetic sessions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SynthKind {
     /// A bust, larger than life: dense small strokes in thin layers; the artist walks around it.
