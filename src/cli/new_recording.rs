@@ -46,7 +46,7 @@ impl NewRecording {
     }
 }
 
-/// Whether somebody still reads what was written.
+/// Whether the output still has a reader.
 fn is_read(written: Result<(), RecordingError>) -> Result<bool, RecordingError> {
     match written {
         Ok(()) => Ok(true),

@@ -57,7 +57,7 @@ impl Outputs {
         let destination = Destination::of(path).with_context(|| path.display().to_string())?;
         let is_written_twice = |other: &Path| match (&destination, Destination::of(other)) {
             (Destination::File(_), Ok(Destination::File(_))) => is_same_file(path, other),
-            // Two that go to a device do not replace each other, but mixed output is of use to nobody.
+            // Two outputs to one device do not replace each other, but they would be mixed.
             (Destination::StandardOutput, Ok(other)) => other == Destination::StandardOutput,
             (Destination::Special(here), Ok(Destination::Special(there))) => {
                 *here == there && here != Path::new("/dev/null")

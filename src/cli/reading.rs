@@ -62,7 +62,7 @@ impl ReadArgs {
         ensure!(
             summary.frames <= most || pace != Pace::Recorded,
             "{}: expected at most {most} frames at the pace {pace} (--max-polygons N allows half as many); found {}: \
-             --pace samples:16 goes by samples instead",
+             --pace samples:16 counts samples instead",
             file.display(),
             summary.frames
         );

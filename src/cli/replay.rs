@@ -332,7 +332,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
 }
 
 /// Why a session has no fingerprint to compare or to pin.
-const INCOMPLETE: &str = "no index looked at every frame, so the session has no fingerprint: raise --budget";
+const INCOMPLETE: &str = "no index replayed every frame, so the session has no fingerprint: raise --budget";
 
 /// Plays the first session in a window with the first index.
 #[cfg(feature = "window")]

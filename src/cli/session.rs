@@ -113,7 +113,7 @@ fn read(mut session: recording::Session, sender: &SyncSender<Message>) {
         batch.extend(event);
         let ends = last.is_some();
         let is_full = batch.len() == BATCH || lists >= BATCH_LISTS;
-        // A send fails once nobody listens any more: then there is nothing left to do.
+        // A send fails once the receiver is gone: then there is nothing left to do.
         if (ends || is_full)
             && sender.send(Message::Events(std::mem::replace(&mut batch, Vec::with_capacity(BATCH)))).is_err()
         {

@@ -1,6 +1,6 @@
 use std::time::Instant;
 
-/// The one clock of the crate: time, and allocations if somebody counts them.
+/// The clock of the crate's stages: time, and allocations if the caller counts them.
 #[derive(Clone, Copy, Debug)]
 pub struct StageClock {
     allocations: fn() -> u64,
@@ -18,7 +18,7 @@ pub struct Reading {
 pub struct Stage {
     /// Time, nanoseconds.
     pub ns: u64,
-    /// Allocations of this thread; 0 where nobody counts.
+    /// Allocations of this thread; 0 if the clock does not count them.
     pub allocations: u64,
 }
 

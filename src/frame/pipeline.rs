@@ -11,7 +11,7 @@ use crate::{
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
 
-/// Changes that an index hears of at once.
+/// Changes that an index is given at once.
 const ANNOUNCED: usize = 16;
 
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
@@ -246,9 +246,9 @@ impl Pipeline {
         &self.clock
     }
 
-    /// Changes that the index refused since the beginning: the box was empty, infinite or NaN, the number was inserted twice or is
-    /// not below [`PolygonId::LIMIT`]. To insert and remove a polygon within one frame counts, too, if its box was
-    /// [`Aabb::EMPTY`] by then, and does no harm.
+    /// Changes that the index refused since the beginning: the box was empty, infinite or NaN, the number was inserted
+    /// twice or is not below [`PolygonId::LIMIT`]. A polygon that came and went within one frame may count, too, because
+    /// its box was empty by then; that does no harm.
     pub fn refused(&self) -> u64 {
         self.refused
     }

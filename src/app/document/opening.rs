@@ -82,7 +82,7 @@ impl OpenError {
 }
 
 impl Document {
-    /// An empty session that nobody has named yet.
+    /// An empty session without a name.
     pub fn new(autosaves: &Autosaves) -> Self {
         let journal = Journal::unnamed(autosaves, "sketch", our_header("sketch"));
         Self::around(journal.expect("a header without numbers is sound"))

@@ -13,7 +13,7 @@ use super::{
 /// Bytes of another session's name that the name of a copy begins with.
 const MOST_STEM_BYTES: usize = 100;
 
-/// Sessions that nobody has named yet, in a folder of their own.
+/// Autosave files: sessions without a name, in a folder of their own.
 #[derive(Clone, Debug)]
 pub struct Autosaves {
     folder: PathBuf,

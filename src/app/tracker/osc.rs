@@ -9,7 +9,7 @@ use super::message::{BrushChoice, Message, normal_name, normal_of};
 
 /// Bundles in bundles, at most.
 const MAX_DEPTH: u32 = 4;
-/// How a bundle begins; a time tag of 8 bytes follows, which is not looked at: poses count when they come.
+/// How a bundle begins; a time tag of 8 bytes follows, which is ignored: poses count when they arrive.
 const BUNDLE: &[u8] = b"#bundle\0";
 /// Where the key is said.
 const KEY: &str = "/osp/key";

@@ -64,7 +64,7 @@ impl FromStr for TrackerAddress {
 }
 
 impl TrackerAddress {
-    /// What somebody should know who listens there: that the whole network can draw.
+    /// A warning for an address that is not this machine's own: the whole network can draw.
     pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
@@ -217,7 +217,7 @@ enum AtEnd {
 enum LinesEnd {
     /// The file has become shorter.
     Shorter,
-    /// There is no more, or nobody wants it.
+    /// The input has ended, or the receiver is gone.
     Over,
 }
 
@@ -333,7 +333,7 @@ impl Output {
         let mut reader = BufReader::new(stream);
         let mut line = Vec::new();
         let mut consumed = 0u64;
-        // Of the line at hand.
+        // Bytes of the current line.
         let mut unbroken = 0u64;
         while !self.is_over() {
             let room = MAX_LINE_BYTES - line.len() as u64;
