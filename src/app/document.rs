@@ -138,7 +138,7 @@ impl Document {
         &self.scene
     }
 
-    /// What has changed since it was last taken.
+    /// The changes since [`Document::take_changes`] was last called.
     pub fn changes(&self) -> &[Change] {
         &self.changes
     }
@@ -222,7 +222,7 @@ impl Document {
     }
 }
 
-/// Where a ray meets a polygon, from either side.
+/// The parameter at which a ray hits a polygon, from either side.
 pub(super) fn meet_polygon(scene: &Scene, id: PolygonId, ray: &Ray) -> Option<f32> {
     scene.polygon_from(id, ray.origin, glam::Vec3::Y).meet(ray)
 }

@@ -288,7 +288,7 @@ impl Player {
             _ => SessionState::default(),
         };
         while state.moment.frame < frames {
-            // What changes on the way is in the difference.
+            // The difference includes the changes on the way.
             self.changes.clear();
             let range = self.events_of(state.moment.frame);
             state.scene.let_go();
@@ -403,7 +403,7 @@ mod tests {
         let frames = player.frame_count();
         assert!(player.snapshots.len() > 8 && player.snapshots.len() <= MAX_SNAPSHOTS);
         let mut index = BruteForce::new();
-        // What a GPU scene would hold.
+        // The polygons that a GPU scene would hold.
         let mut held: Vec<crate::polygon::ConvexPolygon> = Vec::new();
         let mut position = 0;
         for round in 0..60u64 {

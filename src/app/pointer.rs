@@ -1,4 +1,4 @@
-//! What the pointer does to the studio: draws, erases, selects, moves, turns the camera.
+//! The pointer draws, erases, selects and moves strokes, and turns the camera.
 
 use glam::{Vec2, Vec3};
 

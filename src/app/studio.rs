@@ -286,7 +286,7 @@ impl Studio {
         self.brush
     }
 
-    /// What the pointer does.
+    /// The tool of the pointer.
     pub fn tool(&self) -> ToolChoice {
         self.tool
     }
@@ -374,7 +374,7 @@ impl Studio {
         &self.views
     }
 
-    /// What is drawn on top of the model in the last frame.
+    /// The lines drawn on top of the model in the last frame.
     pub fn lines(&self) -> &LineBatch {
         &self.lines
     }

@@ -79,7 +79,7 @@ pub enum WindowError {
     Trace {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: io::Error,
     },
 }
@@ -98,7 +98,7 @@ pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
         App { studio: Some(studio), options, trace: None, live: None, failure: None, recoveries: 0 };
     let outcome = app.run();
     let closed = app.studio.take().map_or(Ok(()), Studio::close);
-    // That a part of the session was not written matters more.
+    // An unwritten part of the session is the more important error.
     closed?;
     outcome
 }
@@ -131,7 +131,7 @@ struct App {
     recoveries: u32,
 }
 
-/// What exists while there is a window.
+/// The parts that exist only while there is a window.
 struct Live {
     window: Arc<Window>,
     egui: egui_winit::State,

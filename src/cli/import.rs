@@ -74,7 +74,7 @@ impl Counts {
         }
     }
 
-    /// What there is, by kind; strokes and points always.
+    /// The counts by kind, without zeros; strokes and points always.
     fn text(&self) -> String {
         let rest = [(self.polygons, "faces"), (self.heads, "head poses"), (self.edits, "edits")];
         [(self.strokes, "strokes"), (self.points, "points")]

@@ -189,7 +189,7 @@ impl ReplayArgs {
     }
 }
 
-/// What a replay is going to write.
+/// The outputs of a replay.
 struct ReplayOutputs {
     csv: Option<Output>,
     /// One for each session, or none.
@@ -491,7 +491,7 @@ where
         let pipeline = lane.pipeline();
         // All see the same in the frustum.
         let visible = visible.get_or_insert_with(|| {
-            // What the frustum has culled wrongly is asked about, too.
+            // Polygons that the frustum has culled wrongly are tested, too.
             let mut ids = lost_polygons(replay.scene(), view, &pipeline.in_view().to_vec());
             ids.extend(pipeline.in_view().ids());
             verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
@@ -520,7 +520,7 @@ fn lanes(
                 None => pipeline,
             },
             Some(choice) => {
-                // What is compared with pinned fingerprints must not depend on the clock.
+                // A run that is compared with pinned fingerprints must not depend on the clock.
                 let is_pinned = args.check.is_some() || args.pin.is_some();
                 let basis = if is_pinned { AutoBasis::Work } else { AutoBasis::Time };
                 let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);

@@ -65,7 +65,7 @@ impl OpenSession {
         })
     }
 
-    /// What the reader noticed; complete after the last event.
+    /// The reader's remarks; complete after the last event.
     pub(super) fn notes(&self) -> &Notes {
         &self.notes
     }
@@ -79,7 +79,7 @@ pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
         RecordingError::Limit(excess) => Some(&excess.path),
         RecordingError::Io { .. } | RecordingError::Unknown { .. } => None,
     })?;
-    // What is damaged may be an entry of an archive or of a folder.
+    // The damage may be in an entry of an archive or of a folder.
     let session = damaged.ancestors().take(3).find(|path| {
         let opened = recording::open(path, &OpenOptions::LENIENT);
         opened.is_ok_and(|mut session| matches!(session.events.next_event(), Ok(Some(_))))

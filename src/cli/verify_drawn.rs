@@ -34,7 +34,7 @@ struct Trial {
     times: Vec<DrawTimes>,
 }
 
-/// What a frame without culling draws.
+/// The result of a frame without culling.
 fn all_drawn(in_view: usize) -> DrawnCounts {
     DrawnCounts { in_view: in_view as u64, second_pass: in_view as u64, ..DrawnCounts::default() }
 }

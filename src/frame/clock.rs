@@ -13,7 +13,7 @@ pub struct Reading {
     allocations: u64,
 }
 
-/// What a stage took.
+/// Time and allocations of a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stage {
     /// Time, nanoseconds.
@@ -40,7 +40,7 @@ impl StageClock {
         Reading { allocations: (self.allocations)(), at: Instant::now() }
     }
 
-    /// What has passed since a reading.
+    /// Time and allocations since a reading.
     pub fn since(&self, start: Reading) -> Stage {
         let ns = u64::try_from(start.at.elapsed().as_nanos()).unwrap_or(u64::MAX);
         Stage { ns, allocations: (self.allocations)() - start.allocations }

@@ -110,7 +110,7 @@ impl Facet {
         Some(Self { subject, is_opaque, sides, side_count: count, corners, normal, distance })
     }
 
-    /// Where a ray from the eye along a unit direction meets it.
+    /// The distance at which a ray from the eye along a unit direction hits it.
     fn meet(&self, direction: DVec3) -> Option<f64> {
         let inside = self.sides[..self.side_count].iter().all(|side| side.dot(direction) >= -BORDER_SINE);
         let along = self.normal.dot(direction);

@@ -97,7 +97,7 @@ pub fn lost_polygons(scene: &Scene, view: &View, in_view: &[PolygonId]) -> Vec<P
     let mut is_in_view = vec![false; scene.polygon_count()];
     in_view.iter().for_each(|id| is_in_view[id.index()] = true);
     let reach = Reach::new(view);
-    // What is not finite cannot be drawn.
+    // A polygon that is not finite cannot be drawn.
     let is_lost = |&id: &PolygonId| {
         !is_in_view[id.index()] && scene.bounds(id).is_valid() && reach.holds_part_of(&scene.polygon(id))
     };

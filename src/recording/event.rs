@@ -41,7 +41,7 @@ pub struct Header {
     /// The layers that strokes name by their places; none: a single one that can be seen (since format 2).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<Layer>,
-    /// What the source has and a recording does not hold, for people to read: pictures, models, videos (since format 2).
+    /// Contents of the source that a recording cannot hold, in words: pictures, models, videos (since format 2).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
 }
@@ -325,7 +325,7 @@ fn full() -> f32 {
     1.0
 }
 
-// What a reader fills in is not written. Bits are compared, so that -0.0 is written and comes back as it was.
+// Default values are not written. Bits are compared, so that -0.0 is written and read again as it was.
 fn is_identity(q: &Quat) -> bool {
     q.to_array().map(f32::to_bits) == Quat::IDENTITY.to_array().map(f32::to_bits)
 }

@@ -74,7 +74,7 @@ pub enum Place {
     Byte(u64),
 }
 
-/// As it follows a file's name in a message.
+/// The text that follows a file's name in a message.
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -88,7 +88,7 @@ impl fmt::Display for Place {
 /// Polygons of a tube's sample: its sides.
 const TUBE_POLYGONS: u64 = 8;
 
-/// More than one of the [`Limits`].
+/// A session that exceeds one of the [`Limits`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excess {
     /// The file.

@@ -8,7 +8,7 @@ use crate::{
     recording::{self, Header, Limits, OpenOptions, RecordingError, Session},
 };
 
-/// What the header of a session that was drawn here begins its source with.
+/// How the source in the header of a session begins if osp drew it.
 const OURS: &str = "osp sketch ";
 
 /// What a session is opened for.

@@ -30,7 +30,7 @@ impl Contents {
         }
     }
 
-    /// More bytes behind them.
+    /// Adds the bytes after them.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
         self.hash.update(bytes);

@@ -93,7 +93,7 @@ pub(in crate::app) struct SessionFile {
     held: u64,
     /// Lines of the history that it holds.
     lines: u64,
-    /// What it was before anything was written in this sitting. None if it was not there.
+    /// The end of the file when the session was opened. None if there was no file.
     before: Option<Before>,
 }
 

@@ -53,7 +53,7 @@ impl FromStr for TrackerKey {
     }
 }
 
-/// What becomes of a datagram.
+/// Whether a datagram is accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Admission {
     /// It is read.

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use super::{BrushChoice, Message};
 use crate::recording::{Event, NormalRule, Paint, StrokeId, Tool};
 
-/// Where the hands and the head were last.
+/// The last poses of the hands and the head.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HandsState {
     /// Head: position, world from head.
@@ -38,7 +38,7 @@ impl Hands {
         Self { hands: BTreeMap::new(), first_brush, state: HandsState::default() }
     }
 
-    /// Where they are.
+    /// Their poses.
     pub fn state(&self) -> HandsState {
         self.state
     }

@@ -24,14 +24,14 @@ pub struct BrushChoice {
 /// One message of a tracker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Message {
-    /// Where the head is.
+    /// The pose of the head.
     Head {
         /// Position.
         p: Vec3,
         /// World from head.
         q: Quat,
     },
-    /// Where a hand is; it draws while `pressure` is above 0.
+    /// The pose of a hand; it draws while `pressure` is above 0.
     Hand {
         /// Which hand.
         hand: u8,
@@ -84,7 +84,7 @@ impl Message {
     }
 }
 
-/// What a message may draw with.
+/// The tools that a message may choose.
 pub(super) const TOOLS: &str = "a tool (ribbon, wall or tube) or the name of a brush";
 
 impl BrushChoice {

@@ -11,7 +11,7 @@ use super::message::{BrushChoice, Message, normal_name, normal_of};
 const MAX_DEPTH: u32 = 4;
 /// How a bundle begins; a time tag of 8 bytes follows, which is ignored: poses count when they arrive.
 const BUNDLE: &[u8] = b"#bundle\0";
-/// Where the key is said.
+/// The address of the message with the key.
 const KEY: &str = "/osp/key";
 /// Everything is padded to this many bytes.
 const WORD: usize = 4;

@@ -34,7 +34,7 @@ const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
 /// How often a thread looks whether it is still wanted, and whether a file has grown.
 const NAP: Duration = Duration::from_millis(20);
 
-/// Where a tracker's messages come from.
+/// The source of a tracker's messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackerAddress {
     /// Datagrams sent to this address of ours.
@@ -94,7 +94,7 @@ pub struct TrackerError {
     cause: io::Error,
 }
 
-/// What has come so far.
+/// Counts of a tracker's messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Messages understood.
@@ -183,7 +183,7 @@ impl Tracker {
         self.messages.try_recv().ok()
     }
 
-    /// What has come so far.
+    /// The counts so far.
     pub fn counts(&self) -> Counts {
         Counts {
             messages: self.shared.messages.load(Ordering::Relaxed),
@@ -205,7 +205,7 @@ impl Drop for Tracker {
     }
 }
 
-/// What to do where a stream ends.
+/// What a reader does at the end of a stream.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum AtEnd {
     Stop,

@@ -37,7 +37,7 @@ fn is_spray(brush: &Brush) -> bool {
     matches!(brush.family, Family::Particles | Family::Spray { .. })
 }
 
-/// Where the pictures of the brushes that can be chosen are in one texture.
+/// The layout of the brushes' pictures in one texture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PreviewGrid(());
 

@@ -196,7 +196,7 @@ fn next_of<T: Copy + PartialEq>(all: &[T], now: T) -> T {
     all.get(next).or(all.first()).copied().unwrap_or(now)
 }
 
-/// Where the held keys fly to: right, up, back.
+/// The direction in which the held keys fly: right, up, back.
 fn flight(ui: &Ui) -> Vec3 {
     use egui::Key;
     ui.input(|input| {

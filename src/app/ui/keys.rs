@@ -5,7 +5,7 @@ use crate::{
     recording::Tool,
 };
 
-/// What a shortcut does.
+/// The action of a shortcut.
 #[derive(Clone, Copy, Debug)]
 pub enum Action {
     /// A command without a question before it.
@@ -39,7 +39,7 @@ pub struct Shortcut {
     pub keys: KeyboardShortcut,
     /// The action in words.
     pub what: &'static str,
-    /// What it does.
+    /// The action.
     pub action: Action,
 }
 

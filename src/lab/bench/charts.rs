@@ -30,7 +30,7 @@ const SHOWN: [IndexKind; 7] = [
     IndexKind::BruteSimd,
 ];
 
-/// What the lines of a flight look like: they are no structures.
+/// The looks of the lines of a flight, which stand for no structure.
 const NO_CULLING: LineStyle = LineStyle::plain(INK);
 const FRUSTUM: LineStyle = LineStyle::plain(ORANGE);
 const BOTH: LineStyle = LineStyle::plain(GREEN);

@@ -29,7 +29,7 @@ use super::{GROUP, Pvs, ViewCells, fingerprint_of_model, words_of};
 use crate::{atomic_file::write_atomically, scene::Scene, small_file::open_regular};
 
 const MAGIC: &[u8; 10] = b"osp pvs 2\n";
-/// What the format before began with: it had no checksum.
+/// How files of format 1 begin: they had no checksum.
 const OLD_MAGIC: &[u8; 10] = b"osp pvs 1\n";
 const HEAD_BYTES: u64 = 62;
 const CHECKSUM_BYTES: u64 = 8;
@@ -39,7 +39,7 @@ const LEVEL: i32 = 9;
 /// Level 9 looks back 2^22 bytes at most; more than twice that would be memory for nothing.
 const WINDOW_LOG: u32 = 23;
 
-/// What can be wrong with a file of sets.
+/// The error of a file of sets.
 #[derive(Debug, Error)]
 pub enum PvsError {
     /// It could not be opened, read or written.
@@ -47,7 +47,7 @@ pub enum PvsError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: io::Error,
     },
     /// It is damaged, or not such a file.
@@ -57,9 +57,9 @@ pub enum PvsError {
         path: PathBuf,
         /// Where, from 0.
         offset: u64,
-        /// What the format asks for there.
+        /// What the format requires there.
         expected: String,
-        /// What stands there.
+        /// What was found there.
         found: String,
     },
     /// It was made of another model, or of another state of the same one.

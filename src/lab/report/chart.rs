@@ -38,7 +38,7 @@ pub enum ChartError {
     Draw {
         /// The file.
         path: PathBuf,
-        /// What went wrong.
+        /// The cause.
         message: String,
     },
 }

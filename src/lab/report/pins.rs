@@ -46,7 +46,7 @@ pub enum PinError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: io::Error,
     },
     /// It is not a list of pins.
@@ -54,7 +54,7 @@ pub enum PinError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The cause.
         cause: Box<ron::error::SpannedError>,
     },
 }

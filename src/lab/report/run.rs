@@ -328,7 +328,7 @@ struct JsonDrawnWhileCulling {
     gpu_us: Option<JsonGpu>,
 }
 
-/// What the passes took, medians.
+/// Median times of the passes.
 #[derive(Serialize)]
 struct JsonGpu {
     depth: f64,
@@ -365,7 +365,7 @@ struct JsonOcclusion {
     occlusion: &'static str,
     occluded_mean: f64,
     occlusion_used_percent: f64,
-    /// What was visible in the last frame: `depth-last`, and `auto` where that takes least.
+    /// The polygons visible in the last frame: `depth-last`, and `auto` where that takes least time.
     occlusion_by_last_percent: f64,
     occlusion_us: f64,
     occlusion_select_us: f64,

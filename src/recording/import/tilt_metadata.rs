@@ -50,7 +50,7 @@ pub(super) struct Metadata {
     path: PathBuf,
 }
 
-/// What every sketch has.
+/// The fields that every sketch has.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "PascalCase")]
 struct Head {

@@ -34,7 +34,7 @@ pub(super) trait Subject: Send {
     fn work(&mut self, artist: &mut Artist);
 }
 
-/// Where the head should be, and what it looks at.
+/// The wanted position of the head, and the point that it looks at.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stance {
     pub(super) eye: DVec3,
