@@ -30,7 +30,7 @@ pub trait Pass: Any + Debug + Send + Sync {
     fn set_polygon_ns(&mut self, _polygon_ns: f64) {}
 }
 
-/// A frame as a [`Pass`] sees it.
+/// The input of [`Pass::frame`].
 #[derive(Clone, Copy)]
 pub struct PassInput<'a> {
     /// The index, up to date.

@@ -11,7 +11,7 @@ use crate::{
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
 
-/// Changes that an index hears of at once.
+/// Changes that an index is given at once.
 const ANNOUNCED: usize = 16;
 
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
@@ -96,7 +96,7 @@ impl Pipeline {
         self.in_view.iter_mut().for_each(VisibleBlocks::clear);
 
         let stage = self.clock.start();
-        self.file(geometry, changes, &mut record);
+        self.apply(geometry, changes, &mut record);
         self.index.commit();
         record.insert = self.clock.since(stage);
 
@@ -120,7 +120,7 @@ impl Pipeline {
 
     /// A frame that nobody draws: the index follows the changes, nothing is measured or culled.
     pub fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
-        self.file(geometry, changes, &mut FrameRecord::default());
+        self.apply(geometry, changes, &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
             pass.skip(geometry, changes);
         }
@@ -132,7 +132,7 @@ impl Pipeline {
     pub fn load(&mut self, geometry: &dyn Geometry) {
         let ids = (0..geometry.id_end() as u32).map(PolygonId);
         let all: Vec<Change> = ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect();
-        self.file(geometry, &all, &mut FrameRecord::default());
+        self.apply(geometry, &all, &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
             pass.load(geometry, &all);
         }
@@ -145,7 +145,7 @@ impl Pipeline {
 
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
     /// inserted once its box is finite again.
-    fn file(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
+    fn apply(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let wants_shapes = self.index.wants_shapes();
         for (i, &change) in changes.iter().enumerate() {
             if i.is_multiple_of(ANNOUNCED) {
@@ -246,9 +246,9 @@ impl Pipeline {
         &self.clock
     }
 
-    /// Changes that the index refused since the beginning: the box was empty, infinite or NaN, the number was inserted twice or is
-    /// not below [`PolygonId::LIMIT`]. To insert and remove a polygon within one frame counts, too, if its box was
-    /// [`Aabb::EMPTY`] by then, and does no harm.
+    /// Changes that the index refused since the beginning: the box was empty, infinite or NaN, the number was inserted
+    /// twice or is not below [`PolygonId::LIMIT`]. A polygon that came and went within one frame may count, too, because
+    /// its box was empty by then; that does no harm.
     pub fn refused(&self) -> u64 {
         self.refused
     }

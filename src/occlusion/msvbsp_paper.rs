@@ -101,7 +101,7 @@ impl MsvbspPaper {
         for i in 0..self.planes.len() {
             for j in i + 1..self.planes.len() {
                 let (a, b) = (self.planes[i], self.planes[j]);
-                // The fan of every pair is looked at: cheap tests first.
+                // Every pair is tested: cheap tests first.
                 if a.normal.dot(b.normal) > -0.999_999 || a.occluder == b.occluder || a.deleted || b.deleted {
                     continue;
                 }

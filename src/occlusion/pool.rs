@@ -9,7 +9,7 @@ const OPEN_PATCHES: usize = 6;
 /// Polygons left over from candidates that have died that are offered anew in the same frame; more take their turn.
 const ORPHANS: usize = 1024;
 
-/// Polygons offered again in a frame when many candidates have died, and polygons looked at for that.
+/// Most polygons that a frame offers again after many candidates were removed, and most that it tests for that.
 const OFFERS_A_FRAME: usize = 256;
 const LOOKS_A_FRAME: usize = 8192;
 
@@ -226,7 +226,7 @@ impl OccluderPool {
         &self.patches[slot as usize]
     }
 
-    /// Whether there are polygons that no call of `follow` or `catch_up` has looked at yet.
+    /// Whether there are polygons that no call of `follow` or `catch_up` has tested yet.
     pub(crate) fn is_behind(&self, geometry: &dyn Geometry) -> bool {
         self.rescan < geometry.id_end()
     }

@@ -29,7 +29,7 @@ const LOOK_NS: f64 = 10.0;
 /// Polygons left over from candidates that have died that are offered anew in a frame, in steps.
 const OFFERS_A_STEP: usize = 16;
 
-/// Most polygons that are looked at singly for whether they are large.
+/// Most changed polygons that are tested one by one for whether they are large.
 const MOST_LOOKS: usize = 64;
 
 /// Most polygons that are offered in the frame in which they come.

@@ -76,7 +76,7 @@ pub(super) enum Link {
 pub(super) enum CapRule {
     /// Beyond one cap of the list: each belongs to an occluder that covers the whole cell.
     Any,
-    /// Beyond all caps of the list: together they cover the cell, nobody knows which where.
+    /// Beyond all caps of the list: together they cover the cell, but it is not known which of them where.
     All,
     /// Always. Wrong for everything before its occluder.
     Ignore,

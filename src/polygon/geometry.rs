@@ -5,8 +5,8 @@ use crate::math::Aabb;
 /// [`Change`](super::Change) of that polygon is handed over.
 ///
 /// "Polygon" is whatever the caller draws under one number: one polygon, or a mesh that is known by its box only. A mesh
-/// hides nothing. To let a house hide what is behind it, give its walls numbers of their own, as polygons that lie in the
-/// house: where the house covers a wall on the screen, the wall may also be a stand-in that nobody draws.
+/// hides nothing. To let a house hide what is behind it, give its walls numbers of their own. Such a wall may be a stand-in
+/// that the engine does not draw, as long as it lies inside the house: then whatever it hides, the house hides too.
 pub trait Geometry {
     /// One more than the highest number that is or was in use.
     fn id_end(&self) -> usize;

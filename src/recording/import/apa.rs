@@ -128,7 +128,7 @@ fn first_pass(path: &Path) -> (f32, [bool; 256]) {
 
 struct Apa {
     full_pressure: f32,
-    /// What comes nearest to the brushes of the file, by their numbers.
+    /// The most similar brushes to those of the file, by their numbers.
     brushes: Vec<Option<&'static Brush>>,
     /// The brush of the stroke whose head was read last.
     brush: u8,

@@ -36,7 +36,7 @@ use crate::{
 
 /// Width of a stroke's ribbon, metres: CASSIE draws thin tubes.
 const WIDTH_M: f32 = 0.005;
-/// What comes nearest to its tubes.
+/// The most similar brush to its tubes.
 const BRUSH: &str = "Wire";
 /// Colour of a stroke, sRGB.
 const COLOR: (f32, f32, f32, f32) = (0.20, 0.24, 0.36, 1.0);

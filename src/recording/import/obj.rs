@@ -62,7 +62,7 @@ struct Obj {
     most_vertices: u64,
 }
 
-/// What a line should have been, and what of it was not.
+/// What a line was expected to be, and where it differs.
 struct Fault {
     expected: String,
     found: String,

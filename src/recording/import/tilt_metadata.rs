@@ -30,7 +30,7 @@ const MOST_LAYERS: usize = 1000;
 /// Most pictures, models and so on that are named.
 const MOST_NAMES: usize = 4;
 
-/// What a sketch names without holding it: field, what one and what several are called.
+/// Things that a sketch refers to without containing them: field, name of one, name of several.
 const MEDIA: [(&str, &str, &str); 8] = [
     ("ModelIndex", "model", "models"),
     ("Models", "model", "models"),
@@ -50,7 +50,7 @@ pub(super) struct Metadata {
     path: PathBuf,
 }
 
-/// What every sketch has.
+/// The fields that every sketch has.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "PascalCase")]
 struct Head {
