@@ -105,7 +105,8 @@ impl Painter {
         let show = ShowPass::new(&gpu, surface.format());
         let egui =
             egui_wgpu::Renderer::new(gpu.device(), surface.format(), egui_wgpu::RendererOptions::default());
-        let renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
+        let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
+        renderer.set_patient(true);
         gpu.check()?;
         Ok(Self {
             gpu,

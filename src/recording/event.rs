@@ -77,6 +77,9 @@ impl Header {
             if !(camera.fov_degrees > 0.0 && camera.fov_degrees < 180.0) {
                 return Err("a field of view between 0 and 180 degrees");
             }
+            if !camera.near_m.is_none_or(|near_m| near_m > 0.0 && near_m <= COORDINATE_LIMIT_M) {
+                return Err("a positive near distance");
+            }
         }
         self.environment.as_ref().map_or(Ok(()), |environment| environment.check())
     }
@@ -114,6 +117,9 @@ pub struct Camera {
     pub q: Quat,
     /// Vertical field of view, degrees.
     pub fov_degrees: f32,
+    /// Nearer than this it sees nothing, metres along its axis; a reader chooses if it is not said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub near_m: Option<f32>,
 }
 
 /// The tool of a stroke.

@@ -4,21 +4,21 @@ use glam::{Mat3, Mat4, Vec3};
 use crate::{
     brush::Lighting,
     math::Aabb,
-    polygon::{PolygonId, VisibleBlocks},
+    polygon::VisibleBlocks,
     render::{
         Classes, Gpu, ViewSlot, gpu_scene::GpuScene, record::DrawClass, target::DEPTH_FORMAT,
         view_slot::Uniforms,
     },
-    scene::Scene,
+    scene::{Scene, Stroke},
 };
 
 /// Texels of a side of the map.
 const SIDE: u32 = 2048;
 /// How far from a surface a shadow begins, texels: strokes that lie on each other throw none on each other. An artist shrinks
 /// what is large to work on it: how thick paint lies goes with the size of the whole, as texels do.
-const NEAREST: f32 = 12.0;
+const NEAREST: f32 = 20.0;
 /// Polygons that a patient map draws for each frame that it has waited.
-const PATIENCE: usize = 1 << 14;
+const PATIENCE: usize = 1 << 13;
 
 /// What the first light sees: the depth of all that throws a shadow. Drawn anew when the scene or the light has changed,
 /// whatever the views are and whatever is culled for them.
@@ -191,20 +191,18 @@ impl Shadow {
 
     /// Collects what throws shadows; returns its bounds in the space of the light.
     fn collect(&mut self, scene: &Scene, space: LightSpace, count: usize) -> Option<(LightSpace, Aabb)> {
-        let mut low_and_high = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for id in (0..count as u32).map(PolygonId) {
-            let stroke = scene.stroke_of(id);
-            let answers = stroke.brush().is_some_and(|brush| brush.lighting != Lighting::Unlit);
-            if !answers || !stroke.is_visible() || DrawClass::of(stroke) != DrawClass::Solid {
-                continue;
-            }
-            self.casters.insert(id);
-            for &p in scene.polygon(id).vertices() {
-                let p = space.from_world.transform_vector3(p);
-                low_and_high = (low_and_high.0.min(p), low_and_high.1.max(p));
+        let axes = Mat3::from_mat4(space.from_world);
+        let widths = Mat3::from_cols(axes.x_axis.abs(), axes.y_axis.abs(), axes.z_axis.abs());
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for stroke in scene.strokes().iter().filter(|stroke| throws_shadows(stroke)) {
+            for id in stroke.polygon_ids().filter(|id| id.index() < count) {
+                self.casters.insert(id);
+                let bounds = scene.bounds(id);
+                let (middle, half) = (axes * bounds.center(), widths * (bounds.extent() * 0.5));
+                (low, high) = (low.min(middle - half), high.max(middle + half));
             }
         }
-        let bounds = Aabb::new(low_and_high.0, low_and_high.1);
+        let bounds = Aabb::new(low, high);
         (!self.casters.is_empty() && bounds.is_valid()).then_some((space, bounds))
     }
 
@@ -237,6 +235,12 @@ impl Shadow {
         drop(pass);
         gpu.queue().submit([encoder.finish()]);
     }
+}
+
+/// Whether a stroke does. What has no answer to light does not, as in the program that the brushes come from.
+fn throws_shadows(stroke: &Stroke) -> bool {
+    let answers = stroke.brush().is_some_and(|brush| brush.lighting != Lighting::Unlit);
+    answers && stroke.is_visible() && DrawClass::of(stroke) == DrawClass::Solid
 }
 
 /// Axes of a light: it travels along -z.

@@ -28,7 +28,7 @@ fn first_light_at(from_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
     return select(1.0, share, is_inside);
 }
 
-// What has no answer to light throws no shadow, as in the program that the brushes come from.
+// From the light; the list holds what throws shadows.
 @vertex
 fn vertex_shadow(@builtin(vertex_index) index: u32) -> Cut {
     var out: Cut;

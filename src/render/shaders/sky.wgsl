@@ -32,8 +32,8 @@ fn floor_color(way: vec3<f32>) -> vec3<f32> {
     let groove = saturate(1.5 - cross / (0.015 + 0.5 * pixel)) * 0.03 / (0.03 + pixel);
     let bevel = saturate((slab - SLAB_M + BEVEL_M) / (0.03 + pixel)) * saturate((SLAB_M - slab) / (0.03 + pixel));
     let inside = step(slab, SLAB_M);
-    let lamp = vec3(0.102, 0.088, 0.088) * pool * first_light_at(from_eye, vec3(0.0, 1.0, 0.0));
-    let own = (surroundings.floor.rgb + lamp) * (1.0 - inside * (0.15 * groove + 0.12 * bevel));
+    let lamp = 1.0 + vec3(1.86, 1.6, 1.4) * pool * first_light_at(from_eye, vec3(0.0, 1.0, 0.0));
+    let own = surroundings.floor.rgb * lamp * (1.0 - inside * (0.15 * groove + 0.12 * bevel));
     let clear = exp(-0.71 * surroundings.fog.w * max(distance - CLEAR_M, 0.0));
     return mix(surroundings.fog.rgb, own, clear);
 }
