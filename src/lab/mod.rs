@@ -2,8 +2,7 @@
 //!
 //! [`oracle`] finds the visible polygons, [`verify`] compares culling with it, [`scenes`] are models for that, [`literal`] is
 //! what the paper says where that is wrong, [`pvs`] samples potentially visible sets, [`mod@bench`] measures structures against
-//! each other, [`report`]
-//! makes tables, pages and charts. Knows all but the window and the command line.
+//! each other, [`report`] makes tables, pages and charts. Knows all but the window and the command line.
 
 #[cfg(feature = "cli")]
 pub mod bench;
