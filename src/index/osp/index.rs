@@ -261,7 +261,7 @@ impl SpatialIndex for Osp {
 
     fn commit(&mut self) {
         if self.is_linear {
-            self.linear.tighten();
+            self.linear.commit();
             return;
         }
         if self.queue != NONE {

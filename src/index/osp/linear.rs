@@ -1,14 +1,14 @@
 //! The linear form: as long as there are few blocks, they are kept as a plain list, and every query looks at all of them.
-//! A box around each block, sixteen blocks to a group, says which have to be tested polygon by polygon. Inserting,
-//! moving and erasing write a box, and nothing is built.
+//! A box around each block, sixteen blocks to a group, says which have to be tested polygon by polygon; a box around
+//! everything, whether any has to. Inserting, moving and erasing write a box, and nothing is built.
 
-use super::{answer::Answer, query::count};
+use super::answer::Answer;
 use crate::{
     index::{
         WorkCounts,
         simd::{Boxes, Kernel, PlaneSet, Wide, WithKernel},
     },
-    math::Aabb,
+    math::{Aabb, Frustum},
     polygon::BLOCK,
 };
 
@@ -23,10 +23,17 @@ pub(super) struct Linear {
     boxes: Vec<Boxes<BLOCK>>,
     /// Per group of sixteen blocks a box around each.
     around: Vec<Boxes<BLOCK>>,
-    /// Per group the blocks whose box may be too wide until the next commit.
+    /// Per group the blocks whose box may be too wide.
     loose: Vec<u16>,
     is_loose: bool,
+    /// Commits with boxes that may be too wide.
+    commits: u32,
+    /// Holds everything; may be too wide when other boxes are.
+    bounds: Wide,
 }
+
+/// Commits after which boxes that may be too wide are made to fit: whatever is drawn now changes again in the next frame.
+const COMMITS_BETWEEN: u32 = 16;
 
 /// What becomes of an insertion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +56,8 @@ impl Linear {
             around: vec![Boxes::EMPTY; groups],
             loose: vec![0; groups],
             is_loose: false,
+            commits: 0,
+            bounds: Wide::EMPTY,
         };
         std::hint::black_box(&mut linear).clear();
         linear
@@ -60,7 +69,7 @@ impl Linear {
         self.boxes.clear();
         self.around.clear();
         self.loose.clear();
-        self.is_loose = false;
+        (self.is_loose, self.commits, self.bounds) = (false, 0, Wide::EMPTY);
     }
 
     /// Blocks in the list.
@@ -133,7 +142,7 @@ impl Linear {
         }
         self.lanes[at] |= 1 << lane;
         self.boxes[at].set_wide(lane, bounds);
-        self.around[at / BLOCK].widen(at % BLOCK, &bounds.to_box());
+        self.widen(at, bounds);
         Inserted::Done
     }
 
@@ -154,7 +163,7 @@ impl Linear {
     pub(super) fn update(&mut self, id: u32, bounds: Wide) {
         if let Some((at, lane)) = self.place(id) {
             self.boxes[at].set_wide(lane, bounds);
-            self.around[at / BLOCK].widen(at % BLOCK, &bounds.to_box());
+            self.widen(at, bounds);
             self.mark_loose(at);
         }
     }
@@ -170,6 +179,13 @@ impl Linear {
             self.mark_loose(at)
         }
         true
+    }
+
+    /// Makes the boxes around a block hold this one.
+    #[inline]
+    fn widen(&mut self, at: usize, bounds: Wide) {
+        self.around[at / BLOCK].widen(at % BLOCK, &bounds.to_box());
+        self.bounds = self.bounds.union(bounds);
     }
 
     #[inline]
@@ -194,18 +210,23 @@ impl Linear {
         let groups = last.div_ceil(BLOCK);
         self.around.truncate(groups);
         self.loose.truncate(groups);
+        self.is_loose = true;
     }
 
-    /// Makes the boxes around blocks fit that have lost something.
+    /// Ends a batch of changes: from time to time, makes the boxes fit around what has lost something.
     #[inline]
-    pub(super) fn tighten(&mut self) {
-        if std::mem::take(&mut self.is_loose) {
-            self.tighten_all();
+    pub(super) fn commit(&mut self) {
+        if self.is_loose {
+            self.commits += 1;
+            if self.commits >= COMMITS_BETWEEN {
+                self.tighten();
+            }
         }
     }
 
     #[inline(never)]
-    fn tighten_all(&mut self) {
+    fn tighten(&mut self) {
+        (self.is_loose, self.commits, self.bounds) = (false, 0, Wide::EMPTY);
         for (group, loose) in self.loose.iter_mut().enumerate() {
             let mut left = std::mem::take(loose);
             while left != 0 {
@@ -215,6 +236,7 @@ impl Linear {
                 // The bit of a block that is gone goes with it.
                 self.around[group].set(lane, &self.boxes[at].around(u32::from(self.lanes[at])));
             }
+            self.bounds = self.bounds.union(Wide::from_box(&self.around[group].around(0xFFFF)));
         }
     }
 
@@ -238,6 +260,9 @@ impl Linear {
             if lanes == 0 || self.find(number) != Some(at) {
                 return Err(format!("block {number} is empty or there twice"));
             }
+            if !self.bounds.contains(Wide::from_box(&bounds)) {
+                return Err(format!("block {number} lies outside the box around everything"));
+            }
             if !(around == bounds || loose && self.is_loose && around.contains(&bounds)) {
                 return Err(format!("the box around block {number} is {around:?}, not {bounds:?}"));
             }
@@ -253,12 +278,9 @@ impl Linear {
 /// The frustum query of the linear form.
 pub(super) struct Pass<'a, A> {
     pub(super) linear: &'a Linear,
-    pub(super) planes: PlaneSet,
+    pub(super) frustum: &'a Frustum,
     pub(super) answer: A,
 }
-
-/// A group of no more blocks is not tested as one: testing the blocks costs no more.
-const FEW: usize = 3;
 
 impl<A: Answer> WithKernel for Pass<'_, A> {
     type Output = (WorkCounts, A::Done);
@@ -266,42 +288,93 @@ impl<A: Answer> WithKernel for Pass<'_, A> {
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> Self::Output {
         let mut work = WorkCounts::default();
-        let before = self.answer.count();
+        if !self.linear.numbers.is_empty() {
+            let before = self.answer.count();
+            (work.nodes, work.boxes) = (1, 1);
+            let is_inside = is_inside(self.frustum, &self.linear.bounds.to_box());
+            if is_inside {
+                self.all(kernel)
+            } else {
+                self.each(kernel, &mut work)
+            }
+            work.planes = work.boxes * 6;
+            work.reported = (self.answer.count() - before) as u64;
+            work.taken_whole = if is_inside { work.reported } else { 0 };
+        }
+        (work, self.answer.finish())
+    }
+}
+
+/// Whether a box lies wholly inside every plane; looks no further than to the first that says no.
+#[inline(always)]
+fn is_inside(frustum: &Frustum, bounds: &Aabb) -> bool {
+    frustum.planes().iter().all(|plane| plane.signed_distance(plane.negative_vertex(bounds)) >= 0.0)
+}
+
+impl<A: Answer> Pass<'_, A> {
+    /// All blocks as they are.
+    #[inline(always)]
+    fn all<K: Kernel>(&mut self, kernel: K) {
+        for (number, lanes, _) in self.linear.blocks() {
+            self.answer.run(kernel, number * 16, u32::from(lanes));
+        }
+    }
+
+    /// The blocks that are not behind a plane, polygon by polygon. Which planes cut a block is not asked: that costs as much
+    /// as to test its polygons. Nor is it asked which blocks of a group are behind one where few would be: every
+    /// [`SAMPLE`]th group tells that.
+    #[inline(always)]
+    fn each<K: Kernel>(&mut self, kernel: K, work: &mut WorkCounts) {
+        let planes = PlaneSet::new(self.frustum);
         let Linear { numbers, lanes, boxes, around, .. } = self.linear;
         let mut tested = 0;
+        let mut is_worth_it = numbers.len() > FEW;
         for (group, around) in around.iter().enumerate() {
             let from = group * BLOCK;
             let to = (from + BLOCK).min(numbers.len());
             let (numbers, lanes, boxes) = (&numbers[from..to], &lanes[from..to], &boxes[from..to]);
-            work.nodes += 1;
-            if numbers.len() <= FEW {
-                for ((&number, &lanes), boxes) in numbers.iter().zip(lanes).zip(boxes) {
-                    let lanes = u32::from(lanes);
-                    let seen = lanes & !self.planes.behind_any(kernel, boxes);
-                    count(&mut work, lanes.count_ones(), PlaneSet::ALL);
-                    tested += seen.count_ones();
-                    self.answer.run(kernel, number * 16, seen);
+            let blocks = numbers.iter().zip(lanes).zip(boxes);
+            if !is_worth_it && (group % SAMPLE != 0 || group == 0) {
+                for ((&number, &lanes), boxes) in blocks {
+                    tested += self.look(kernel, &planes, number, lanes, boxes);
                 }
                 continue;
             }
-            count(&mut work, numbers.len() as u32, PlaneSet::ALL);
-            let sides = self.planes.sides_rows(kernel, PlaneSet::ALL, around);
-            for (i, ((&number, &lanes), boxes)) in numbers.iter().zip(lanes).zip(boxes).enumerate() {
-                if sides.behind >> i & 1 == 1 {
-                    continue;
+            work.nodes += 1;
+            work.boxes += numbers.len() as u64;
+            let behind = planes.behind_any(kernel, around);
+            is_worth_it = behind.count_ones() >= WORTH_IT;
+            for (i, ((&number, &lanes), boxes)) in blocks.enumerate() {
+                if behind >> i & 1 == 0 {
+                    tested += self.look(kernel, &planes, number, lanes, boxes);
                 }
-                let mut seen = u32::from(lanes);
-                if sides.cut >> i & 1 == 1 {
-                    let planes = sides.planes_at(PlaneSet::ALL, i);
-                    count(&mut work, seen.count_ones(), planes);
-                    seen &= !self.planes.behind(kernel, planes, boxes);
-                    tested += seen.count_ones();
-                }
-                self.answer.run(kernel, number * 16, seen);
             }
         }
-        work.reported = (self.answer.count() - before) as u64;
-        work.taken_whole = work.reported - u64::from(tested);
-        (work, self.answer.finish())
+        work.boxes += u64::from(tested);
+    }
+
+    /// Tests the polygons of a block; returns how many there are. A method, because a closure would not be compiled for the
+    /// kernel's instruction set.
+    #[inline(always)]
+    fn look<K: Kernel>(
+        &mut self,
+        kernel: K,
+        planes: &PlaneSet,
+        number: u32,
+        lanes: u16,
+        boxes: &Boxes<BLOCK>,
+    ) -> u32 {
+        let lanes = u32::from(lanes);
+        self.answer.run(kernel, number * 16, lanes & !planes.behind_any(kernel, boxes));
+        lanes.count_ones()
     }
 }
+
+/// With no more blocks than these, each is tested at once.
+const FEW: usize = 32;
+
+/// One group of so many is tested for blocks behind a plane in any case.
+const SAMPLE: usize = 4;
+
+/// If a group has so many blocks behind a plane, the next is tested for some, too.
+const WORTH_IT: u32 = 3;

@@ -33,11 +33,10 @@ impl Osp {
     }
 
     fn answer<A: Answer>(&self, frustum: &Frustum, answer: A) -> (WorkCounts, A::Done) {
-        let planes = PlaneSet::new(frustum);
         if self.is_linear {
-            self.backend.run(Pass { linear: &self.linear, planes, answer })
+            self.backend.run(Pass { linear: &self.linear, frustum, answer })
         } else {
-            self.backend.run(Cull { osp: self, planes: &planes, answer })
+            self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer })
         }
     }
 
@@ -520,7 +519,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
 /// Notes that so many boxes are tested against each of these planes.
 #[inline(always)]
-pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
+fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
     work.boxes += u64::from(boxes);
     work.planes += u64::from(boxes * planes.count_ones());
 }
