@@ -60,7 +60,7 @@ impl OspPaper {
         Self { grid, nodes, outside: Vec::new(), boxes: FiledBoxes::with_capacity(capacity), location }
     }
 
-    /// The tree over the root of `config`, [`super::DEFAULT_MAX_DEPTH`] levels deep.
+    /// The tree over the root of `config`, 15 levels deep.
     pub fn from_config(config: &IndexConfig) -> Self {
         Self::new(OspGrid::from_config(config), config.capacity)
     }
