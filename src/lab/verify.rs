@@ -32,7 +32,7 @@ pub struct VerifyConfig {
     pub select: SelectConfig,
     /// How nodes are tested.
     pub cull: CullConfig,
-    /// Resolution of the [`Oracle`](super::oracle::Oracle), which finds the truth.
+    /// Resolution of the [`Oracle`], which finds the truth.
     pub oracle: OracleConfig,
     /// Each stage is timed this many times, and the fastest counts.
     pub repeats: u32,
