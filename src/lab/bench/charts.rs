@@ -58,7 +58,7 @@ pub(super) struct Line {
     name: String,
     style: LineStyle,
     /// Points of the line, and of a thin line beside it (the slowest frame of each group).
-    points: Points,
+    pub(super) points: Points,
     thin: Points,
 }
 

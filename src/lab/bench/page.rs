@@ -31,12 +31,15 @@ pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
     page.raw("<p>Made by <code>");
     page.text(&report.command);
     page.raw("</code></p>");
-    page.paragraph(&format!(
+    // The paper's chapter says itself what its frames are.
+    if !report.sessions.is_empty() || !report.growth.is_empty() {
+        page.paragraph(&format!(
         "All structures were measured in turns within one process, frame by frame. Intervals hold the median in 95 of \
          100 cases. Ratios compare a frame with the same frame of {}; above 1 the structure is slower. A frame is insertion \
          and culling: nothing is drawn.",
         report.reference
     ));
+    }
     for session in &report.sessions {
         page.heading(&format!(
             "{}: {} polygons, {} frames ({}, camera {})",

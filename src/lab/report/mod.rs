@@ -15,7 +15,7 @@ pub(crate) use chart::register_font;
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
-pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, VERMILION};
+pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, PURPLE, SKY, VERMILION};
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub(crate) use printable::{one_line, printable};
 pub use run::{OcclusionReport, ReplayReport, RunReport};

@@ -22,8 +22,8 @@ const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
 pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
 pub(crate) const VERMILION: RGBColor = RGBColor(213, 94, 0);
-const PURPLE: RGBColor = RGBColor(204, 121, 167);
-const SKY: RGBColor = RGBColor(86, 180, 233);
+pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
+pub(crate) const SKY: RGBColor = RGBColor(86, 180, 233);
 pub(crate) const INK: RGBColor = RGBColor(0, 0, 0);
 const GRAY: RGBColor = RGBColor(130, 130, 130);
 
@@ -48,7 +48,7 @@ const STRUCTURES: [(&str, RGBColor, Mark); 25] = [
     ("osp-paper", SKY, Mark::None),
     ("bsp", SKY, Disc),
     ("octree-rebuild", VERMILION, Mark::None),
-    ("octree-paper", SKY, Square),
+    ("octree-paper", PURPLE, Triangle),
     ("loose-octree", VERMILION, Disc),
     ("quadtree", VERMILION, Square),
     ("kd-tree", VERMILION, Triangle),
@@ -104,11 +104,6 @@ impl LineStyle {
     /// A plain line, for what is no structure.
     pub(crate) const fn plain(color: RGBColor) -> Self {
         Self { color, mark: Mark::None, dash: None }
-    }
-
-    /// The same, dashed.
-    pub(crate) const fn dashed(color: RGBColor) -> Self {
-        Self { dash: DASHES[1], ..Self::plain(color) }
     }
 
     /// The look of a structure; a structure without an entry gets one that no other has.

@@ -5,17 +5,17 @@ use super::{
 };
 use crate::lab::{
     bench::charts::{Axis, Chart, Line, Points, grouped},
-    report::{GREEN, INK, LineStyle, ORANGE, VERMILION, short},
+    report::{GREEN, INK, LineStyle, ORANGE, PURPLE, SKY, VERMILION, short, thousands},
 };
 
 /// Ways of the flight that have a line, and how it looks: the others are in the table.
 const FLOWN: [(&str, LineStyle); 6] = [
     ("no culling", LineStyle::plain(INK)),
     ("paper, frustum", LineStyle::plain(VERMILION)),
-    ("paper, msvbsp-paper, sphere", LineStyle::dashed(VERMILION)),
+    ("paper, msvbsp-paper, sphere", LineStyle::plain(PURPLE)),
     (FRUSTUM, LineStyle::plain(ORANGE)),
     ("osp, msvbsp", LineStyle::plain(GREEN)),
-    ("osp, hzb", LineStyle::dashed(GREEN)),
+    ("osp, hzb", LineStyle::plain(SKY)),
 ];
 
 /// The charts of a session.
@@ -35,21 +35,44 @@ pub(in crate::lab::bench) fn charts(result: &PaperResult) -> Vec<Chart> {
 }
 
 /// Frames a second where something was drawn, else microseconds.
-fn axis_and_value(draws: bool) -> (Axis, impl Fn(u64) -> f64) {
-    let axis = if draws { "frames a second" } else { "insertion and culling, µs (nothing is drawn)" };
+fn figure(draws: bool) -> (&'static str, impl Fn(u64) -> f64) {
+    let name = if draws { "frames a second" } else { "µs a frame (nothing is drawn)" };
     let value = move |ns: u64| if draws { 1.0e9 / ns.max(1) as f64 } else { ns as f64 / 1000.0 };
-    (Axis::Log(axis), value)
+    (name, value)
+}
+
+/// An axis from zero, as in the paper, unless the lines then lie on the ground.
+fn axis(name: &'static str, lines: &[Line]) -> Axis {
+    let values = || lines.iter().flat_map(|line| line.points.iter().map(|&(_, y)| y));
+    let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
+    if high > 30.0 * low { Axis::Log(name) } else { Axis::Linear(name) }
+}
+
+/// A point for each stretch of frames that was measured: its median. The frames themselves, where all were measured.
+fn points(frames: &[GrowingFrame], value: impl Fn(u64) -> f64) -> Points {
+    let point = |frame: &GrowingFrame| (frame.frame as f64, value(frame.total_ns()));
+    let mut stretches: Vec<Vec<(f64, f64)>> = frames
+        .chunk_by(|a, b| a.frame + 1 == b.frame)
+        .map(|stretch| stretch.iter().map(point).collect())
+        .collect();
+    match &mut stretches[..] {
+        [] => Points::new(),
+        [all] => grouped(all).0,
+        stretches => {
+            let middle = |stretch: &mut Vec<(f64, f64)>| {
+                stretch.sort_unstable_by(|a, b| a.1.total_cmp(&b.1));
+                (stretch[0].0, stretch[stretch.len() / 2].1)
+            };
+            stretches.iter_mut().map(middle).collect()
+        }
+    }
 }
 
 fn growing(result: &PaperResult, part: &str) -> Chart {
-    let draws = result.drawn_by.is_some();
-    let (y, value) = axis_and_value(draws);
+    let (name, value) = figure(result.drawn_by.is_some());
     let rows: Vec<&GrowingRow> = result.growing.iter().filter(|row| row.part == part).collect();
-    let lines = rows.iter().map(|row| {
-        let points: Vec<(f64, f64)> =
-            row.frames.iter().map(|frame| (frame.frame as f64, value(frame.total_ns()))).collect();
-        Line::of_structure(row.tree, grouped(&points).0)
-    });
+    let lines: Vec<Line> =
+        rows.iter().map(|row| Line::of_structure(row.tree, points(&row.frames, &value))).collect();
     let paper = match part {
         "whole session" => {
             "The paper (Fig. 19): where nothing is inserted the octree is faster; wherever something is, it falls far below \
@@ -67,17 +90,17 @@ fn growing(result: &PaperResult, part: &str) -> Chart {
         }
     };
     let mut remarks = vec![paper.to_owned()];
-    remarks.extend(compared(&rows));
+    remarks.extend(compared(&rows).map(|words| format!("Here {words}")));
     if part == "whole session" {
         let still: Vec<&GrowingRow> = result.growing.iter().filter(|row| row.part == STILL).collect();
-        remarks.extend(compared(&still).map(|words| format!("In frames that insert nothing: {words}")));
+        remarks.extend(compared(&still).map(|words| format!("In frames that insert nothing {words}")));
     }
     Chart {
-        title: format!("{}, {part}: osp tree and octree", result.recording),
+        title: format!("{}, {part}: the OSP tree and the octree", result.recording),
         remarks,
         x: Axis::Linear("frame"),
-        y,
-        lines: lines.collect(),
+        y: axis(name, &lines),
+        lines,
     }
 }
 
@@ -107,7 +130,7 @@ fn compared(rows: &[&GrowingRow]) -> Option<String> {
         }
     };
     Some(format!(
-        "Here {words}: osp-paper {} µs a frame ({}), octree-paper {} µs ({}); medians, shares of the sum of all frames.",
+        "{words}: osp-paper {} µs a frame ({}), octree-paper {} µs ({}); medians, shares of the sum of all frames.",
         short(osp_us),
         apart(osp),
         short(octree_us),
@@ -127,11 +150,7 @@ fn flight(result: &PaperResult) -> Vec<Chart> {
         };
         FLOWN.iter().filter_map(line).collect()
     };
-    let (y, value) = axis_and_value(result.drawn_by.is_some());
-    let y = match y {
-        Axis::Log(name) if result.drawn_by.is_none() => Axis::Log(name.trim_start_matches("insertion and ")),
-        y => y,
-    };
+    let (name, value) = figure(result.drawn_by.is_some());
     let series = |value: &dyn Fn(&super::flight::FlownFrame) -> f64, row: &FlightRow| {
         let points: Vec<(f64, f64)> =
             row.frames.iter().enumerate().map(|(i, frame)| (i as f64, value(frame))).collect();
@@ -161,16 +180,17 @@ fn flight(result: &PaperResult) -> Vec<Chart> {
         format!(
             "{} culled {} visible polygons in the frames that were verified.",
             row.way,
-            row.wrong.unwrap_or(0)
+            thousands(row.wrong.unwrap_or(0))
         )
     }));
+    let lines = shown(&|row| series(&|frame| value(frame.total_ns()), row));
     vec![
         Chart {
             title: format!("{}, flight: culling (Fig. 20)", result.recording),
             remarks,
             x: Axis::Linear("frame"),
-            y,
-            lines: shown(&|row| series(&|frame| value(frame.total_ns()), row)),
+            y: axis(name, &lines),
+            lines,
         },
         Chart {
             title: format!("{}, flight: polygons handed to the renderer", result.recording),
@@ -187,7 +207,7 @@ fn flight(result: &PaperResult) -> Vec<Chart> {
 
 /// Tests and times against the depth, a line for each cube.
 fn cubes(result: &PaperResult) -> Vec<Chart> {
-    let colors = [INK, VERMILION, GREEN, ORANGE];
+    let colors = [INK, VERMILION, GREEN, ORANGE, PURPLE, SKY];
     let mut edges: Vec<f32> = Vec::new();
     for row in &result.cubes {
         if !edges.contains(&row.cube) {
@@ -199,9 +219,7 @@ fn cubes(result: &PaperResult) -> Vec<Chart> {
             let rows = result.cubes.iter().filter(|row| row.cube == cube);
             let mut points: Points = rows.map(|row| (f64::from(row.depth), value(row))).collect();
             points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-            let color = colors[number % colors.len()];
-            let plain = LineStyle::plain(color);
-            let style = if number < colors.len() { plain } else { LineStyle::dashed(color) };
+            let style = LineStyle::plain(colors[number % colors.len()]);
             Line::new(&format!("cube x {}", short(f64::from(cube))), style, points)
         };
         edges.iter().enumerate().map(line).collect()
@@ -210,7 +228,7 @@ fn cubes(result: &PaperResult) -> Vec<Chart> {
         title: format!("{}: {what} against the tree's depth", result.recording),
         remarks: vec![remark.to_owned()],
         x: Axis::Linear("depth, binary levels"),
-        y: Axis::Log(unit),
+        y: axis(unit, &lines),
         lines,
     };
     vec![
