@@ -1,7 +1,9 @@
-//! An engine's own numbers and geometry, culled by the frustum and by what hides what. No features needed:
+//! An engine's own keys and geometry, culled by the frustum and by what hides what. No features needed:
 //! `cargo run --no-default-features --example engine`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
+
+use std::collections::HashMap;
 
 use osp::{
     frame::{PassConfig, Pipeline, StageClock},
@@ -9,7 +11,7 @@ use osp::{
     index::{IndexConfig, Osp},
     math::Aabb,
     occlusion::Occlusion,
-    polygon::{Change, ConvexPolygon, Geometry, PolygonId},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId, ids_of},
     view::{Projection, View},
 };
 
@@ -19,71 +21,105 @@ enum Object {
     Wall([Vec3; 4]),
 }
 
+/// The engine's keys are 64 bits and sparse. Each object also gets a place in an array: that is its `PolygonId`.
+#[derive(Default)]
 struct World {
-    /// By number; what is gone leaves its place empty.
-    objects: Vec<Option<Object>>,
+    places: Vec<Option<(u64, Object)>>,
+    free: Vec<u32>,
+    place_of: HashMap<u64, u32>,
+    /// Since the last frame.
+    changes: Vec<Change>,
+}
+
+impl World {
+    fn spawn(&mut self, key: u64, object: Object) {
+        let place = self.free.pop().unwrap_or(self.places.len() as u32);
+        if place as usize == self.places.len() {
+            self.places.push(None);
+        }
+        self.places[place as usize] = Some((key, object));
+        self.place_of.insert(key, place);
+        self.changes.push(Change::Insert(PolygonId(place)));
+    }
+
+    fn despawn(&mut self, key: u64) {
+        let Some(place) = self.place_of.remove(&key) else { return };
+        self.places[place as usize] = None;
+        self.free.push(place);
+        self.changes.push(Change::Remove(PolygonId(place)));
+    }
+
+    fn get(&self, id: PolygonId) -> Option<&(u64, Object)> {
+        self.places.get(id.index())?.as_ref()
+    }
 }
 
 impl Geometry for World {
     fn id_end(&self) -> usize {
-        self.objects.len()
+        self.places.len()
     }
 
     fn is_present(&self, id: PolygonId) -> bool {
-        self.objects.get(id.index()).is_some_and(Option::is_some)
+        self.get(id).is_some()
     }
 
     fn bounds(&self, id: PolygonId) -> Aabb {
-        match &self.objects[id.index()] {
-            Some(Object::Mesh(bounds)) => *bounds,
-            Some(Object::Wall(corners)) => Aabb::from_points(corners),
+        match self.get(id) {
+            Some((_, Object::Mesh(bounds))) => *bounds,
+            Some((_, Object::Wall(corners))) => Aabb::from_points(corners),
             None => Aabb::EMPTY,
         }
     }
 
     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
-        match &self.objects[id.index()] {
-            Some(Object::Wall(corners)) => Some(ConvexPolygon::quad(*corners)),
+        match self.get(id) {
+            Some((_, Object::Wall(corners))) => Some(ConvexPolygon::quad(*corners)),
             _ => None,
         }
     }
 
-    fn may_occlude(&self, _: PolygonId) -> bool {
-        true
+    fn may_occlude(&self, id: PolygonId) -> bool {
+        matches!(self.get(id), Some((_, Object::Wall(_))))
     }
 }
 
 fn main() {
     // A wall of 6 m by 4 m, and behind it, and beside it, a thousand meshes.
-    let wall = [[-3.0, 0.0, -5.0], [3.0, 0.0, -5.0], [3.0, 4.0, -5.0], [-3.0, 4.0, -5.0]].map(Vec3::from);
-    let mesh = |i: u32| {
+    const WALL: u64 = 0xBEEF << 40;
+    let mut world = World::default();
+    for i in 0..1000 {
         let center = Vec3::new((i % 50) as f32 * 0.4 - 9.8, 1.0, -8.0 - (i / 50) as f32 * 0.4);
-        Some(Object::Mesh(Aabb::cube(center, 0.3)))
-    };
-    let mut world = World { objects: (0..1000).map(mesh).collect() };
-    world.objects.push(Some(Object::Wall(wall)));
+        world.spawn(i << 32, Object::Mesh(Aabb::cube(center, 0.3)));
+    }
+    let wall = [[-3.0, 0.0, -5.0], [3.0, 0.0, -5.0], [3.0, 4.0, -5.0], [-3.0, 4.0, -5.0]].map(Vec3::from);
+    world.spawn(WALL, Object::Wall(wall));
 
     let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 4096 });
     // To draw a mesh costs about 10 us, so that a test for each is worth it.
-    let method = Occlusion::Msvbsp;
-    let occlusion = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(method) };
-    let mut pipeline =
-        Pipeline::new(Box::new(index), 4096, StageClock::default()).with_choice(occlusion, 4096);
-    pipeline.load(&world);
+    let occlusion = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(Occlusion::Msvbsp) };
+    let mut culler = Pipeline::new(Box::new(index), 4096, StageClock::default()).with_occlusion(occlusion);
 
     let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0);
     let view = View::look_at(Vec3::new(0.0, 1.6, 0.0), Vec3::new(0.0, 1.6, -5.0), projection);
-    let before = pipeline.frame(&world, &[], &view);
-    println!("{} in view, {} of them hidden by the wall", before.visible, before.occlusion.occluded);
-
-    // The wall is taken down: what it hid is drawn in the same frame.
-    world.objects[1000] = None;
-    let after = pipeline.frame(&world, &[Change::Remove(PolygonId(1000))], &view);
-    println!(
-        "{} in view, {} hidden; {} blocks to draw",
-        after.visible,
-        after.occlusion.occluded,
-        pipeline.draw_list().blocks().count()
-    );
-    assert!(before.occlusion.occluded > 100 && after.occlusion.occluded == 0);
+    let mut hidden = Vec::new();
+    for frame in 0..2 {
+        if frame == 1 {
+            // The wall is taken down: what it hid is drawn in the same frame. A new mesh gets its place.
+            world.despawn(WALL);
+            world.spawn(1 << 63, Object::Mesh(Aabb::cube(Vec3::new(0.0, 1.0, -4.0), 0.3)));
+        }
+        let record = culler.frame(&world, &world.changes, &view);
+        world.changes.clear();
+        let blocks = culler.draw_list().blocks();
+        let keys = blocks.flat_map(|(block, mask)| ids_of(block, mask)).filter_map(|id| world.get(id));
+        let drawn = keys.map(|(key, _)| *key).collect::<Vec<_>>();
+        println!(
+            "frame {frame}: {} in view, {} of them hidden by the wall, {} drawn",
+            record.visible,
+            record.occlusion.occluded,
+            drawn.len()
+        );
+        hidden.push(record.occlusion.occluded);
+    }
+    assert!(hidden[0] > 100 && hidden[1] == 0);
 }

@@ -29,7 +29,7 @@ fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 
 /// Where an output goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Destination {
+pub(crate) enum Destination {
     /// Standard output: `-` or `/dev/stdout`.
     StandardOutput,
     /// Standard error: `/dev/stderr`.
@@ -45,7 +45,7 @@ impl Destination {
     ///
     /// # Errors
     /// It names no file, or the links lead in a circle.
-    pub fn of(path: &Path) -> io::Result<Self> {
+    pub(crate) fn of(path: &Path) -> io::Result<Self> {
         match path.to_str() {
             Some("-" | "/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1") => return Ok(Self::StandardOutput),
             Some("/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2") => return Ok(Self::StandardError),
@@ -95,7 +95,7 @@ fn folder_of(path: &Path) -> &Path {
 /// A file on its way. What is written takes the place of the target with [`AtomicFile::commit`]; without, nothing has
 /// happened. Pipes, devices and standard output are written to directly.
 #[derive(Debug)]
-pub struct AtomicFile {
+pub(crate) struct AtomicFile {
     // Closed before the file is renamed or removed: fields are dropped in their order.
     out: BufWriter<Sink>,
     unfinished: Option<Unfinished>,
@@ -106,7 +106,7 @@ impl AtomicFile {
     ///
     /// # Errors
     /// The folder cannot be written to, or the target is write-protected or a folder.
-    pub fn create(path: &Path) -> io::Result<Self> {
+    pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let (file, unfinished) = match Destination::of(path)? {
             Destination::File(target) => {
                 let (file, unfinished) = Unfinished::beside(target)?;
@@ -122,7 +122,7 @@ impl AtomicFile {
     ///
     /// # Errors
     /// The system gives no further handle, or what was written before cannot be.
-    pub fn handle(&mut self) -> io::Result<File> {
+    pub(crate) fn handle(&mut self) -> io::Result<File> {
         self.out.flush()?;
         self.out.get_ref().file.try_clone()
     }
@@ -131,7 +131,7 @@ impl AtomicFile {
     ///
     /// # Errors
     /// It cannot be written or renamed; the target is then what it was before.
-    pub fn commit(self) -> io::Result<Option<u64>> {
+    pub(crate) fn commit(self) -> io::Result<Option<u64>> {
         self.finish(|unfinished, target| unfinished.persist(target))
     }
 
@@ -139,7 +139,7 @@ impl AtomicFile {
     ///
     /// # Errors
     /// As [`AtomicFile::commit`], or the target exists.
-    pub fn commit_new(self) -> io::Result<Option<u64>> {
+    pub(crate) fn commit_new(self) -> io::Result<Option<u64>> {
         self.finish(|unfinished, target| unfinished.persist_noclobber(target))
     }
 
@@ -182,7 +182,10 @@ impl Write for AtomicFile {
 ///
 /// # Errors
 /// `write` fails, or the file cannot be written; the file is then what it was before.
-pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+pub(crate) fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     write(&mut file)?;
     file.commit().map(drop)
@@ -192,7 +195,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 ///
 /// # Errors
 /// It cannot be written.
-pub fn open_stream(path: &Path) -> io::Result<File> {
+pub(crate) fn open_stream(path: &Path) -> io::Result<File> {
     match Destination::of(path)? {
         Destination::StandardOutput => own_copy(&io::stdout()),
         Destination::StandardError => own_copy(&io::stderr()),

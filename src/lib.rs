@@ -15,6 +15,75 @@
 //!  recording ──> stroke ──> scene          replay plays it; a frame of it is reported and fingerprinted
 //! ```
 //!
+//! # In an engine
+//!
+//! An engine numbers what it draws, answers for each number as a [`Geometry`](polygon::Geometry), and tells a
+//! [`Pipeline`](frame::Pipeline) in each frame what changed. The pipeline leaves the blocks to draw.
+//!
+//! ```
+//! use osp::{
+//!     frame::{PassConfig, Pipeline, StageClock},
+//!     glam::Vec3,
+//!     index::{IndexConfig, Osp},
+//!     math::Aabb,
+//!     occlusion::Occlusion,
+//!     polygon::{Change, ConvexPolygon, Geometry, PolygonId},
+//!     view::{Projection, View},
+//! };
+//!
+//! /// Number 0 is a wall that hides; all others are meshes, known by their boxes.
+//! struct World {
+//!     wall: [Vec3; 4],
+//!     meshes: Vec<Aabb>,
+//! }
+//!
+//! impl Geometry for World {
+//!     fn id_end(&self) -> usize {
+//!         1 + self.meshes.len()
+//!     }
+//!     fn is_present(&self, id: PolygonId) -> bool {
+//!         id.index() < self.id_end()
+//!     }
+//!     fn bounds(&self, id: PolygonId) -> Aabb {
+//!         id.index().checked_sub(1).map_or(Aabb::from_points(&self.wall), |mesh| self.meshes[mesh])
+//!     }
+//!     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
+//!         (id.0 == 0).then(|| ConvexPolygon::quad(self.wall))
+//!     }
+//!     fn may_occlude(&self, id: PolygonId) -> bool {
+//!         id.0 == 0
+//!     }
+//! }
+//!
+//! let wall = [[-3.0, 0.0, -5.0], [3.0, 0.0, -5.0], [3.0, 4.0, -5.0], [-3.0, 4.0, -5.0]].map(Vec3::from);
+//! let mesh = |i| Aabb::cube(Vec3::new(i as f32 * 0.2 - 10.0, 1.0, -9.0), 0.5);
+//! let mut world = World { wall, meshes: (0..100).map(mesh).collect() };
+//!
+//! // The cube in which most things will lie, and how many will come: hints, not limits.
+//! let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 1000 });
+//! // To draw a mesh costs 10 microseconds, so a test of each one pays.
+//! let occlusion = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(Occlusion::Msvbsp) };
+//! let mut culler = Pipeline::new(Box::new(index), 1000, StageClock::default()).with_occlusion(occlusion);
+//! culler.load(&world);
+//!
+//! // Or `View::from_matrix`, with the engine's own.
+//! let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0);
+//! let view = View::look_at(Vec3::new(0.0, 1.6, 0.0), Vec3::new(0.0, 1.6, -5.0), projection);
+//!
+//! // In each frame: first the world changes, then the culler hears of it.
+//! world.meshes[6] = Aabb::cube(Vec3::new(0.0, 1.0, -2.0), 0.5);
+//! culler.frame(&world, &[Change::Update(PolygonId(7))], &view);
+//! for (block, mask) in culler.draw_list().blocks() {
+//!     // Draw numbers block * 16 + i for each bit i of the mask; `polygon::ids_of` lists them.
+//!     assert!(mask != 0 && block <= 100 / 16);
+//! }
+//! assert!(culler.draw_list().contains(PolygonId(7)));
+//! assert!(!culler.draw_list().contains(PolygonId(51)), "hidden behind the wall");
+//! ```
+//!
+//! `examples/engine.rs` goes on from here: things come and go, keys are the engine's own. `examples/cull_boxes.rs` takes the index
+//! alone.
+//!
 //! # Layers
 //!
 //! A module knows only modules above it in this table. Without features the library is the first six, and needs
@@ -97,7 +166,7 @@ pub mod render;
 pub mod lab;
 
 #[cfg(any(feature = "formats", feature = "render"))]
-pub mod atomic_file;
+mod atomic_file;
 #[cfg(feature = "formats")]
 pub mod export;
 #[cfg(any(feature = "cli", feature = "window"))]

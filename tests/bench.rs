@@ -113,7 +113,26 @@ fn the_tables_name_the_machine_and_what_was_compared() {
         assert!(report.contains(words), "{words}: {report}");
     }
     assert!(!report.contains("Growth") && !report.contains("kd-tree"), "{report}");
+    assert!(!report.contains("All sessions"), "one session needs no table of all: {report}");
     assert_eq!(text(&output.stderr), "");
+}
+
+#[test]
+fn several_sessions_are_listed_with_the_fastest_other_index() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = session(folder.path());
+    let args = ["--quick", "--no-growth", "--index", "osp,brute-simd,bsp", "--pace", "samples:32"];
+    let output = osp(&[&["bench", &file, &file][..], &args].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let report = text(&output.stdout);
+    let (_, all) = report.split_once("All sessions: osp against").expect("a table of all sessions");
+    let rows: Vec<&str> = all.lines().filter(|line| line.contains("brute-simd")).collect();
+    assert_eq!(rows.len(), 2, "bsp is rebuilt in every frame, so it is never the fastest: {all}");
+    for row in rows {
+        let figures: Vec<f64> = row.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        let [own, other, ratio] = figures[figures.len() - 3..] else { panic!("three figures: {row}") };
+        assert!((own / other - ratio).abs() < 0.1 * ratio, "{row}");
+    }
 }
 
 #[test]

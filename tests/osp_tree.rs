@@ -8,6 +8,8 @@ mod boxes;
 mod chains;
 #[path = "osp_tree/life.rs"]
 mod life;
+#[path = "osp_tree/linear.rs"]
+mod linear;
 #[path = "osp_tree/whole.rs"]
 mod whole;
 
@@ -145,11 +147,17 @@ fn every_order_of_operations_is_answered_like_brute_force() {
     let backends = backends();
     for round in 0..rounds {
         let mut rng = Rng(round);
+        // Always a tree, or one and a plain list in turn, or as it comes.
+        let linear = |osp: Osp| match round / 8 % 3 {
+            0 => osp.with_linear_blocks(0),
+            1 => osp.with_linear_blocks(6),
+            _ => osp,
+        };
         let mut osp: Box<dyn SpatialIndex> = match round % 8 {
             0 => IndexKind::BruteSimd.create(&config()),
             1 => IndexKind::TimeOrder.create(&config()),
-            2..=4 => Box::new(tree(backends[round as usize / 8 % backends.len()])),
-            _ => Box::new(tree(Backend::detect())),
+            2..=4 => Box::new(linear(tree(backends[round as usize / 8 % backends.len()]))),
+            _ => Box::new(linear(tree(Backend::detect()))),
         };
         let mut reference = BruteForce::new();
         let ids = [40, 600, 3000][rng.below(3)];

@@ -26,6 +26,8 @@ mod required;
 mod scenes;
 #[path = "render/shaders.rs"]
 mod shaders;
+#[path = "render/shadows.rs"]
+mod shadows;
 #[path = "render/stale.rs"]
 mod stale;
 #[path = "render/unseen.rs"]

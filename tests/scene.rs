@@ -7,6 +7,8 @@ use osp::{
     scene::Scene,
 };
 
+#[path = "scene/batches.rs"]
+mod batches;
 #[path = "scene/brushes_ribbons.rs"]
 mod brushes_ribbons;
 #[path = "scene/brushes_solids.rs"]

@@ -204,7 +204,7 @@ fn cameras_see_what_their_names_say() {
     }
     // The session's own camera stands in for a head that was not recorded.
     let q = View::look_at(Vec3::ZERO, Vec3::X, Projection::symmetric(60.0, 1.0, 0.1, 10.0)).world_from_view;
-    let own = Camera { p: Vec3::new(-9.0, 1.0, 0.0), q, fov_degrees: 80.0 };
+    let own = Camera { p: Vec3::new(-9.0, 1.0, 0.0), q, fov_degrees: 80.0, near_m: None };
     let auto = CameraPath::new(CameraChoice::Auto, Some(own), &bounds).view(&moment(3));
     assert_eq!(auto.eye_in_world, own.p);
     assert!((auto.projection.top - 40.0f32.to_radians().tan()).abs() < 1.0e-5);

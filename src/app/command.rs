@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{brush::Brush, occlusion::Occlusion, rivals::IndexKind};
 
-/// What a person can ask for, by key, button or menu.
+/// A command that a person gives by key, button or menu.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
     /// Undo the last edit.
@@ -18,7 +18,7 @@ pub enum Command {
     Widen(f32),
     /// Brush width, metres.
     Width(f32),
-    /// What ribbons are painted with.
+    /// The brush that paints ribbons.
     Paint(Option<&'static Brush>),
     /// Brush colour, sRGB.
     Color([f32; 4]),
@@ -32,7 +32,7 @@ pub enum Command {
     SelectNone,
     /// Step back until everything is in view.
     ShowAll,
-    /// Look at what is under the pointer.
+    /// Turn the camera to the point under the pointer.
     LookAtPointer,
     /// Stop moving the culling camera, or let it follow the view again.
     Freeze(bool),
@@ -44,29 +44,29 @@ pub enum Command {
     Occluders(Option<usize>),
     /// Turn stages of culling on and off.
     Stages(Stages),
-    /// Turn pictures of the structures on and off.
+    /// Choose which structures are drawn over the model.
     Layers(LayerChoice),
     /// Start an empty session.
     New,
     /// Open a session.
     Open(PathBuf),
-    /// Open a session to draw on it, to look at it, or in part.
+    /// Open a session to draw on it, read-only, or without its damaged pieces.
     OpenAs(PathBuf, Opening),
-    /// Put the session at a place of its own; ask before a file there is replaced.
+    /// Save the session under a path; ask before a file there is replaced.
     SaveAs(PathBuf),
-    /// Put the session at a place of its own, whatever is there.
+    /// Save the session under a path, and replace a file there.
     SaveOver(PathBuf),
     /// Try at once to write what could not be written.
     RetrySaving,
-    /// Ask whether what was drawn since the session was opened, or saved under a name, is to be thrown away.
+    /// Ask whether to discard everything drawn since the session was opened or saved under a name.
     Discard,
     /// Write the model as glTF; ask before a file there is replaced.
     ExportGltf(PathBuf),
-    /// Write the model as glTF, whatever is there.
+    /// Write the model as glTF, and replace a file there.
     ExportOver(PathBuf),
     /// Answer the question that the window asks.
     Answer(Answer),
-    /// Replay: run or stand.
+    /// Replay: play or pause.
     Play(bool),
     /// Replay: go to a frame.
     Seek(u64),

@@ -13,7 +13,7 @@ use crate::{
 };
 
 impl Studio {
-    /// Does what a person asked for; what went wrong is told in [`Studio::messages`].
+    /// Carries out a command; [`Studio::messages`] gets a message if that fails.
     pub fn command(&mut self, command: Command) {
         let t = self.now_secs();
         match command {
@@ -95,7 +95,7 @@ impl Studio {
     }
 
     fn switch_index(&mut self, kind: IndexKind, occlusion: Occlusion) {
-        // Everything that the scene holds is filed below; what was waiting for the old index is in it.
+        // The whole scene is inserted below; it includes the changes that were waiting for the old index.
         if let Subject::Sketch(document) = &mut self.subject {
             document.take_changes(&mut self.pending.changes);
         }
@@ -130,7 +130,7 @@ impl Studio {
     }
 
     pub(super) fn export_gltf(&mut self, path: &Path) {
-        // A model is replaced by a model, nothing else.
+        // A model may replace a model and no other file.
         if let Err(error) = check_output(path, OutputKind::Glb, false) {
             self.say(error.to_string());
             return;

@@ -51,7 +51,7 @@ pub struct PickCounts {
     pub total_ns: u64,
     /// Time of the last, nanoseconds.
     pub last_ns: u64,
-    /// What the last ray met.
+    /// The polygon that the last ray hit.
     pub last: Option<PolygonId>,
 }
 
@@ -60,7 +60,7 @@ pub struct PickCounts {
 pub struct ReachCounts {
     /// Points.
     pub points: u64,
-    /// Polygons whose boxes were looked at one by one.
+    /// Polygons whose boxes were tested one by one.
     pub polygons: u64,
 }
 
@@ -132,7 +132,7 @@ impl Culling {
         self.root
     }
 
-    /// The stages that take part.
+    /// The stages that are on.
     pub fn stages(&self) -> Stages {
         self.stages
     }
@@ -142,7 +142,7 @@ impl Culling {
         self.stages = stages;
     }
 
-    /// Most occluders of a view; `None` where none are looked for.
+    /// Most occluders of a view; `None` without occlusion culling.
     pub fn most_occluders(&self) -> Option<usize> {
         self.pipeline.occlusion().map(OcclusionPass::most_occluders)
     }
@@ -240,7 +240,7 @@ impl Culling {
         }
     }
 
-    /// Takes the time to draw this many polygons. Several frames together show how much time culling one polygon saves.
+    /// Records the time to draw this many polygons. Several frames together show how much time culling one polygon saves.
     pub fn note_drawing(&mut self, polygons: u64, ns: u64) {
         self.draw_cost.note(polygons, ns);
         if let Some(polygon_ns) = self.draw_cost.polygon_ns() {
@@ -270,7 +270,7 @@ impl Culling {
     }
 
     /// The polygon that a ray meets first, and the ray's parameter there; polygons of the stroke `without` do not count.
-    /// `waiting` is what no frame has brought to the index yet.
+    /// `waiting` are the changes that no frame has applied to the index yet.
     pub fn pick(
         &mut self,
         scene: &Scene,
@@ -305,7 +305,7 @@ impl Culling {
     }
 
     /// The polygon whose box is the nearest to a point, of those within `reach_m` along each axis; of several the first.
-    /// `waiting` is what no frame has brought to the index yet.
+    /// `waiting` are the changes that no frame has applied to the index yet.
     pub fn nearest_box(
         &mut self,
         scene: &Scene,
@@ -341,8 +341,8 @@ fn root_for(bounds: &Aabb) -> Aabb {
 }
 
 fn create(kind: IndexKind, pass: PassConfig, root: Aabb, polygons: usize, clock: StageClock) -> Pipeline {
-    // Room for as much again: growing should not fall into a frame.
+    // Twice the size, so that the model can grow without new root levels within a frame.
     let capacity = IndexConfig::default().capacity.max(polygons * 2);
     let pipeline = Pipeline::new(kind.create(&IndexConfig { root, capacity }), capacity, clock);
-    pipeline.with_choice(pass, capacity)
+    pipeline.with_occlusion(pass)
 }

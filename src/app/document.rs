@@ -15,11 +15,11 @@ pub use opening::{Access, OpenError, Opened, Opening};
 /// Events of a file that the model takes at once.
 const PIECE: usize = 1024;
 
-/// A session being drawn: the model, and the file in which every event is before the next one comes.
+/// A session being drawn: the model, and its file, to which every event is written before the next one.
 #[derive(Debug)]
 pub struct Document {
     scene: Scene,
-    /// Since they were last taken.
+    /// Since [`Document::take_changes`] was last called.
     changes: Vec<Change>,
     bounds: Aabb,
     journal: Journal,
@@ -45,8 +45,8 @@ impl Document {
         }
     }
 
-    /// Takes the events of a file, piece by piece. Whoever opens a session meets its whole model, so nobody needs the
-    /// changes that led there.
+    /// Applies the events of a file, piece by piece. The window inserts the whole model when it opens a session, so the
+    /// changes on the way are dropped.
     fn read(&mut self, events: &mut dyn EventSource) -> Result<(), RecordingError> {
         let mut piece = Vec::with_capacity(PIECE);
         while let Some(event) = events.next_event()? {
@@ -67,8 +67,8 @@ impl Document {
         self.scene.let_go();
     }
 
-    /// A crash leaves strokes without an end; nobody draws on them any more. The file hears of it with the first event
-    /// that is drawn.
+    /// A crash leaves strokes without an end; this ends them. The ends are written to the file together with the first event
+    /// that somebody draws.
     fn end_open_strokes(&mut self) {
         let t = self.last_secs;
         let open =
@@ -82,7 +82,7 @@ impl Document {
         }
     }
 
-    /// Makes the model follow events.
+    /// Applies events to the model.
     fn note(&mut self, events: &[Event]) {
         for event in events {
             self.last_secs = self.last_secs.max(event.time_secs());
@@ -100,8 +100,8 @@ impl Document {
         }
     }
 
-    /// Takes an event that is being made: into the file, into the model. Returns whether it was one that a session
-    /// can hold, and this one may be drawn on.
+    /// Writes a new event to the file and applies it to the model. Returns whether a session
+    /// can hold it and this one is not read-only.
     pub fn apply(&mut self, event: Event) -> bool {
         if self.is_read_only() {
             return false;
@@ -128,7 +128,7 @@ impl Document {
         id
     }
 
-    /// Whether the session is only looked at.
+    /// Whether the session is read-only.
     pub fn is_read_only(&self) -> bool {
         self.journal.is_read_only()
     }
@@ -138,12 +138,12 @@ impl Document {
         &self.scene
     }
 
-    /// What has changed since it was last taken.
+    /// The changes since [`Document::take_changes`] was last called.
     pub fn changes(&self) -> &[Change] {
         &self.changes
     }
 
-    /// What has changed since this was last called goes to `out`.
+    /// Appends the changes since the last call to `out`.
     pub fn take_changes(&mut self, out: &mut Vec<Change>) {
         self.scene.let_go();
         out.append(&mut self.changes);
@@ -154,7 +154,7 @@ impl Document {
         self.bounds
     }
 
-    /// What the session says of itself.
+    /// The session's header.
     pub fn header(&self) -> &Header {
         self.journal.header()
     }
@@ -169,14 +169,14 @@ impl Document {
         &mut self.journal
     }
 
-    /// What there is to tell since this was last called.
+    /// Messages since the last call.
     pub fn take_news(&mut self) -> Vec<String> {
         let mut news = std::mem::take(&mut self.news);
         news.append(&mut self.journal.take_news());
         news
     }
 
-    /// Time stamp of its last event, seconds: where a session that goes on takes up the time.
+    /// Time stamp of its last event, seconds: new events continue from there.
     pub fn last_secs(&self) -> f64 {
         self.last_secs
     }
@@ -191,15 +191,15 @@ impl Document {
         self.refused
     }
 
-    /// Writes the session at `to` and goes on there. A file that is there is replaced.
+    /// Writes the session to `to` and continues in that file. An existing file is replaced.
     ///
     /// # Errors
-    /// The file cannot be written; the session goes on where it was.
+    /// The file cannot be written; the session continues in its old file.
     pub fn save_as(&mut self, to: &Path) -> Result<(), SaveError> {
         self.journal.save_as(to)
     }
 
-    /// Makes the session, and its file, what it was when it was opened or last saved under a name.
+    /// Takes the session and its file back to when it was opened or last saved under a name.
     ///
     /// # Errors
     /// There is no memory to read it again; nothing has changed.
@@ -216,13 +216,13 @@ impl Document {
     /// Ends the session on purpose.
     ///
     /// # Errors
-    /// Something of it is not where it should be.
+    /// A part of the session could not be written.
     pub fn close(self) -> Result<(), Unwritten> {
         self.journal.close()
     }
 }
 
-/// Where a ray meets a polygon, from either side.
+/// The parameter at which a ray hits a polygon, from either side.
 pub(super) fn meet_polygon(scene: &Scene, id: PolygonId, ray: &Ray) -> Option<f32> {
     scene.polygon_from(id, ray.origin, glam::Vec3::Y).meet(ray)
 }

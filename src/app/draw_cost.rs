@@ -1,17 +1,17 @@
-//! What drawing a polygon costs, from what frames took.
+//! Estimates the cost of drawing a polygon from the times of frames.
 
 /// Weight of a new frame against all before.
 const WEIGHT: f64 = 0.02;
-/// Frames before anything is said.
+/// Frames before the first estimate.
 const FIRST_FRAMES: u32 = 60;
-/// The numbers of polygons must differ by this part of their mean (standard deviation) before anything is said.
+/// The numbers of polygons must differ by this part of their mean (standard deviation) before there is an estimate.
 const LEAST_SPREAD: f64 = 0.05;
 
-/// Standard errors that are taken off the slope: what is saved must not be noise.
+/// Standard errors that are subtracted from the slope, so that noise is not taken for a cost.
 const ERRORS_OFF: f64 = 3.0;
 
-/// The slope of the frames' times over their numbers of polygons: a frame costs something with nothing in it, too, which
-/// leaving polygons out does not save. Least squares, the weight of a frame falling with its age.
+/// The slope of the frames' times over their numbers of polygons: even an empty frame costs some time, which
+/// culling does not save. Least squares, with weights that fall with a frame's age.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DrawCost {
     frames: u32,
@@ -23,7 +23,7 @@ pub(super) struct DrawCost {
 }
 
 impl DrawCost {
-    /// Takes what drawing so many polygons took. Times may come some frames late: numbers of polygons change slowly.
+    /// Adds the time of drawing so many polygons. Times may come some frames late: numbers of polygons change slowly.
     pub(super) fn note(&mut self, polygons: u64, ns: u64) {
         self.frames = self.frames.saturating_add(1);
         let weight = WEIGHT.max(1.0 / f64::from(self.frames));
@@ -40,7 +40,7 @@ impl DrawCost {
         self.frames
     }
 
-    /// What a polygon costs at least, nanoseconds, as soon as it can be told from what a frame costs without any.
+    /// The least cost of a polygon, nanoseconds, once it can be distinguished from the cost of an empty frame.
     pub(super) fn polygon_ns(&self) -> Option<f64> {
         let is_clear =
             self.frames >= FIRST_FRAMES && self.variance.sqrt() > LEAST_SPREAD * self.mean_polygons;

@@ -27,7 +27,7 @@ impl Gamepad {
         Some(Self { gilrs: Gilrs::new().ok()?, is_drawing: false })
     }
 
-    /// Hands what the gamepad does to the studio.
+    /// Passes the gamepad's input to the studio.
     pub(super) fn steer(&mut self, studio: &mut Studio, size_px: Vec2, frame_secs: f32) {
         while let Some(event) = self.gilrs.next_event() {
             if let gilrs::EventType::ButtonPressed(key, _) = event.event {

@@ -20,7 +20,7 @@ pub struct Held {
     pub alt: bool,
 }
 
-/// What a pointer did on the window. Places go from -1 to 1, left to right and from the lower to the upper border.
+/// An event of the pointer on the window. Positions go from -1 to 1, left to right and from the lower to the upper border.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Input {
     /// It is here now.
@@ -37,7 +37,7 @@ pub enum Input {
     Wheel(f32),
 }
 
-/// What the pointer does while a button is down.
+/// The action of the pointer while a button is down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Gesture {
     Draw,
@@ -54,7 +54,7 @@ pub(super) enum Gesture {
     Click,
 }
 
-/// What the pointer is doing.
+/// The state of the pointer and of held keys.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gestures {
     pub(super) pointer: Option<Vec2>,
@@ -76,7 +76,7 @@ impl Gestures {
         self.gesture.is_some()
     }
 
-    /// How far the selected strokes are being moved, metres.
+    /// The movement of the selected strokes so far, metres.
     pub(super) fn moving_by(&self) -> Vec3 {
         match self.gesture {
             Some(Gesture::Move { by, .. }) => by,

@@ -1,4 +1,4 @@
-//! Where a session is kept while it is drawn.
+//! Writes a session to its file while it is drawn.
 //!
 //! ```text
 //! event ──> History (its whole text, in memory) ──> SessionFile (at the place that was chosen)
@@ -32,16 +32,16 @@ pub use session_file::Trouble;
 /// How long to wait before a failed file is tried again.
 const RETRY: Duration = Duration::from_secs(3);
 
-/// What keeps a session that is being drawn: every event is in its file, as a line of its own, before the next one
+/// Saves a session that is being drawn: every event is written to its file, as a line of its own, before the next one
 /// comes.
 ///
-/// One program at a time has the file. When it is removed, replaced, changed by others, or takes nothing more, nothing
-/// of it is touched any more: the session is in memory, whole, and goes on in a shelter among the autosaves until the
-/// file is what it was or another place is chosen.
+/// Only one program at a time writes the file. When another removes, replaces or changes it, or the disk is full, the file is
+/// left alone: the whole session is in memory and is written to an autosave file (the shelter) until the
+/// file is restored or another path is chosen.
 #[derive(Debug)]
 pub struct Journal {
     history: History,
-    /// None: the session is only looked at.
+    /// None: the session is read-only.
     file: Option<SessionFile>,
     path: PathBuf,
     is_named: bool,
@@ -49,7 +49,7 @@ pub struct Journal {
     first_events: u64,
     /// Whether there have been events since.
     is_changed: bool,
-    /// The file that the session was opened from is gone: what it held is only here.
+    /// The file that the session was opened from is gone: its events are only here.
     has_lost_origin: bool,
     trouble: Option<Trouble>,
     tried_at: Instant,
@@ -59,13 +59,13 @@ pub struct Journal {
     news: Vec<String>,
 }
 
-/// Events of a session are not where they should be.
+/// Events of a session that could not be written to its file.
 #[derive(Debug, Error)]
 #[error("{}: {trouble}; {}", path.display(), rest(*missing, kept_in.as_deref()))]
 pub struct Unwritten {
     /// The session's file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// Why it cannot be written.
     pub trouble: Box<Trouble>,
     /// Events that are in memory only.
     pub missing: u64,
@@ -96,7 +96,7 @@ pub enum SaveError {
     Failed {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Why it cannot be written.
         cause: Trouble,
     },
 }
@@ -125,7 +125,7 @@ impl Journal {
         })
     }
 
-    /// Of a session that nobody has named yet. Its file is made with the first event.
+    /// The journal of a session without a name. Its file is made with the first event.
     ///
     /// # Errors
     /// The header holds a number that no recording may hold.
@@ -135,7 +135,7 @@ impl Journal {
         Ok(Self { is_named: false, ..Self::new(Some(file), path, header, autosaves)? })
     }
 
-    /// Of a session at a place that somebody chose.
+    /// The journal of a session under a path that a person chose.
     pub(super) fn named(
         file: SessionFile,
         header: Header,
@@ -145,7 +145,7 @@ impl Journal {
         Self::new(Some(file), path, header, autosaves)
     }
 
-    /// Of a session that is only looked at.
+    /// The journal of a read-only session.
     pub(super) fn of_reader(
         path: &Path,
         header: Header,
@@ -154,12 +154,12 @@ impl Journal {
         Self::new(None, path.to_owned(), header, autosaves)
     }
 
-    /// Takes an event that was read from the session's file, or one that is to be written with the first that is drawn.
+    /// Adds an event that was read from the session's file, or one that is to be written together with the first new event.
     pub(super) fn note(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.history.push(event)
     }
 
-    /// Everything that was noted so far is what the session was when it was opened, and what its file holds if it has
+    /// The events so far are those that the session had when it was opened; its file holds them, if it has
     /// one already.
     pub(super) fn start(&mut self) -> Result<(), RecordingError> {
         self.first_events = self.history.events();
@@ -169,24 +169,24 @@ impl Journal {
         }
     }
 
-    /// Lets go of the file without a word.
+    /// Closes the file without a message.
     pub(super) fn give_back(self, how: fn(SessionFile)) {
         if let Some(file) = self.file {
             how(file);
         }
     }
 
-    /// The session is one that nobody has named.
+    /// Whether the session has no name yet.
     pub(super) fn forget_name(&mut self) {
         self.is_named = false;
     }
 
-    /// The session's file; of a session that is only looked at, the one that was read.
+    /// The session's file; of a read-only session, the one that was read.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What the session says of itself.
+    /// The session's header.
     pub fn header(&self) -> &Header {
         self.history.header()
     }
@@ -196,7 +196,7 @@ impl Journal {
         self.is_named
     }
 
-    /// Whether the session is only looked at.
+    /// Whether the session is read-only.
     pub fn is_read_only(&self) -> bool {
         self.file.is_none()
     }
@@ -211,12 +211,12 @@ impl Journal {
         if self.is_changed { self.history.events() - self.first_events } else { 0 }
     }
 
-    /// What is wrong with the file.
+    /// Why the file cannot be written; `None` if it can.
     pub fn trouble(&self) -> Option<&Trouble> {
         self.trouble.as_ref()
     }
 
-    /// Where the whole session is while its file fails.
+    /// The autosave file that holds the whole session while its own file cannot be written.
     pub fn shelter(&self) -> Option<&Path> {
         let shelter = self.shelter.as_ref().filter(|_| self.trouble.is_some())?;
         (shelter.missing(&self.history) == 0).then(|| shelter.path())
@@ -236,7 +236,7 @@ impl Journal {
         self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
     }
 
-    /// What there is to tell since this was last called.
+    /// Messages since the last call.
     pub(super) fn take_news(&mut self) -> Vec<String> {
         std::mem::take(&mut self.news)
     }
@@ -260,8 +260,8 @@ impl Journal {
         Ok(())
     }
 
-    /// What has to be done from time to time, whether something is drawn or not: looks after the file, brings it to the
-    /// disk at pauses, and tries one that failed again.
+    /// To be called from time to time, whether somebody draws or not: checks the file, flushes it to the
+    /// disk at pauses, and tries again to write a file that failed.
     pub fn tend(&mut self, now: Instant) {
         let Some(file) = &mut self.file else { return };
         if self.trouble.is_none() {
@@ -287,7 +287,7 @@ impl Journal {
 
     fn catch_up(&mut self, now: Instant) {
         let Some(file) = &mut self.file else { return };
-        // The ends of strokes that a crash left open are no reason to write to a session that is only looked at.
+        // A read-only session is not written, not even the ends of strokes that a crash left open.
         let outcome = if self.is_changed { file.catch_up(&self.history) } else { file.check() };
         match outcome {
             Ok(()) => self.leave_shelter(),
@@ -295,7 +295,7 @@ impl Journal {
         }
     }
 
-    /// The file holds everything: the shelter is not needed any more, once the disk has it.
+    /// The file holds everything: the shelter is removed once the file is flushed to the disk.
     fn leave_shelter(&mut self) {
         if self.trouble.is_none() {
             return;
@@ -345,7 +345,7 @@ impl Journal {
         }
     }
 
-    /// Nobody has chosen the place that was lost: any other is as good.
+    /// No person chose the path that was lost: another autosave file takes its place.
     fn stay_in_shelter(&mut self) {
         let Some(shelter) = self.shelter.take() else { return };
         self.path = shelter.path().to_owned();
@@ -357,10 +357,10 @@ impl Journal {
         self.has_lost_origin = true;
     }
 
-    /// Writes the whole session at `to` and goes on there. A file that is there is replaced.
+    /// Writes the whole session to `to` and continues in that file. An existing file is replaced.
     ///
     /// # Errors
-    /// The file cannot be written, or its name does not end in `.ron`; the session goes on where it was.
+    /// The file cannot be written, or its name does not end in `.ron`; the session continues in its old file.
     pub fn save_as(&mut self, to: &Path) -> Result<(), SaveError> {
         if to.extension().is_none_or(|ending| ending != "ron") {
             return Err(SaveError::Name(to.to_owned()));
@@ -397,7 +397,7 @@ impl Journal {
             }
         };
         if let Some(old) = self.file.replace(file) {
-            // Nobody chose the old place, and everything in it is at the new one.
+            // No person chose the old path, and the new file holds everything.
             if self.is_named || is_own { old.release() } else { old.remove() }
         }
         if let Some(shelter) = self.shelter.take() {
@@ -407,7 +407,7 @@ impl Journal {
         Ok(())
     }
 
-    /// The session was saved under a name: from here on something else is new.
+    /// The session was saved under a name: only later events count as unsaved.
     fn call_it(&mut self, to: &Path) {
         self.path = to.to_owned();
         (self.is_named, self.is_changed, self.has_lost_origin) = (true, false, false);
@@ -415,7 +415,7 @@ impl Journal {
         (self.trouble, self.shelter_failed_at) = (None, None);
     }
 
-    /// Makes the session, and its file, what it was when it was opened or saved under a name. Returns its events.
+    /// Takes the session and its file back to when it was opened or saved under a name. Returns its events.
     ///
     /// # Errors
     /// There is no memory for them; nothing has changed.
@@ -447,10 +447,10 @@ impl Journal {
         Ok(events)
     }
 
-    /// Brings everything to where it should be, and to the disk.
+    /// Writes everything to the file and flushes it to the disk.
     ///
     /// # Errors
-    /// Something is not there.
+    /// A part of the session could not be written.
     pub fn settle(&mut self) -> Result<(), Unwritten> {
         let now = Instant::now();
         if self.history.events() > 0 || self.is_changed {
@@ -477,10 +477,10 @@ impl Journal {
         })
     }
 
-    /// Ends the session on purpose: what is left open after this was left by a crash, or could not be written.
+    /// Ends the session on purpose. A session that stays marked as open was left by a crash or could not be written.
     ///
     /// # Errors
-    /// Something is not where it should be.
+    /// A part of the session could not be written.
     pub fn close(mut self) -> Result<(), Unwritten> {
         let settled = self.settle();
         if let Some(shelter) = self.shelter.take() {

@@ -1,4 +1,4 @@
-//! What a window's GPU is told of a replay that is entered here and there, between frames and in them.
+//! The changes that a window's GPU gets when a replay jumps, between frames and in them.
 
 use std::path::Path;
 

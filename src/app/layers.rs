@@ -10,12 +10,12 @@ use crate::{
     view::View,
 };
 
-/// Boxes drawn at most; a picture of more shows nothing.
+/// Most boxes drawn: more of them cover each other.
 const MAX_BOXES: usize = 20_000;
 /// Polygon edges drawn at most.
 const MAX_EDGES: usize = 60_000;
 
-/// Pictures of the structures behind the picture.
+/// Which structures are drawn over the model: boxes of the index, shadow volumes, culled polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LayerChoice {
     /// The boxes of the index's nodes, coloured by depth.
@@ -24,9 +24,9 @@ pub struct LayerChoice {
     pub node_depth: u32,
     /// Polygons that lie across a split of the root: they cannot be inserted deeper.
     pub straddlers: bool,
-    /// What hides other polygons, and the space behind it in which it hides them.
+    /// The occluders and their shadow volumes.
     pub shadows: bool,
-    /// Polygons that were culled, tinted by the reason (to be seen with the culling camera frozen).
+    /// Culled polygons, tinted by the reason (only while the culling camera is frozen).
     pub culled: bool,
     /// The grid on the floor.
     pub grid: bool,
@@ -38,7 +38,7 @@ impl Default for LayerChoice {
     }
 }
 
-/// A colour for a depth: neighbouring depths are told apart.
+/// A colour for a level of the tree, unlike those of the neighbouring levels.
 fn depth_color(depth: u32) -> LineColor {
     const COLORS: [LineColor; 7] = [
         [240, 240, 240, 200],
@@ -52,7 +52,7 @@ fn depth_color(depth: u32) -> LineColor {
     COLORS[depth as usize % COLORS.len()]
 }
 
-/// Draws the boxes of an index's nodes down to a depth, as many as the frustum sees.
+/// Draws the boxes of an index's nodes in the frustum, down to a depth.
 pub(super) fn draw_nodes(
     index: &dyn SpatialIndex,
     frustum: &Frustum,
@@ -162,7 +162,7 @@ pub(super) fn draw_grid(eye: Vec3, target: Vec3, distance_m: f32, out: &mut Line
     }
 }
 
-/// Draws the plane that is drawn on: a square around `at` that faces the viewer.
+/// Draws the plane on which strokes are drawn: a square around `at` that faces the viewer.
 pub(super) fn draw_plane(view: &View, at: Vec3, half_m: f32, out: &mut LineBatch) {
     let q = view.world_from_view;
     let (right, up) = (rotate(q, Vec3::X) * half_m, rotate(q, Vec3::Y) * half_m);

@@ -16,7 +16,7 @@ const EDITS_A_FRAME: u32 = 64;
 const CHANGES_A_FRAME: usize = 1 << 16;
 
 impl Studio {
-    /// What the tracker has said since the last frame.
+    /// The tracker's messages since the last frame.
     pub(super) fn listen(&mut self) {
         let Some(tracker) = self.tracker.take() else { return };
         let t = self.now_secs();
@@ -26,7 +26,7 @@ impl Studio {
         self.tracker = Some(tracker);
     }
 
-    /// Takes messages as long as a frame may; whether there was none left.
+    /// Takes messages up to the limit of a frame; returns whether none was left.
     fn take_messages(&mut self, t: f64, tracker: &Tracker) -> bool {
         let (mut messages, mut edits) = (0, 0);
         while messages < MESSAGES_A_FRAME && edits < EDITS_A_FRAME && self.changes_waiting() < CHANGES_A_FRAME

@@ -6,7 +6,7 @@
 //! egui ──────────────────── Interface
 //! ```
 //!
-//! What is drawn becomes the same [`Event`](crate::recording::Event)s that a replay reads, and takes the same way
+//! Strokes become the same [`Event`](crate::recording::Event)s that a replay reads, and go the same way
 //! through the scene and the index. [`Studio`] is everything but the window and the GPU; [`ui`] is everything that is
 //! laid out by egui; [`run`] puts both into a window.
 //!

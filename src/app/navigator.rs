@@ -9,9 +9,9 @@ use crate::{
 const FOV_DEGREES: f32 = 55.0;
 /// Steepest look up or down, radians: a little short of straight, so that "up" stays defined.
 const STEEPEST: f32 = 1.55;
-/// Nearest distance drawn, as a part of the distance to what is looked at.
+/// Nearest distance drawn, as a part of the distance to the centre of the view.
 const NEAR_PART: f32 = 0.01;
-/// Limits of the distance to what is looked at, metres.
+/// Limits of the distance to the centre of the view, metres.
 const DISTANCES_M: (f32, f32) = (1.0e-4, 1.0e7);
 
 /// Where the eye is and what it looks at: orbit, pan, zoom and fly are ways to change the same few numbers.
@@ -38,7 +38,7 @@ impl Navigator {
         (Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(self.pitch)).normalize()
     }
 
-    /// The point looked at; it lies on the drawing plane.
+    /// The centre of the view, around which the camera orbits; it lies on the drawing plane.
     pub fn target(&self) -> Vec3 {
         self.target
     }
@@ -48,7 +48,7 @@ impl Navigator {
         self.target + rotate(self.world_from_view(), Vec3::Z) * self.distance_m
     }
 
-    /// Distance from the eye to the point looked at, metres.
+    /// Distance from the eye to the centre of the view, metres.
     pub fn distance_m(&self) -> f32 {
         self.distance_m
     }
@@ -70,7 +70,7 @@ impl Navigator {
         }
     }
 
-    /// Turns about the point looked at. `turn` is in heights of the window.
+    /// Orbits around the centre of the view. `turn` is in heights of the window.
     pub fn orbit(&mut self, turn: Vec2) {
         self.yaw = (self.yaw - turn.x * 3.0) % std::f32::consts::TAU;
         self.pitch = (self.pitch - turn.y * 3.0).clamp(-STEEPEST, STEEPEST);
@@ -83,7 +83,7 @@ impl Navigator {
         self.target = eye - rotate(self.world_from_view(), Vec3::Z) * self.distance_m;
     }
 
-    /// Moves along the screen, so that what is looked at follows the hand. `by` is in heights of the window.
+    /// Moves along the screen, so that the centre of the view follows the hand. `by` is in heights of the window.
     pub fn pan(&mut self, by: Vec2) {
         let height_m = 2.0 * (FOV_DEGREES.to_radians() * 0.5).tan() * self.distance_m;
         let q = self.world_from_view();

@@ -20,7 +20,7 @@ const LEFT_OUT: Style = Style { tint: [0.9, 0.12, 0.1], amount: 0.8, opacity: 0.
 /// Style of hidden polygons.
 const HIDDEN: Style = Style { tint: [0.65, 0.2, 0.95], amount: 0.85, opacity: 0.5, glow: 0.0 };
 
-/// What egui wants on the window.
+/// The user interface, as egui gives it to draw.
 #[derive(Debug)]
 pub(super) struct Panels {
     pub(super) primitives: Vec<ClippedPrimitive>,
@@ -54,7 +54,7 @@ impl From<RenderError> for PaintError {
     }
 }
 
-/// What one view needs on the GPU.
+/// The GPU resources of a view.
 struct Pane {
     slot: ViewSlot,
     target: Target,
@@ -70,7 +70,7 @@ struct Extra {
     show: ShowPass,
 }
 
-/// What moves by itself begins anew after so long, seconds.
+/// Animated brushes start again after this time, seconds.
 const MOST_TIME_S: f64 = 1000.0;
 
 /// Draws frames onto the window.
@@ -83,10 +83,10 @@ pub(super) struct Painter {
     panes: Vec<Pane>,
     extras: Vec<Extra>,
     clock: StageClock,
-    /// From then on goes the time of what moves by itself.
+    /// When the animation of brushes started.
     opened: Reading,
     draw_ns: u64,
-    /// Why the adapter cannot cull hidden polygons; it is asked once.
+    /// Why the adapter cannot cull on the GPU; asked once.
     cannot_cull: Option<String>,
 }
 
@@ -105,7 +105,8 @@ impl Painter {
         let show = ShowPass::new(&gpu, surface.format());
         let egui =
             egui_wgpu::Renderer::new(gpu.device(), surface.format(), egui_wgpu::RendererOptions::default());
-        let renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
+        let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
+        renderer.set_patient(true);
         gpu.check()?;
         Ok(Self {
             gpu,
@@ -175,7 +176,7 @@ impl Painter {
         model: Area,
         mut panels: Panels,
     ) -> Result<PaintTimes, PaintError> {
-        // First, whatever becomes of the frame: egui sends each texture once.
+        // First, even if the frame fails: egui sends each texture once.
         for (id, deltas) in panels.textures.set.drain() {
             for delta in &deltas {
                 self.egui.update_texture(self.gpu.device(), self.gpu.queue(), id, delta);
@@ -246,7 +247,7 @@ impl Painter {
         }
     }
 
-    /// The GPU scene follows the studio's.
+    /// Sends the changes of the studio's scene to the GPU.
     fn follow(&mut self, studio: &mut Studio) {
         let pending = studio.take_pending();
         if pending.is_other_scene {
@@ -259,7 +260,7 @@ impl Painter {
         }
         self.renderer.follow(&pending.changes);
         studio.give_back(pending);
-        // Begun anew before a shader's numbers become too coarse.
+        // Starts again before a shader's numbers become too coarse.
         let time_s = self.clock.since(self.opened).ns as f64 * 1.0e-9 % MOST_TIME_S;
         self.renderer.set_time(time_s as f32);
         self.renderer.send(studio.scene());

@@ -18,7 +18,7 @@ const SAMPLE_WIDTH: f32 = 0.15;
 /// Part of the width that is left at pressure 0.
 const THINNEST: f32 = 0.1;
 
-/// What the pen draws with.
+/// The settings of the pen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Brush {
     /// The tool.
@@ -35,7 +35,7 @@ impl Brush {
     /// Limits of the width, metres.
     pub const WIDTHS_M: (f32, f32) = (1.0e-4, 100.0);
 
-    /// What it paints with: only ribbons are painted.
+    /// The brush for the current tool: only ribbons have one.
     pub fn paint(&self) -> Option<&'static brush::Brush> {
         self.paint.filter(|_| self.tool == Tool::Ribbon)
     }
@@ -55,12 +55,12 @@ impl Default for Brush {
 /// How a stroke finds its depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Snap {
-    /// It starts on what is under the cursor (else at the point looked at) and stays on a plane parallel to the window.
+    /// It starts on the surface under the cursor (else at the centre of the view) and stays on a plane parallel to the window.
     #[default]
     Start,
-    /// It lies on what is under the cursor all the way, and on the plane elsewhere.
+    /// It lies on the surfaces under the cursor all the way, and on the plane where there is none.
     Surface,
-    /// It is on the plane through the point looked at.
+    /// It is on the plane through the centre of the view.
     Off,
 }
 
@@ -82,7 +82,7 @@ struct Drawing {
     last: Sample,
     /// Where the pointer is, if that was too near for a sample.
     pending: Option<Sample>,
-    /// The session knows of it: a press without a movement is no stroke.
+    /// Whether the session has its first event: a press without a movement is no stroke.
     has_begun: bool,
     /// The corners of a wall so far: it shows only once it is closed.
     outline: Vec<Vec3>,
@@ -94,7 +94,7 @@ pub struct Pen {
     drawing: Option<Drawing>,
 }
 
-/// Where the pointer is and what it sees.
+/// The pointer's position, and the surface under it.
 #[derive(Clone, Copy, Debug)]
 pub struct PenPoint<'a> {
     /// The view it is over.
@@ -103,11 +103,11 @@ pub struct PenPoint<'a> {
     pub at: Vec2,
     /// Height of the window, pixels.
     pub height_px: f32,
-    /// What is under it.
+    /// The point of the model under it.
     pub surface: Option<Vec3>,
-    /// The point looked at.
+    /// The centre of the view: the point around which the camera orbits.
     pub target: Vec3,
-    /// 0 to 1; 1 where nothing measures it.
+    /// Pressure, 0 to 1; 1 without a pressure-sensitive pen.
     pub pressure: f32,
 }
 
@@ -225,7 +225,7 @@ impl Pen {
 }
 
 impl Drawing {
-    /// Tells the session of the stroke and its first sample.
+    /// Writes the stroke's beginning and its first sample to the session.
     fn begin(&mut self, t: f64, out: &mut Vec<Event>) {
         if std::mem::replace(&mut self.has_begun, true) {
             return;

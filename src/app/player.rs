@@ -12,10 +12,10 @@ use crate::{
 
 /// Snapshots kept at most.
 const MAX_SNAPSHOTS: usize = 32;
-/// What all snapshots may weigh together; 1 is about a hundred bytes.
+/// Largest weight of all snapshots together; 1 is about a hundred bytes.
 const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 
-/// What a jump to another frame means for an index and for a GPU scene.
+/// The changes that a jump to another frame makes to an index and a GPU scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Jump {
     /// For the index: from the model before to the model now.
@@ -56,7 +56,7 @@ pub struct Player {
     changes: Vec<Change>,
     is_playing: bool,
     speed: f64,
-    /// Part of a frame that is due.
+    /// The fraction of a frame that is due.
     due: f64,
 }
 
@@ -178,17 +178,17 @@ impl Player {
         &self.path
     }
 
-    /// What the session says of itself.
+    /// The session's header.
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// What was noticed while it was read, a line each.
+    /// The reader's remarks, one line each.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }
 
-    /// What the finished model stands out from: linear red, green, blue.
+    /// A background that the finished model stands out from: linear red, green, blue.
     pub fn background(&self) -> [f64; 3] {
         self.background
     }
@@ -228,7 +228,7 @@ impl Player {
         self.speed = if speed.is_finite() { speed.clamp(0.01, 1000.0) } else { 1.0 };
     }
 
-    /// Lets it run, or stand. At the end, running begins at the beginning.
+    /// Plays or pauses. At the end, playing starts again from the first frame.
     pub fn play(&mut self, run: bool) -> Option<Jump> {
         self.is_playing = run && self.frame_count() > 0;
         (self.is_playing && self.position() == self.frame_count()).then(|| self.seek(0))
@@ -239,7 +239,7 @@ impl Player {
         self.camera.view(&self.state.moment)
     }
 
-    /// Goes on as far as one shown frame takes it. What has changed is appended to `out`.
+    /// Plays the frames for one shown frame. The changes are appended to `out`.
     pub fn advance(&mut self, out: &mut Vec<Change>) {
         if !self.is_playing {
             return;
@@ -288,7 +288,7 @@ impl Player {
             _ => SessionState::default(),
         };
         while state.moment.frame < frames {
-            // What changes on the way is in the difference.
+            // The difference includes the changes on the way.
             self.changes.clear();
             let range = self.events_of(state.moment.frame);
             state.scene.let_go();
@@ -300,7 +300,7 @@ impl Player {
     }
 }
 
-/// What an undo step of an event weighs.
+/// The weight of an event's undo step.
 fn kept_by_undo(event: &Event) -> usize {
     match event {
         Event::Erase { .. } | Event::Move { .. } | Event::Group { .. } | Event::Place { .. } => {
@@ -310,7 +310,7 @@ fn kept_by_undo(event: &Event) -> usize {
     }
 }
 
-/// From one model of a session to another one of the same session.
+/// The changes from one model of a session to another one of the same session.
 fn difference(from: &Scene, to: &Scene) -> Jump {
     let (old, new) = (from.polygon_count(), to.polygon_count());
     let mut jump = Jump { polygon_count: new, ..Jump::default() };
@@ -403,7 +403,7 @@ mod tests {
         let frames = player.frame_count();
         assert!(player.snapshots.len() > 8 && player.snapshots.len() <= MAX_SNAPSHOTS);
         let mut index = BruteForce::new();
-        // What a GPU scene would hold.
+        // The polygons that a GPU scene would hold.
         let mut held: Vec<crate::polygon::ConvexPolygon> = Vec::new();
         let mut position = 0;
         for round in 0..60u64 {

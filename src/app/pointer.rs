@@ -1,4 +1,4 @@
-//! What the pointer does to the studio: draws, erases, selects, moves, turns the camera.
+//! The pointer draws, erases, selects and moves strokes, and turns the camera.
 
 use glam::{Vec2, Vec3};
 
@@ -18,7 +18,7 @@ const CLICK: f32 = 0.006;
 
 /// How far beside the pointer's tip a stroke is still touched, pixels: strokes can be thinner than a pixel.
 const TOUCH_PX: f32 = 4.0;
-/// Places looked at along one movement of the eraser, at most: a fast hand makes long ones.
+/// Most points tested along one movement of the eraser: a fast hand makes long movements.
 const MAX_TOUCHES: f32 = 256.0;
 
 impl Studio {
@@ -155,7 +155,7 @@ impl Studio {
     }
 
     pub(super) fn fly(&mut self, frame_secs: f32) {
-        /// Distances to the point looked at, a second.
+        /// Speed of flying: distances to the centre of the view, a second.
         const SPEED: f32 = 0.9;
         // A frame that hung must not throw the eye out of the model.
         self.navigator.fly(self.gestures.flight * (SPEED * frame_secs.clamp(0.0, 0.1)));

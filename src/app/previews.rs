@@ -14,7 +14,7 @@ use crate::{
 };
 
 const PIXEL_BYTES: usize = 4;
-/// What a picture shows of the model, metres: about what a hand draws at once, so that brushes look as they are used.
+/// Width of a picture in the model, metres: about what a hand draws at once, so that brushes look as they are used.
 const CELL_M: (f32, f32) = (0.4, 0.12);
 /// Between the ends of a stroke and the edges of its cell.
 const MARGIN_M: f32 = 0.04;

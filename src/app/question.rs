@@ -8,14 +8,14 @@ use super::{
 };
 use crate::output_file::{OutputKind, check_output};
 
-/// Something that a person decides before it is done. Until then nothing is written and nothing is lost.
+/// A question that a person answers before the command is carried out. Until then nothing is written and nothing is lost.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// Another window draws on the session that is to be opened.
     Held {
         /// Who has it.
         held: OpenElsewhere,
-        /// Whether the session is on the window already, to be looked at.
+        /// Whether the window shows the session already, read-only.
         is_shown: bool,
     },
     /// The session that is to be opened is damaged.
@@ -29,16 +29,16 @@ pub enum Question {
     SaveOver(PathBuf),
     /// A model would replace a file.
     ExportOver(PathBuf),
-    /// Something of the session is not where it should be.
+    /// A part of the session could not be written.
     Unwritten {
-        /// What, and why.
+        /// Which part, and why.
         reason: String,
         /// Whether the whole session is in another file.
         is_kept: bool,
-        /// What was asked for.
+        /// The command that asked.
         then: Then,
     },
-    /// What was drawn since the session was opened, or saved under a name, would be thrown away.
+    /// Everything drawn since the session was opened or saved under a name would be discarded.
     Discard {
         /// Events since.
         events: u64,
@@ -47,7 +47,7 @@ pub enum Question {
     },
 }
 
-/// What ends the session at hand.
+/// What ends the current session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Then {
     /// The window closes.
@@ -58,14 +58,14 @@ pub enum Then {
     Open(PathBuf, Opening),
 }
 
-/// What a person may decide.
+/// An answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// Only look at the session.
+    /// Open the session read-only.
     Look,
     /// Draw on a copy of it.
     Copy,
-    /// Try once more to have it.
+    /// Try once more to open it.
     TryAgain,
     /// Draw on a copy without the damaged pieces.
     Lenient,
@@ -73,16 +73,16 @@ pub enum Answer {
     Replace,
     /// Choose another place first.
     SaveAs,
-    /// Go on, and leave behind what could not be written.
+    /// Go on, and lose what could not be written.
     GoOn,
-    /// Throw away what was drawn.
+    /// Discard what was drawn.
     Discard,
     /// Leave everything as it is.
     Cancel,
 }
 
 impl Question {
-    /// What it is about.
+    /// The title of the question.
     pub fn title(&self) -> &'static str {
         match self {
             Self::Held { .. } => "Open in another window",
@@ -93,7 +93,7 @@ impl Question {
         }
     }
 
-    /// What there is to know.
+    /// The text of the question.
     pub fn text(&self) -> String {
         match self {
             Self::Held { held, .. } => {
@@ -112,7 +112,7 @@ impl Question {
         }
     }
 
-    /// The possible answers, with what stands on their buttons.
+    /// The possible answers, with the labels of their buttons.
     pub fn answers(&self) -> &'static [(Answer, &'static str)] {
         match self {
             Self::Held { is_shown: true, .. } => &[
@@ -154,12 +154,12 @@ impl Question {
 }
 
 impl Studio {
-    /// What the window asks.
+    /// The question that the window shows.
     pub fn question(&self) -> Option<&Question> {
         self.question.as_ref()
     }
 
-    /// Lets the window ask something.
+    /// Makes the window show a question.
     pub fn ask(&mut self, question: Question) {
         self.question = Some(question);
     }
@@ -169,12 +169,12 @@ impl Studio {
         self.is_closing
     }
 
-    /// Ends the session if everything of it is where it should be, else asks.
+    /// Ends the session if all of it is written, else asks.
     pub fn ask_to_close(&mut self) {
         self.leave(Then::Close);
     }
 
-    /// Leaves the session at hand for something else, unless something of it would be left behind.
+    /// Closes the current session for another one, or asks if a part of it could not be written.
     pub(super) fn leave(&mut self, then: Then) {
         self.finish_gestures();
         self.question = None;
@@ -238,7 +238,7 @@ impl Studio {
         }
     }
 
-    /// A model is replaced by a model, and asked for; what is no model is refused by the export.
+    /// A model may replace a model if the person agrees; the export refuses to replace any other file.
     pub(super) fn ask_to_export(&mut self, path: PathBuf) {
         if path.is_file() && check_output(&path, OutputKind::Glb, false).is_ok() {
             self.ask(Question::ExportOver(path));
@@ -282,7 +282,7 @@ impl Studio {
             _ => return,
         };
         self.leave(Then::Open(held.session().to_owned(), Opening::with(access)));
-        // Still held: the session that is looked at stays on the window.
+        // Another window still has it: the window keeps the read-only session.
         if let Some(Question::Held { is_shown: still_shown, .. }) = &mut self.question {
             *still_shown = is_shown;
         }

@@ -16,7 +16,7 @@ const NEAR_M: f32 = 0.02;
 /// One picture of a frame: what an eye sees on a screen, and where on the window it goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoomView {
-    /// What it shows.
+    /// The view that it shows.
     pub view: View,
     /// Which screen of the rig.
     pub screen: usize,
@@ -175,7 +175,7 @@ fn at_desk(eye: Eye, navigator: &Navigator, hands: &HandsState, aspect: f32, bou
         (view.eye_in_world, view.world_from_view) = (p, q);
         view.projection.far_m = view.projection.far_m.max(far_m(p, bounds));
     }
-    // A thirtieth of the distance is comfortable; both eyes look at the plane of what is looked at.
+    // A thirtieth of the distance is comfortable; the two pictures coincide at the plane through the centre of the view.
     let distance_m = navigator.distance_m();
     let half_m = distance_m / 60.0;
     let sideways_m = match eye {

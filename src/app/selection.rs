@@ -1,6 +1,6 @@
 use crate::recording::StrokeId;
 
-/// Strokes that were picked out.
+/// The selected strokes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
     /// Ascending.

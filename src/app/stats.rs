@@ -9,9 +9,9 @@ pub enum FrameStage {
     Insert,
     /// The frustum query.
     Cull,
-    /// Occluders are chosen, shadows built and asked.
+    /// Occluders are chosen, shadow volumes built and nodes tested against them.
     Occlusion,
-    /// The GPU gets what is new, and the order of drawing.
+    /// New polygons and the order of drawing are sent to the GPU.
     Send,
     /// The user interface is laid out.
     Panel,
@@ -38,7 +38,7 @@ impl FrameStage {
     }
 }
 
-/// What each part of a frame took, nanoseconds.
+/// The time of each part of a frame, nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameTimes([u64; FrameStage::ALL.len()]);
 
@@ -70,7 +70,7 @@ impl History {
     /// Frames kept.
     pub const LENGTH: usize = 240;
 
-    /// Adds a frame; the oldest one goes.
+    /// Adds a frame and drops the oldest one.
     pub fn push(&mut self, times: FrameTimes) {
         if self.frames.len() == Self::LENGTH {
             self.frames.pop_front();
@@ -102,7 +102,7 @@ impl History {
         self.sorted.last().copied().unwrap_or(0)
     }
 
-    /// What a stage took of all the frames' time, 0 to 1.
+    /// A stage's share of the time of all frames, 0 to 1.
     pub fn share(&self, stage: FrameStage) -> f64 {
         let total: u64 = self.frames.iter().map(FrameTimes::total_ns).sum();
         let of_stage: u64 = self.frames.iter().map(|times| times.get(stage)).sum();

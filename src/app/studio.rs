@@ -36,7 +36,7 @@ use crate::{
 
 mod overlay;
 
-/// The message for somebody who draws on a read-only session.
+/// The message when a person draws on a read-only session.
 const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
 
 /// Times and counts of a frame.
@@ -44,7 +44,7 @@ const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save
 pub struct FrameReport {
     /// Times and counts of the index.
     pub record: FrameRecord,
-    /// Making polygons of what came since the last frame, nanoseconds.
+    /// Making polygons of the input since the last frame, nanoseconds.
     pub strokes_ns: u64,
     /// Input samples that became part of this frame.
     pub samples: u64,
@@ -52,18 +52,18 @@ pub struct FrameReport {
     pub drawn: u64,
 }
 
-/// What a frame's picture needs to know of the polygons.
+/// The changes that the GPU scene needs before a frame is drawn.
 #[derive(Debug, Default)]
 pub(super) struct Pending {
-    /// Another model: everything is to be sent again.
+    /// Whether the model is another one, so that all polygons must be sent again.
     pub(super) is_other_scene: bool,
-    /// Only so many polygons are what they were; later numbers are given out again.
+    /// Only the first so many polygons are unchanged; later numbers are given to new polygons.
     pub(super) keep: Option<usize>,
     /// For the GPU scene.
     pub(super) changes: Vec<Change>,
 }
 
-/// Everything behind the window but the window: the session, the tools, the camera and the culling.
+/// Everything of the window but its panels and the GPU: the session, the tools, the camera and the culling.
 ///
 /// Input becomes [`Event`]s, events change the [`Scene`], the index follows: the same path as in a replay.
 #[derive(Debug)]
@@ -84,7 +84,7 @@ pub struct Studio {
     pub(super) layers: LayerChoice,
     pub(super) follows_replay_camera: bool,
     pub(super) tracker: Option<Tracker>,
-    /// The tracker has said more than the last frame took.
+    /// The tracker has sent more than the last frame took.
     pub(super) tracker_waits: bool,
     pub(super) hands: Hands,
     pub(super) messages: Vec<String>,
@@ -95,7 +95,7 @@ pub struct Studio {
     strokes_ns: u64,
     clock: StageClock,
     started: Instant,
-    /// Time stamp of the session when the window opened: a session that goes on takes up its time.
+    /// Time stamp of the session when the window opened: new events continue from there.
     resumed_secs: f64,
     pub(super) lines: LineBatch,
     report: FrameReport,
@@ -105,9 +105,9 @@ pub struct Studio {
     hidden: VisibleBlocks,
     pub(super) last_aspect: f32,
     pub(super) question: Option<Question>,
-    /// A person has asked for the end, and nothing keeps it.
+    /// A person has closed the window, and no question is open.
     pub(super) is_closing: bool,
-    /// A session was left although something of it was not written.
+    /// A session was closed although a part of it was not written.
     unwritten: Option<Unwritten>,
 }
 
@@ -184,10 +184,10 @@ impl Studio {
         }
     }
 
-    /// Opens a session in the place of the one at hand.
+    /// Opens a session instead of the current one.
     ///
     /// # Errors
-    /// The file cannot be read, or another window has it; the session at hand stays.
+    /// The file cannot be read, or another window has it; the current session stays.
     pub(super) fn open(&mut self, path: &Path, how: Opening) -> Result<(), OpenError> {
         let (document, opened) =
             Document::open_as(path, &self.autosaves, Opening { limits: self.limits, ..how })?;
@@ -222,7 +222,7 @@ impl Studio {
         matches!(&self.subject, Subject::Sketch(document) if !document.is_read_only())
     }
 
-    /// What has to be done from time to time, frame or not: looks after the session's file. Returns whether there is
+    /// To be called from time to time, with or without a frame: checks the session's file. Returns whether there is
     /// something new to show.
     pub fn tend(&mut self) -> bool {
         let Subject::Sketch(document) = &mut self.subject else { return false };
@@ -237,7 +237,7 @@ impl Studio {
         self.messages.extend(opened.remarks);
     }
 
-    /// Listens to a tracker from now on.
+    /// Sets the tracker to listen to.
     pub fn set_tracker(&mut self, tracker: Tracker) {
         self.tracker = Some(tracker);
     }
@@ -252,7 +252,7 @@ impl Studio {
         self.culling.set_tests(node_test, score);
     }
 
-    /// How much a session may hold that is opened from now on.
+    /// Sets the limits of sessions that are opened later.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
     }
@@ -267,7 +267,7 @@ impl Studio {
         self.tracker.as_ref()
     }
 
-    /// What is on the window.
+    /// The session or replay that the window shows.
     pub fn subject(&self) -> &Subject {
         &self.subject
     }
@@ -282,17 +282,17 @@ impl Studio {
         &self.culling
     }
 
-    /// Takes the time to draw the last frame, nanoseconds.
+    /// Records the time to draw the last frame, nanoseconds.
     pub fn note_drawing(&mut self, ns: u64) {
         self.culling.note_drawing(self.report.drawn, ns);
     }
 
-    /// What to draw with.
+    /// The settings of the pen.
     pub fn brush(&self) -> Brush {
         self.brush
     }
 
-    /// What the pointer does.
+    /// The tool of the pointer.
     pub fn tool(&self) -> ToolChoice {
         self.tool
     }
@@ -380,7 +380,7 @@ impl Studio {
         &self.views
     }
 
-    /// What is drawn on top of the model in the last frame.
+    /// The lines drawn on top of the model in the last frame.
     pub fn lines(&self) -> &LineBatch {
         &self.lines
     }
@@ -406,7 +406,7 @@ impl Studio {
         is_playing || self.tracker_waits || self.gestures.flight != Vec3::ZERO
     }
 
-    /// When a frame is due even if nothing comes: a tracker's stroke may have to be ended.
+    /// When a frame is due even without input: a tracker's stroke may have to be ended.
     pub fn next_frame_in(&self) -> Option<Duration> {
         self.hands.is_drawing().then_some(Duration::from_millis(300))
     }
@@ -416,7 +416,7 @@ impl Studio {
         self.gestures.is_dragging()
     }
 
-    /// Takes the events that are waiting: into the session, into the model.
+    /// Writes the waiting events to the session and applies them to the model.
     pub(super) fn apply_events(&mut self) {
         let start = self.clock.start();
         let mut events = std::mem::take(&mut self.events);
@@ -513,12 +513,12 @@ impl Studio {
         self.report
     }
 
-    /// What the GPU scene has to follow since this was last called.
+    /// The changes for the GPU scene since the last call.
     pub(super) fn take_pending(&mut self) -> Pending {
         std::mem::take(&mut self.pending)
     }
 
-    /// Gives back the memory of what was taken.
+    /// Gives back the memory of the changes, to be used again.
     pub(super) fn give_back(&mut self, mut pending: Pending) {
         pending.changes.clear();
         if self.pending.changes.is_empty() {
@@ -526,7 +526,7 @@ impl Studio {
         }
     }
 
-    /// The GPU has forgotten everything.
+    /// The GPU has lost everything: it must be sent again.
     pub fn send_all_again(&mut self) {
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
     }
@@ -534,7 +534,7 @@ impl Studio {
     /// Ends the session on purpose.
     ///
     /// # Errors
-    /// Something of it, or of one that was left for another, is not where it should be.
+    /// A part of it, or of a session that was closed before, could not be written.
     pub fn close(mut self) -> Result<(), Unwritten> {
         self.finish_gestures();
         if let Subject::Sketch(document) = self.subject {

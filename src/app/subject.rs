@@ -1,7 +1,7 @@
 use super::{document::Document, player::Player};
 use crate::{math::Aabb, recording::Header, render::background_for, scene::Scene};
 
-/// What is on the window: a session being drawn, or one being replayed.
+/// The subject of the window: a session being drawn, or one being replayed.
 #[derive(Debug)]
 pub enum Subject {
     /// A session being drawn.
@@ -19,7 +19,7 @@ impl Subject {
         }
     }
 
-    /// What the session says of itself.
+    /// The session's header.
     pub fn header(&self) -> &Header {
         match self {
             Self::Sketch(document) => document.header(),

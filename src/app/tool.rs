@@ -1,6 +1,6 @@
 use crate::recording::Tool;
 
-/// What the pointer does.
+/// The tool of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToolChoice {
     /// Draws.

@@ -92,7 +92,7 @@ impl Trace {
             "ms": stages,
         });
         self.frame += 1;
-        // A line at once, so that whoever follows the file sees whole frames.
+        // One write for each line, so that a program that follows the file reads whole frames.
         self.out.write_all(format!("{line}\n").as_bytes())
     }
 }

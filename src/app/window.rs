@@ -47,7 +47,7 @@ pub struct WindowOptions {
     pub size: Option<(u32, u32)>,
     /// A tracker to listen to.
     pub tracker: Option<TrackerAddress>,
-    /// Whose messages are taken.
+    /// Which senders' messages are accepted.
     pub tracker_options: TrackerOptions,
     /// A file that gets one line of JSON for each frame.
     pub trace: Option<PathBuf>,
@@ -71,7 +71,7 @@ pub enum WindowError {
     /// The tracker cannot be listened to.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
-    /// Something of a session is not where it should be.
+    /// A part of a session could not be written.
     #[error(transparent)]
     Unwritten(#[from] Unwritten),
     /// The trace cannot be written.
@@ -79,12 +79,12 @@ pub enum WindowError {
     Trace {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: io::Error,
     },
 }
 
-/// Something has come from outside.
+/// An event from another thread: messages of a tracker, or the end of a dialog.
 #[derive(Clone, Copy, Debug)]
 struct Wake;
 
@@ -98,7 +98,7 @@ pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
         App { studio: Some(studio), options, trace: None, live: None, failure: None, recoveries: 0 };
     let outcome = app.run();
     let closed = app.studio.take().map_or(Ok(()), Studio::close);
-    // What was not written is the worse news.
+    // An unwritten part of the session is the more important error.
     closed?;
     outcome
 }
@@ -131,7 +131,7 @@ struct App {
     recoveries: u32,
 }
 
-/// What exists while there is a window.
+/// The parts that exist only while there is a window.
 struct Live {
     window: Arc<Window>,
     egui: egui_winit::State,
@@ -140,7 +140,7 @@ struct Live {
     clock: StageClock,
     last_frame: Instant,
     repaint_at: Option<Instant>,
-    /// When the session's file is looked after, frame or not.
+    /// When the session's file is checked next, with or without a frame.
     tend_at: Instant,
     #[cfg(feature = "gamepad")]
     gamepad: Option<super::gamepad::Gamepad>,
@@ -274,13 +274,13 @@ impl App {
         }
     }
 
-    /// A trace that cannot go on is given up: what is drawn matters more.
+    /// A trace that cannot be written is ended: the session matters more.
     fn trace(&mut self, times: &FrameTimes, is_shown: bool, window: (u32, u32)) {
         let (Some(trace), Some(studio)) = (&mut self.trace, &mut self.studio) else { return };
         if let Err(error) = trace.write(studio, times, is_shown, window) {
             let path = self.options.trace.clone().unwrap_or_default();
             let warning = format!("{}: {error}: no trace from here on", path.display());
-            // That standard error is closed is no reason to stop.
+            // A closed standard error is no reason to stop.
             let _ = writeln!(io::stderr().lock(), "warning: {warning}");
             studio.say(warning);
             self.trace = None;
@@ -332,7 +332,7 @@ impl App {
         })
     }
 
-    /// One frame, from the input that has come to the picture on the window.
+    /// One frame, from the input to the picture on the window.
     fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let (Some(live), Some(studio)) = (&mut self.live, &mut self.studio) else { return Ok(()) };
         let window_size = live.window.inner_size();
@@ -380,7 +380,7 @@ impl App {
         }
 
         let mut times = FrameTimes::default();
-        // What the pointer drew was made into polygons while the panels were laid out.
+        // The pointer's strokes became polygons while the panels were laid out.
         let drawn_ns = report.strokes_ns.min(panel_ns);
         times.set(FrameStage::Strokes, report.strokes_ns);
         times.set(FrameStage::Insert, report.record.insert.ns);

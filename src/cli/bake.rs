@@ -1,4 +1,4 @@
-//! `osp bake`: what can be seen from where in a finished model.
+//! `osp bake`: potentially visible sets of a finished model.
 
 use std::{
     io::IsTerminal,
@@ -155,7 +155,7 @@ fn bake(
         let config = IndexConfig { capacity: ids.len(), ..IndexConfig::default() };
         let mut index = IndexKind::BvhSah.create(&config);
         for &id in ids {
-            // What is not finite cannot be drawn.
+            // A polygon that is not finite cannot be drawn.
             let _ = index.insert(id, scene.bounds(id));
         }
         index.commit();
@@ -170,7 +170,7 @@ fn bake(
         }
     };
     let found = thread::scope(|scope| {
-        // Where the system gives no more threads, those that there are do the work, this one among them.
+        // If the system gives no more threads, the existing ones do the work, this one included.
         let spawn = |_| thread::Builder::new().spawn_scoped(scope, work).ok();
         let workers: Vec<_> = (1..threads.min(cells.len())).map_while(spawn).collect();
         let mut found = work();

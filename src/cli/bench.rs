@@ -200,7 +200,7 @@ fn contender_parser() -> impl TypedValueParser<Value = Contender> {
         .try_map(|name| Contender::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
 }
 
-/// What is being measured, where somebody can see it.
+/// Shows on a terminal what is being measured.
 fn progress() -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();

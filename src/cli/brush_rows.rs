@@ -1,4 +1,4 @@
-//! What a session is painted with: a row a brush, for `osp info`.
+//! The brushes of a session, one row for each, for `osp info`.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -13,10 +13,10 @@ use crate::{
     scene::Scene,
 };
 
-/// Most rows for brushes that nobody knows; the last is for all others.
+/// Most rows for unknown brushes; the last row is for all others.
 const MOST_UNKNOWN: usize = 1000;
 
-/// What the strokes without a known brush have in its place. A scene does not keep it.
+/// The tool or the unknown brush of each stroke without a known brush. A scene does not keep it.
 #[derive(Default)]
 pub(super) struct Plain {
     rows: Vec<(String, String)>,
@@ -24,7 +24,7 @@ pub(super) struct Plain {
     row_of: HashMap<StrokeId, usize>,
 }
 
-/// Strokes of one brush that are not erased, and what they have become.
+/// The strokes of one brush that are not erased, with their points and polygons.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(super) struct BrushRow {
     brush: String,
@@ -44,7 +44,7 @@ impl Plain {
             Some(paint) => (paint.brush.as_str(), "unknown: drawn as a plain ribbon".to_owned()),
             None => (plain_name(*tool), format!("{}, plain", plain_name(*tool))),
         };
-        // A brush may be called as a tool is.
+        // A brush may have the name of a tool.
         let key = format!("{name}\n{}", paint.is_some());
         let row = match self.row_by_name.get(&key) {
             Some(&row) => row,
@@ -121,7 +121,7 @@ fn drawn_as(brush: &Brush) -> String {
     format!("{form}, {mixing}, {light}")
 }
 
-/// The rows for people.
+/// The rows as a text table.
 pub(super) fn table(rows: &[BrushRow]) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);

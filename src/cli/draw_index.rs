@@ -1,4 +1,4 @@
-//! `osp draw-index`: a picture of the structure that an index has become.
+//! `osp draw-index`: a picture of an index's structure.
 
 use std::path::PathBuf;
 

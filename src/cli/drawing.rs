@@ -1,4 +1,4 @@
-//! `osp replay --draw`: every frame is drawn, too, and its time taken.
+//! `osp replay --draw`: also draws every frame and measures the time.
 
 use std::sync::Arc;
 
@@ -11,11 +11,11 @@ use crate::{
     replay::{LaneFrame, Replay},
 };
 
-/// Draws what is left of each frame.
+/// Draws the polygons that culling leaves of each frame.
 #[derive(Debug)]
 pub(super) struct Drawing {
-    /// One for each way to find while drawing what is hidden, and its number for each lane: what a drawer remembers is
-    /// its own.
+    /// One drawer for each method of culling while drawing, and the number of each lane's drawer: a drawer keeps the state
+    /// of one method.
     drawers: Vec<(Occlusion, Offscreen)>,
     of_lane: Vec<usize>,
     frame: usize,
@@ -43,8 +43,8 @@ impl Drawing {
         Ok(drawing)
     }
 
-    /// Draws the frame for each lane that looked at it. Lanes that leave the same polygons share a drawing: the second
-    /// one would find all of them in the caches.
+    /// Draws the frame of each lane that replayed it. Lanes that leave the same polygons share a drawing: a second
+    /// drawing would find all of them in the caches.
     pub(super) fn frame<I>(
         &mut self,
         replay: &Replay<I>,
@@ -60,7 +60,7 @@ impl Drawing {
         let Some(view) = replay.view() else { return Ok(()) };
         self.frame += 1;
         let mut drawn: Vec<(usize, u64, DrawTimes)> = Vec::new();
-        // In turns, so that none is always the one that comes first.
+        // In turns, so that no lane is always the first.
         for i in 0..looked.len() {
             let i = (i + self.frame) % looked.len();
             let Some(LaneFrame { drawn: fingerprint, .. }) = looked[i] else { continue };

@@ -45,7 +45,7 @@ pub(super) struct ImportArgs {
     reading: ReadArgs,
 }
 
-/// What was written.
+/// Counts of what was written.
 #[derive(Default)]
 struct Counts {
     events: u64,
@@ -74,7 +74,7 @@ impl Counts {
         }
     }
 
-    /// What there is, by kind; strokes and points always.
+    /// The counts by kind, without zeros; strokes and points always.
     fn text(&self) -> String {
         let rest = [(self.polygons, "faces"), (self.heads, "head poses"), (self.edits, "edits")];
         [(self.strokes, "strokes"), (self.points, "points")]
@@ -132,7 +132,7 @@ fn convert(
     Ok((counts, recording.finish()?))
 }
 
-/// A count of events, where somebody can see it. No source knows beforehand how many events it has.
+/// Shows the count of events on a terminal. No source knows beforehand how many events it has.
 fn progress() -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();

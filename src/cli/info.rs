@@ -87,7 +87,7 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     } else {
         say(&text(args, &session, &summary, &brushes))?;
     }
-    // What was read is shown all the same.
+    // The part that was read is shown all the same.
     outcome?;
     Ok(Outcome::Done)
 }

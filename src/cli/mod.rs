@@ -2,7 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 a check failed, 2 bad input or usage.
 //!
-//! Knows everything; nothing knows it.
+//! It may use every other module; no module uses it.
 
 mod allocations;
 mod brush_rows;
@@ -162,7 +162,7 @@ fn usage(error: &clap::Error) -> ExitCode {
         // Arguments are quoted in it.
         output::complain_at_length(error.render().to_string().trim_end());
     } else {
-        // That nobody reads it is no reason to complain.
+        // A closed pipe is no error.
         let _ = error.print();
     }
     ExitCode::from(if error.use_stderr() { 2 } else { 0 })

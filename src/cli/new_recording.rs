@@ -14,7 +14,7 @@ pub(super) struct NewRecording {
     writer: RonWriter<RecordingFile>,
     file: AtomicFile,
     output: Output,
-    /// Whoever reads the pipe that it goes to has seen enough; that is no error.
+    /// The reader of the pipe has closed it; that is no error.
     nobody_reads: bool,
 }
 
@@ -46,7 +46,7 @@ impl NewRecording {
     }
 }
 
-/// Whether somebody still reads what was written.
+/// Whether the output still has a reader.
 fn is_read(written: Result<(), RecordingError>) -> Result<bool, RecordingError> {
     match written {
         Ok(()) => Ok(true),

@@ -7,7 +7,7 @@ const MOST_OCCLUDERS: usize = 65_536;
 /// Longest time that may be asked for: thirty years.
 const MOST_SECONDS: f64 = 1.0e9;
 
-/// A number from a range, in words that say which.
+/// Parses a number from a range; the error names the range.
 fn within<T: FromStr + PartialOrd + Display>(
     text: &str,
     range: &RangeInclusive<T>,
@@ -21,7 +21,7 @@ pub(super) fn occluders(text: &str) -> Result<usize, String> {
     within(text, &(0..=MOST_OCCLUDERS), "occluders")
 }
 
-/// A part of a whole.
+/// A share from 0 to 1.
 pub(super) fn share(text: &str) -> Result<f64, String> {
     within(text, &(0.0..=1.0), "a share")
 }
@@ -31,24 +31,24 @@ pub(super) fn multiple(text: &str) -> Result<f32, String> {
     within(text, &(0.01..=100.0), "a multiple")
 }
 
-/// What something takes.
+/// A cost in nanoseconds.
 pub(super) fn nanoseconds(text: &str) -> Result<f64, String> {
     within(text, &(0.001..=1.0e9), "nanoseconds")
 }
 
-/// How long something may take.
+/// A time limit in seconds.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let found = text.trim().parse().ok().filter(|&seconds: &f64| seconds > 0.0 && seconds <= MOST_SECONDS);
     found.ok_or_else(|| format!("expected seconds above 0, up to {MOST_SECONDS}; found `{text}`"))
 }
 
 #[cfg(feature = "render")]
-/// A moment.
+/// A moment in seconds.
 pub(super) fn moment_s(text: &str) -> Result<f32, String> {
     within(text, &(0.0..=1.0e4), "seconds")
 }
 
-/// Times as fast.
+/// A factor of speed.
 #[cfg(feature = "window")]
 pub(super) fn factor(text: &str) -> Result<f64, String> {
     within(text, &(0.001..=1000.0), "a factor")

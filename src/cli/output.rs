@@ -1,4 +1,4 @@
-//! Where the program writes: results to standard output, remarks to standard error. Names and titles come from files
+//! Writes results to standard output and remarks to standard error. Names and titles come from files
 //! that others made: what a terminal would take for a command is shown as `\u001b`.
 
 use std::{
@@ -11,7 +11,7 @@ use anyhow::Context;
 pub(super) use crate::lab::report::one_line;
 use crate::lab::report::printable;
 
-/// A file goes to standard output: results would be mixed into it.
+/// Whether an output file goes to standard output, so that results must not.
 static HOLDS_A_FILE: AtomicBool = AtomicBool::new(false);
 
 /// From now on results go to standard error: an output (`--csv -`) is written to standard output.
@@ -28,7 +28,7 @@ pub(super) fn say(text: &str) -> anyhow::Result<()> {
     let text = printable(text);
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush()) {
-        // Whoever reads has seen enough (`osp replay … | head`); what is checked still decides the exit code.
+        // The reader has closed the pipe (`osp replay … | head`); the checks still decide the exit code.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => outcome.context("standard output"),
     }

@@ -1,4 +1,4 @@
-//! What a command is going to write: checked before the work, written whole.
+//! The files that a command writes: checked before the work begins, and written whole or not at all.
 
 use std::{
     io,
@@ -18,7 +18,7 @@ use crate::{
 pub(super) struct Outputs {
     force: bool,
     inputs: Vec<PathBuf>,
-    /// With the option that named it.
+    /// Each output with the option that named it.
     outputs: Vec<(String, PathBuf)>,
 }
 
@@ -57,7 +57,7 @@ impl Outputs {
         let destination = Destination::of(path).with_context(|| path.display().to_string())?;
         let is_written_twice = |other: &Path| match (&destination, Destination::of(other)) {
             (Destination::File(_), Ok(Destination::File(_))) => is_same_file(path, other),
-            // Two that go to a device do not replace each other, but mixed output is of use to nobody.
+            // Two outputs to one device do not replace each other, but they would be mixed.
             (Destination::StandardOutput, Ok(other)) => other == Destination::StandardOutput,
             (Destination::Special(here), Ok(Destination::Special(there))) => {
                 *here == there && here != Path::new("/dev/null")
@@ -99,7 +99,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Checks an output that may be asked for.
+    /// Checks an output, if the option for it was given.
     pub(super) fn add_any(
         &mut self,
         option: &str,
@@ -128,7 +128,7 @@ impl Output {
         is_there(&self.path, self.kind)
     }
 
-    /// Says no to what would be lost. Between the beginning of the work and its end a file may have come.
+    /// Refuses to replace a file that must not be lost: one may have appeared since the check before the work.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         check_output(&self.path, self.kind, self.force).map_err(|error: OutputError| {
             match error.yields_to_force() && !self.force {
@@ -146,7 +146,7 @@ impl Output {
     /// Gives the file its name; its size in bytes, where it is a file.
     pub(super) fn commit(&self, file: AtomicFile) -> anyhow::Result<Option<u64>> {
         self.check()?;
-        // A session that comes in this moment is not replaced either.
+        // A session that appears at this moment is not replaced either.
         let is_new_only = !self.force && matches!(self.kind, OutputKind::Recording | OutputKind::Pvs);
         let outcome = if is_new_only { file.commit_new() } else { file.commit() };
         outcome.map_err(|error| self.failed(&error))

@@ -1,4 +1,4 @@
-//! `osp pick`: what is under a point of a session's picture.
+//! `osp pick`: the polygon under a point of a frame's picture.
 
 use std::{path::PathBuf, str::FromStr, time::Instant};
 

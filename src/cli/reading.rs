@@ -10,7 +10,7 @@ use crate::{
     replay::Summary,
 };
 
-/// What is done about damage, and how large a session may be.
+/// What a command does about damage, and how large a session may be.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct ReadArgs {
     /// Skip damaged pieces and count them, instead of stopping at the first; stop reading at a limit instead of refusing
@@ -56,13 +56,13 @@ impl ReadArgs {
         OpenOptions { lenient: self.lenient, limits: self.limits.limits() }
     }
 
-    /// Refuses a session that time stamps cut into more frames than can be reported on.
+    /// Refuses a session whose time stamps give more frames than a report can hold.
     pub(super) fn check_frames(&self, file: &Path, summary: &Summary, pace: Pace) -> anyhow::Result<()> {
         let most = self.limits.limits().frames();
         ensure!(
             summary.frames <= most || pace != Pace::Recorded,
             "{}: expected at most {most} frames at the pace {pace} (--max-polygons N allows half as many); found {}: \
-             --pace samples:16 goes by samples instead",
+             --pace samples:16 counts samples instead",
             file.display(),
             summary.frames
         );

@@ -94,8 +94,8 @@ pub(super) struct RenderArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
-    /// The moment that brushes which move by themselves are seen at, seconds.
-    #[arg(long, default_value_t = 1.0, value_parser = numbers::moment_s)]
+    /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
+    #[arg(long, default_value_t = 10.0, value_parser = numbers::moment_s)]
     time: f32,
     #[command(flatten)]
     reading: ReadArgs,
@@ -104,17 +104,17 @@ pub(super) struct RenderArgs {
     force: bool,
 }
 
-/// Where the eye of a picture is.
+/// The position of a picture's eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum RenderCamera {
-    /// Where it sees the whole model.
+    /// So that it sees the whole model.
     Whole,
     /// As in a replay.
     Path(CameraChoice),
 }
 
 fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
-    // What a replay calls `auto` is recorded; the name is taken here, too.
+    // `auto`, as in a replay, is accepted for `recorded`.
     let names = ["whole", "recorded", "orbit", "follow", "inside"].map(PossibleValue::new);
     let names = names.into_iter().chain([PossibleValue::new("auto").hide(true)]);
     PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
@@ -189,7 +189,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let has_occlusion = args.occlusion.has_culler() || args.occlusion == Occlusion::DepthLast;
     // Pictures must not depend on the clock.
     let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
-    let mut pipeline = pipeline.with_choice(pass, capacity);
+    let mut pipeline = pipeline.with_occlusion(pass);
     let mut outcome = Outcome::Done;
     let mut player = Player::new(session, args.pace);
     while player.frames() <= wanted.last && player.step()? {
@@ -223,7 +223,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 }
             };
             if args.occlusion.is_while_drawing() {
-                // What was visible in the last frame hides in the next; here that is what the last picture showed.
+                // The polygons of the last frame occlude in the next; here the last frame is the last picture.
                 let (first, _) = picture(&mut drawer, scene, &view, ids)?;
                 compare(&first, ", drawn first");
             }

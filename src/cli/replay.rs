@@ -194,7 +194,7 @@ impl ReplayArgs {
     }
 }
 
-/// What a replay is going to write.
+/// The outputs of a replay.
 struct ReplayOutputs {
     csv: Option<Output>,
     /// One for each session, or none.
@@ -340,7 +340,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
 }
 
 /// Why a session has no fingerprint to compare or to pin.
-const INCOMPLETE: &str = "no index looked at every frame, so the session has no fingerprint: raise --budget";
+const INCOMPLETE: &str = "no index replayed every frame, so the session has no fingerprint: raise --budget";
 
 /// Plays the first session in a window with the first index.
 #[cfg(feature = "window")]
@@ -490,7 +490,7 @@ fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result
     Ok((scene, Arc::new(pvs)))
 }
 
-/// Counts what those that looked at this frame have culled of what can be seen.
+/// Counts the visible polygons that the lanes of this frame have culled.
 fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
@@ -503,7 +503,7 @@ where
         let pipeline = lane.pipeline();
         // All see the same in the frustum.
         let visible = visible.get_or_insert_with(|| {
-            // What the frustum has culled wrongly is asked about, too.
+            // Polygons that the frustum has culled wrongly are tested, too.
             let mut ids = lost_polygons(replay.scene(), view, &pipeline.in_view().to_vec());
             ids.extend(pipeline.in_view().ids());
             verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
@@ -532,13 +532,13 @@ fn lanes(
                 None => pipeline,
             },
             Some(choice) => {
-                // What is compared with pinned fingerprints must not depend on the clock.
+                // A run that is compared with pinned fingerprints must not depend on the clock.
                 let is_pinned = args.check.is_some() || args.pin.is_some();
                 let basis = if is_pinned { AutoBasis::Work } else { AutoBasis::Time };
                 let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);
                 let (node_test, score) = (args.tests.node_test(), args.tests.score());
                 let pass = PassConfig { choice, occluders, polygon_ns, basis, node_test, score };
-                pipeline.with_choice(pass, capacity)
+                pipeline.with_occlusion(pass)
             }
             None => pipeline,
         };

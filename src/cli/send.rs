@@ -144,7 +144,7 @@ impl Sender {
         self.packets += 1;
         match self.socket.send(bytes) {
             Ok(_) => Ok(()),
-            // An answer to an earlier packet: nobody listens (yet).
+            // The error belongs to an earlier packet: no window listens (yet).
             Err(error) if error.kind() == std::io::ErrorKind::ConnectionRefused => {
                 self.refused += 1;
                 Ok(())

@@ -1,4 +1,4 @@
-//! Opening sessions for the commands: any format, read ahead of whoever plays it.
+//! Opens sessions of any format for the commands, and reads ahead of the player on a thread.
 
 use std::{
     path::{Path, PathBuf},
@@ -22,7 +22,7 @@ const BATCH_LISTS: usize = 1 << 16;
 /// Batches that may wait: the reader is at most this far ahead, so memory does not grow with the file.
 const WAITING: usize = 16;
 
-/// What travels from the reading thread.
+/// A message from the reading thread.
 enum Message {
     Events(Vec<Event>),
     Damage(RecordingError),
@@ -65,7 +65,7 @@ impl OpenSession {
         })
     }
 
-    /// What the reader noticed; complete after the last event.
+    /// The reader's remarks; complete after the last event.
     pub(super) fn notes(&self) -> &Notes {
         &self.notes
     }
@@ -79,7 +79,7 @@ pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
         RecordingError::Limit(excess) => Some(&excess.path),
         RecordingError::Io { .. } | RecordingError::Unknown { .. } => None,
     })?;
-    // What is damaged may be an entry of an archive or of a folder.
+    // The damage may be in an entry of an archive or of a folder.
     let session = damaged.ancestors().take(3).find(|path| {
         let opened = recording::open(path, &OpenOptions::LENIENT);
         opened.is_ok_and(|mut session| matches!(session.events.next_event(), Ok(Some(_))))
@@ -113,7 +113,7 @@ fn read(mut session: recording::Session, sender: &SyncSender<Message>) {
         batch.extend(event);
         let ends = last.is_some();
         let is_full = batch.len() == BATCH || lists >= BATCH_LISTS;
-        // A send fails once nobody listens any more: then there is nothing left to do.
+        // A send fails once the receiver is gone: then there is nothing left to do.
         if (ends || is_full)
             && sender.send(Message::Events(std::mem::replace(&mut batch, Vec::with_capacity(BATCH)))).is_err()
         {

@@ -88,7 +88,7 @@ pub(super) struct SketchArgs {
     autosave: Option<PathBuf>,
 }
 
-/// What every window takes.
+/// The options of every window.
 #[derive(Args, Debug)]
 pub(super) struct WindowArgs {
     /// The index that culls by the frustum (`osp replay --help` describes them); the window can change it.
@@ -117,7 +117,7 @@ pub(super) struct WindowArgs {
 }
 
 impl SketchArgs {
-    /// The session, to be drawn on; if another window has it, to be looked at, with who has it.
+    /// Opens the session to draw on it; if another window has it, for reading only, and says who has it.
     fn open(
         &self,
         path: &Path,
@@ -165,7 +165,7 @@ impl WindowArgs {
         Ok(room)
     }
 
-    /// Says no to a trace in the place of something else.
+    /// Refuses a trace that would replace a file of another kind.
     fn check_trace(&self, session: Option<&PathBuf>, tracker: Option<&TrackerAddress>) -> anyhow::Result<()> {
         let rig = self.rig.as_ref().map(PathBuf::from);
         let tracker = tracker.and_then(|tracker| match tracker {

@@ -327,7 +327,7 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
     }
 }
 
-/// Looks once, with all methods.
+/// Verifies one view, with all methods.
 fn look(
     verifier: &mut Verifier,
     drawn: &mut Option<DrawnTrials>,
@@ -345,7 +345,7 @@ fn look(
     Ok(())
 }
 
-/// Plays a session and looks at it; the verifier and what was drawn afterwards, and the number of polygons.
+/// Plays a session and verifies its views; returns the verifier, the drawn trials, and the number of polygons.
 fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<DrawnTrials>, u64)> {
     let mut source = Source::open(file, &args.reading)?;
     let (summary, _, read) = summarize(&mut source, args.pace);

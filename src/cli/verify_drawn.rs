@@ -1,4 +1,4 @@
-//! `osp verify --occlusion hzb`: what culling while drawing finds of what really cannot be seen.
+//! `osp verify --occlusion hzb`: which share of the hidden polygons a method that culls while drawing finds.
 
 use std::{collections::HashSet, sync::Arc};
 
@@ -30,16 +30,16 @@ struct Trial {
     draw_mean_ns: u64,
     passes: PassTimes,
     differing_pixels: u64,
-    /// Of the view at hand, the frames that count.
+    /// The measured frames of the current view.
     times: Vec<DrawTimes>,
 }
 
-/// What a frame without culling draws.
+/// The result of a frame without culling.
 fn all_drawn(in_view: usize) -> DrawnCounts {
     DrawnCounts { in_view: in_view as u64, second_pass: in_view as u64, ..DrawnCounts::default() }
 }
 
-/// The one in the middle.
+/// The median.
 fn median(values: impl Iterator<Item = u64>) -> u64 {
     let mut values: Vec<u64> = values.collect();
     values.sort_unstable();
@@ -47,7 +47,7 @@ fn median(values: impl Iterator<Item = u64>) -> u64 {
 }
 
 impl Trial {
-    /// What the last frame drew of these.
+    /// Those of these polygons that the last frame drew.
     fn drawn(&self, scene: &Scene, ids: &[PolygonId]) -> anyhow::Result<DrawList> {
         let mut drawn = DrawList::new();
         match self.drawer.drawn()? {
@@ -91,7 +91,7 @@ pub(super) struct DrawnTrials {
 }
 
 impl DrawnTrials {
-    /// Trials of those of the methods that work while drawing; `None` if there is none.
+    /// A trial for each method that culls while drawing; `None` if there is no such method.
     pub(super) fn new(methods: &[Method], size: Size, at_rest: AtRest) -> anyhow::Result<Option<Self>> {
         let is_drawn = |method: &Method| method.occlusion.on_gpu() != Occlusion::None;
         let drawn: Vec<_> = methods.iter().copied().filter(is_drawn).collect();
@@ -128,7 +128,7 @@ impl DrawnTrials {
         }
     }
 
-    /// Looks as the verifier has just looked.
+    /// Draws the view that the verifier has just verified.
     pub(super) fn look(&mut self, scene: &Scene, view: &View, verifier: &mut Verifier) -> anyhow::Result<()> {
         let ids = verifier.in_view().to_vec();
         let polygons: VisibleBlocks = ids.iter().copied().collect();
@@ -152,7 +152,7 @@ impl DrawnTrials {
         Ok(())
     }
 
-    /// The names of the methods whose picture was another than without, with the number of pixels.
+    /// The methods whose picture differs from the one without culling, with the number of pixels that differ.
     pub(super) fn failed(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
         let failed = self.trials.iter().filter(|trial| trial.differing_pixels > 0);
         failed.map(|trial| (trial.name, trial.differing_pixels))
@@ -207,13 +207,13 @@ impl DrawnTrials {
     }
 }
 
-/// What a method did, means of the frames that count.
+/// The results of a method, as means over the measured frames.
 #[derive(Serialize)]
 pub(super) struct DrawnRun {
     occlusion: &'static str,
     differing_pixels: u64,
     hidden_culled_percent: f64,
-    /// Polygons of which something can be seen, but nothing on any sample of a pixel, and which were left out.
+    /// Polygons that were not drawn because they cover no sample of a pixel, though a ray of the oracle reaches them.
     below_a_sample: f64,
     groups_tested: f64,
     first_pass: f64,
@@ -226,7 +226,7 @@ pub(super) struct DrawnRun {
 impl DrawnRun {
     fn new(trial: &Trial) -> Self {
         let totals = &trial.totals;
-        // Of times there is one for each view.
+        // There is one time for each view.
         let ms = |ns: u64| ns as f64 / totals.views.max(1) as f64 * 1.0e-6;
         Self {
             occlusion: trial.name,

@@ -103,7 +103,7 @@ impl JsonRun {
     }
 }
 
-/// What was found of a session, as one line of JSON.
+/// The results for a session, as one line of JSON.
 pub(super) fn line(
     name: &str,
     polygons: u64,

@@ -1,4 +1,4 @@
-//! In the place of `verify_drawn` in a build that cannot draw: there are no trials.
+//! Stands for `verify_drawn` in a build that cannot draw: there are no trials.
 
 use serde::Serialize;
 

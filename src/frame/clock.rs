@@ -1,6 +1,6 @@
 use std::time::Instant;
 
-/// The one clock of the crate: time, and allocations if somebody counts them.
+/// The clock of the crate's stages: time, and allocations if the caller counts them.
 #[derive(Clone, Copy, Debug)]
 pub struct StageClock {
     allocations: fn() -> u64,
@@ -13,12 +13,12 @@ pub struct Reading {
     allocations: u64,
 }
 
-/// What a stage took.
+/// Time and allocations of a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stage {
     /// Time, nanoseconds.
     pub ns: u64,
-    /// Allocations of this thread; 0 where nobody counts.
+    /// Allocations of this thread; 0 if the clock does not count them.
     pub allocations: u64,
 }
 
@@ -40,7 +40,7 @@ impl StageClock {
         Reading { allocations: (self.allocations)(), at: Instant::now() }
     }
 
-    /// What has passed since a reading.
+    /// Time and allocations since a reading.
     pub fn since(&self, start: Reading) -> Stage {
         let ns = u64::try_from(start.at.elapsed().as_nanos()).unwrap_or(u64::MAX);
         Stage { ns, allocations: (self.allocations)() - start.allocations }

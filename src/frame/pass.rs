@@ -7,29 +7,30 @@ use crate::{
     view::View,
 };
 
-/// What leaves polygons out of a frame after the frustum did: the one place in a [`super::Pipeline`] for culling by
-/// occlusion, of whatever kind.
+/// A method that culls after the frustum: the one place in a [`super::Pipeline`] for occlusion culling of any kind. The
+/// pipeline calls `load` at most once and then, for each frame, `frame` or `skip`.
 pub trait Pass: Any + Debug + Send + Sync {
-    /// Takes a whole model, before the first frame: nothing of it is left for later frames to look at.
+    /// Takes a whole model, before the first frame.
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]);
 
-    /// Follows the changes of a frame that is not looked at.
+    /// Follows the changes of a frame that nobody draws.
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]);
 
     /// Follows the changes of a frame and culls its views.
     fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord;
 
-    /// What is left of each view, as the last frame left it in which [`OcclusionRecord::used`] was set.
+    /// The polygons to draw in each view, after the last frame whose record had [`OcclusionRecord::used`] set. After any other
+    /// frame the pipeline draws everything in the frustum.
     fn drawn(&self) -> &[VisibleBlocks];
 
-    /// Changes the most occluders of a view in a frame; `None` is the method's own number. Nothing where there are none.
+    /// Sets how many occluders a view takes at most; `None` is the method's own number. A method without occluders ignores it.
     fn set_occluders(&mut self, _occluders: Option<usize>) {}
 
-    /// Says what drawing a polygon costs, nanoseconds, to a pass that culls where it pays.
+    /// Sets what it costs to draw a polygon, nanoseconds, for a method that culls only where that pays.
     fn set_polygon_ns(&mut self, _polygon_ns: f64) {}
 }
 
-/// A frame as a [`Pass`] sees it.
+/// The input of [`Pass::frame`].
 #[derive(Clone, Copy)]
 pub struct PassInput<'a> {
     /// The index, up to date.

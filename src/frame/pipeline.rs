@@ -11,7 +11,7 @@ use crate::{
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
 
-/// Changes that an index hears of at once.
+/// Changes that an index is given at once.
 const ANNOUNCED: usize = 16;
 
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
@@ -39,8 +39,9 @@ impl std::fmt::Debug for Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline around an empty index. `capacity` is the number of polygons that the draw list of each view has room for:
-    /// as long as there are no more, no list grows after the first frame with its view.
+    /// A pipeline around an empty index. `capacity` is the number of polygons that the lists have room for: as long as there
+    /// are no more, no list grows after the first frame with its view. More are taken all the same. The clock measures the
+    /// stages of a frame; [`StageClock::default`] is what most callers want.
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
         Self {
             index,
@@ -54,17 +55,20 @@ impl Pipeline {
         }
     }
 
-    /// The pipeline with a pass after the frustum, in the place of the one that it had; before the first frame.
+    /// The pipeline with a pass of the caller's own after the frustum, in place of the one that it had; before the first
+    /// frame.
     #[must_use]
     pub fn with_pass(mut self, pass: impl Pass) -> Self {
         self.pass = Some(Box::new(pass));
         self
     }
 
-    /// The pipeline with the culling by occlusion that a choice names; before the first frame. Methods that need more than
-    /// the geometry, or work while drawing, are not a pipeline's: nothing is added for them.
+    /// The pipeline with occlusion culling after the frustum; before the first frame. Nothing is added for the methods that
+    /// cull while drawing ([`Occlusion::Hzb`], [`Occlusion::Queries`]), nor for [`Occlusion::Pvs`], whose sets
+    /// [`Pipeline::with_pass`] takes.
     #[must_use]
-    pub fn with_choice(self, config: PassConfig, capacity: usize) -> Self {
+    pub fn with_occlusion(self, config: PassConfig) -> Self {
+        let capacity = self.capacity;
         match config.choice {
             Occlusion::DepthLast => self.with_pass(PreviousFramePass::new(capacity)),
             choice if choice.has_culler() => self.with_pass(OcclusionPass::new(config, capacity)),
@@ -72,13 +76,15 @@ impl Pipeline {
         }
     }
 
-    /// One frame: file what came, cull by the frustum and by occlusion, and leave the polygons to draw in the draw list.
+    /// One frame: applies the changes, culls by the frustum and by occlusion, and leaves the polygons to draw in
+    /// [`Pipeline::draw_list`]. `changes` are those since the frame before; the index takes them in their order and asks
+    /// `geometry`, which has already made all of them, for the boxes.
     pub fn frame(&mut self, geometry: &dyn Geometry, changes: &[Change], view: &View) -> FrameRecord {
         self.frame_of_views(geometry, changes, std::slice::from_ref(view))
     }
 
-    /// A frame that is looked at in several views (screens, eyes), each culled for itself. The record is of all of them
-    /// together.
+    /// A frame with several views (screens, eyes), each culled for itself; [`Pipeline::draw_lists`] has a list for each.
+    /// The record sums them up.
     pub fn frame_of_views(
         &mut self,
         geometry: &dyn Geometry,
@@ -90,7 +96,7 @@ impl Pipeline {
         self.in_view.iter_mut().for_each(VisibleBlocks::clear);
 
         let stage = self.clock.start();
-        self.file(geometry, changes, &mut record);
+        self.apply(geometry, changes, &mut record);
         self.index.commit();
         record.insert = self.clock.since(stage);
 
@@ -112,33 +118,34 @@ impl Pipeline {
         record
     }
 
-    /// A frame that is not looked at: the index follows the changes, nothing is measured or culled.
+    /// A frame that nobody draws: the index follows the changes, nothing is measured or culled.
     pub fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
-        self.file(geometry, changes, &mut FrameRecord::default());
+        self.apply(geometry, changes, &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
             pass.skip(geometry, changes);
         }
         self.frame += 1;
     }
 
-    /// Takes a whole model at once, before the first frame: nothing of it is left for later frames to look at.
+    /// Inserts everything that is present, before the first frame: the same as a [`Change::Insert`] for each, outside of any
+    /// frame's time.
     pub fn load(&mut self, geometry: &dyn Geometry) {
         let ids = (0..geometry.id_end() as u32).map(PolygonId);
         let all: Vec<Change> = ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect();
-        self.file(geometry, &all, &mut FrameRecord::default());
+        self.apply(geometry, &all, &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
             pass.load(geometry, &all);
         }
     }
 
-    /// Ends a row of frames that were not looked at: the index does what it has to do before it can be asked.
+    /// Ends a row of calls of [`Pipeline::skip`]: makes the index ready for queries.
     pub fn commit(&mut self) {
         self.index.commit();
     }
 
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
     /// inserted once its box is finite again.
-    fn file(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
+    fn apply(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let wants_shapes = self.index.wants_shapes();
         for (i, &change) in changes.iter().enumerate() {
             if i.is_multiple_of(ANNOUNCED) {
@@ -194,24 +201,24 @@ impl Pipeline {
         self.draw_lists().first().unwrap_or(&NOTHING)
     }
 
-    /// The polygons that the frustum of each view may see, occluded or not, as the last frame left them.
+    /// The polygons in the frustum of each view, hidden or not, as the last frame left them.
     pub fn in_view_lists(&self) -> &[VisibleBlocks] {
         &self.in_view
     }
 
-    /// The polygons that the frustum of the first view may see.
+    /// The polygons in the frustum of the first view, hidden or not.
     pub fn in_view(&self) -> &VisibleBlocks {
         self.in_view.first().unwrap_or(&NOTHING)
     }
 
-    /// Changes the most occluders of a frame, if occlusion is looked for; `None` is the method's own number.
+    /// Sets how many occluders a frame takes at most, if the pipeline culls by occlusion; `None` is the method's own number.
     pub fn set_occluders(&mut self, occluders: Option<usize>) {
         if let Some(pass) = &mut self.pass {
             pass.set_occluders(occluders);
         }
     }
 
-    /// Says what drawing a polygon costs, nanoseconds, if occlusion is looked for where it pays.
+    /// Sets what it costs to draw a polygon, nanoseconds: only [`Occlusion::Auto`] takes another cost once it runs.
     pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
         if let Some(pass) = &mut self.pass {
             pass.set_polygon_ns(polygon_ns);
@@ -223,7 +230,7 @@ impl Pipeline {
         self.occluded
     }
 
-    /// Culling by large occluders, if it is what comes after the frustum.
+    /// The pass, if it is one that culls by the largest occluders.
     pub fn occlusion(&self) -> Option<&OcclusionPass> {
         let pass: &dyn Any = self.pass.as_deref()?;
         pass.downcast_ref()
@@ -239,7 +246,9 @@ impl Pipeline {
         &self.clock
     }
 
-    /// Changes that the index refused since the beginning.
+    /// Changes that the index refused since the beginning: the box was empty, infinite or NaN, the number was inserted
+    /// twice or is not below [`PolygonId::LIMIT`]. A polygon that came and went within one frame may count, too, because
+    /// its box was empty by then; that does no harm.
     pub fn refused(&self) -> u64 {
         self.refused
     }

@@ -1,7 +1,7 @@
 use super::Stage;
 use crate::index::WorkCounts;
 
-/// One frame: what came, what it cost, what is seen.
+/// One frame: how many polygons changed, what each stage cost, how many are in the frustum and hidden.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameRecord {
     /// Its number, from 0.
@@ -18,9 +18,9 @@ pub struct FrameRecord {
     pub insert: Stage,
     /// Culling by the frustum.
     pub cull: Stage,
-    /// What culling did.
+    /// How much work culling by the frustum was.
     pub work: WorkCounts,
-    /// Polygons that the frustum may see.
+    /// Polygons in the frustum, hidden or not; [`FrameRecord::drawn`] are those of them that occlusion culling leaves.
     pub visible: u64,
     /// Culling by occlusion, after the frustum.
     pub occlusion: OcclusionRecord,
@@ -29,11 +29,11 @@ pub struct FrameRecord {
 /// What culling by occlusion did in a frame. All zero where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OcclusionRecord {
-    /// Whether it was used: `auto` leaves it out where it does not pay.
+    /// Whether this frame was culled by occlusion: it is left out where it would not pay.
     pub used: bool,
-    /// Whether what was visible in the last frame was used, and no large occluders.
+    /// Whether the polygons that were visible in the last frame were the occluders, instead of the largest ones.
     pub by_last: bool,
-    /// Polygons that the frustum may see and that are not drawn.
+    /// Polygons in the frustum that were found to be hidden.
     pub occluded: u64,
     /// Following the scene's changes and choosing occluders.
     pub select: Stage,

@@ -2,12 +2,12 @@ use glam::Vec3;
 
 use crate::math::Aabb;
 
-/// What an index is told before the first polygon comes. Every polygon is accepted whatever it says.
+/// What an index should expect. A hint only: polygons outside `root` and beyond `capacity` are inserted and found, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IndexConfig {
-    /// The modelling volume, a cube in world space.
+    /// A cube in world space, around most of what will come. `Osp` adds levels above it for what lies outside.
     pub root: Aabb,
-    /// Polygons to have room for at once, so that growing does not fall into a frame.
+    /// Polygons to reserve memory for, so that no frame has to.
     pub capacity: usize,
 }
 

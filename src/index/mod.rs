@@ -9,6 +9,7 @@ pub(crate) mod admission;
 mod brute_force;
 mod config;
 mod draw_list;
+pub(crate) mod mask_writer;
 mod osp;
 pub(crate) mod probe;
 #[cfg_attr(not(feature = "rivals"), expect(dead_code, reason = "kernels that only other structures run"))]

@@ -1,8 +1,8 @@
-//! Where osp is judged: references that are slow and exact, and what measures and reports.
+//! Where osp is judged: slow and exact references, benchmarks, reports.
 //!
-//! [`oracle`] says which polygons can be seen, [`verify`] compares culling with it, [`scenes`] are models to do that with,
-//! [`literal`] is what the paper says where that is wrong, [`pvs`] finds by sampling what can be seen from where, [`mod@bench`] measures structures against each other, [`report`]
-//! makes tables, pages and charts. Knows all but the window and the command line.
+//! [`oracle`] finds the visible polygons, [`verify`] compares culling with it, [`scenes`] are models for that, [`literal`] is
+//! what the paper says where that is wrong, [`pvs`] samples potentially visible sets, [`mod@bench`] measures structures against
+//! each other, [`report`] makes tables, pages and charts. Knows all but the window and the command line.
 
 #[cfg(feature = "cli")]
 pub mod bench;

@@ -1,12 +1,13 @@
 //! The reference: which polygons can really be seen. Slow, exact up to sampling, independent of every culler.
 //!
-//! A buffer of polygon numbers at high resolution says what owns a pixel; that is visible. At any resolution, polygons
-//! smaller than a pixel fall between the samples, so each polygon without a pixel is asked itself: rays to points close
-//! to its corners, along its edges and in its middle. One that no opaque polygon stops makes it visible.
+//! A polygon that owns a pixel of a buffer of polygon numbers is visible. At any resolution, polygons
+//! smaller than a pixel fall between the samples, so rays are cast at each polygon without a pixel: to points close
+//! to its corners, along its edges and in its middle. If no opaque polygon stops one of them, the polygon is visible.
 
 use glam::DVec3;
 
 use crate::{
+    math::clip_convex,
     occlusion::raster::Raster,
     polygon::{ConvexPolygon, PolygonId},
     view::ViewWindow,
@@ -48,12 +49,12 @@ pub struct Subject {
     pub occluder: Option<ConvexPolygon>,
 }
 
-/// What can be seen of a polygon.
+/// Whether a polygon is visible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
-    /// Some of it.
+    /// Part of it is visible, or all.
     Visible,
-    /// Nothing, though part of it is in the window.
+    /// None of it is visible, though part of it is in the window.
     Hidden,
     /// It is not in the window, or seen exactly edge-on.
     Outside,
@@ -86,18 +87,14 @@ impl Facet {
         }
         let (mut corners, mut count) = ([DVec3::ZERO; 4], 0);
         let near = window.near_m().max(1.0e-9 * far);
-        for i in 0..3 {
-            let (from, to) = (triangle[i], triangle[(i + 1) % 3]);
-            let (a, b) = (window.forward().dot(from) - near, window.forward().dot(to) - near);
-            if a >= 0.0 {
-                corners[count] = from;
+        clip_convex(
+            &triangle,
+            |p| window.forward().dot(p) - near,
+            |p| {
+                corners[count] = p;
                 count += 1;
-            }
-            if (a < 0.0) != (b < 0.0) {
-                corners[count] = from + (to - from) * (a / (a - b));
-                count += 1;
-            }
-        }
+            },
+        );
         if count < 3 {
             return None;
         }
@@ -113,7 +110,7 @@ impl Facet {
         Some(Self { subject, is_opaque, sides, side_count: count, corners, normal, distance })
     }
 
-    /// Where a ray from the eye along a unit direction meets it.
+    /// The distance at which a ray from the eye along a unit direction hits it.
     fn meet(&self, direction: DVec3) -> Option<f64> {
         let inside = self.sides[..self.side_count].iter().all(|side| side.dot(direction) >= -BORDER_SINE);
         let along = self.normal.dot(direction);
@@ -149,7 +146,7 @@ impl std::fmt::Debug for Oracle {
 }
 
 impl Oracle {
-    /// Finds out what can be seen of these polygons. O(pixels covered + polygons); tens of bytes a pixel.
+    /// Finds which of these polygons are visible. O(pixels covered + polygons); tens of bytes a pixel.
     pub fn new(
         window: &ViewWindow,
         subjects: impl IntoIterator<Item = Subject>,
@@ -193,7 +190,7 @@ impl Oracle {
         oracle
     }
 
-    /// The polygons asked about, and what can be seen of them, in the order given.
+    /// The polygons, in the order given, each with whether it is visible.
     pub fn answers(&self) -> impl Iterator<Item = (PolygonId, Sight)> + '_ {
         self.ids.iter().copied().zip(self.sight.iter().copied())
     }
@@ -223,7 +220,7 @@ impl Oracle {
     }
 
     fn draw(&mut self) {
-        // Twice: what is transparent owns nothing, but may be seen where no opaque polygon is nearer.
+        // Twice: a transparent polygon owns no pixel, but is visible where no opaque polygon is nearer.
         for pass in [true, false] {
             for i in 0..self.facets.len() {
                 let facet = &self.facets[i];
@@ -306,7 +303,7 @@ impl Oracle {
         }
     }
 
-    /// Asks the polygons that own no pixel.
+    /// Casts rays at the polygons that own no pixel.
     fn classify_remaining(&mut self) {
         for subject in 0..self.ids.len() {
             if self.sight[subject] == Sight::Visible {
@@ -353,7 +350,7 @@ impl Oracle {
             let facet = &self.facets[facet as usize];
             facet.subject != subject && facet.meet(direction).is_some_and(|t| t < distance * (1.0 - NEARER))
         };
-        // Most likely it is whoever owns the pixel.
+        // The owner of the pixel is tested first: it most likely stops the ray.
         let owner = self.owner[py * self.width + px];
         if owner != NOBODY && stops(owner) {
             return true;

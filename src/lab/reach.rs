@@ -1,5 +1,5 @@
 //! The reference for the frustum: which polygons reach into a view. In `f64` and relative to the eye, as things are drawn;
-//! on another road than [`View::frustum`], and without boxes.
+//! by another method than [`View::frustum`], and without boxes.
 
 use glam::{DMat3, DVec3};
 
@@ -10,17 +10,17 @@ use crate::{
     view::View,
 };
 
-/// A view as the inequalities that hold for what it shows.
+/// A view as six inequalities, which hold for every point that it shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
     eye_in_world: DVec3,
     view_from_world: DMat3,
-    /// In view space: what is shown has `normal . p > distance` for each.
+    /// In view space: a point `p` that is shown has `normal . p > distance` for each.
     sides: [(DVec3, f64); 6],
 }
 
 impl Reach {
-    /// What a view shows.
+    /// The inequalities of a view.
     pub fn new(view: &View) -> Self {
         let p = &view.projection;
         let [left, right, bottom, top, near_m, far_m] =
@@ -52,6 +52,7 @@ impl Reach {
         })
     }
 
+    /// Clips on its own, not by the crate's one routine: a reference has to find that one's mistakes, too.
     fn holds_part_of_triangle(&self, triangle: [DVec3; 3]) -> bool {
         let mut left = Corners { at: [DVec3::ZERO; MOST_CORNERS], count: 0 };
         triangle.into_iter().for_each(|p| left.push(p));
@@ -72,13 +73,13 @@ impl Reach {
     }
 }
 
-/// What a side of the view leaves of a triangle.
+/// The part of a triangle that the sides of the view leave.
 struct Corners {
     at: [DVec3; MOST_CORNERS],
     count: usize,
 }
 
-/// Six sides add a corner each; rounding adds a few to what is nearly a line.
+/// Six sides add a corner each; rounding adds a few to a triangle that is nearly a line.
 const MOST_CORNERS: usize = 12;
 
 impl Corners {
@@ -96,7 +97,7 @@ pub fn lost_polygons(scene: &Scene, view: &View, in_view: &[PolygonId]) -> Vec<P
     let mut is_in_view = vec![false; scene.polygon_count()];
     in_view.iter().for_each(|id| is_in_view[id.index()] = true);
     let reach = Reach::new(view);
-    // What is not finite cannot be drawn.
+    // A polygon that is not finite cannot be drawn.
     let is_lost = |&id: &PolygonId| {
         !is_in_view[id.index()] && scene.bounds(id).is_valid() && reach.holds_part_of(&scene.polygon(id))
     };

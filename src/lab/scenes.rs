@@ -1,6 +1,6 @@
 //! Scenes on which methods of occlusion culling are compared: tests, benches and `osp verify` share them.
 //!
-//! Each is a session of events: the model first, then head poses to look at it from.
+//! Each is a session of events: first the model, then head poses, which are the views.
 
 use glam::{DVec3, Quat, Vec3};
 

@@ -1,4 +1,5 @@
-//! Occlusion culling against the truth: what was wrongly culled, what share of the hidden was found, and at what cost.
+//! Compares occlusion culling with the truth: which visible polygons a method culls, which share of the hidden ones it finds,
+//! and what that costs.
 
 use crate::{
     frame::StageClock,
@@ -25,30 +26,30 @@ pub struct VerifyConfig {
     pub kinds: Vec<Occlusion>,
     /// Numbers of occluders, each with every method.
     pub occluders: Vec<usize>,
-    /// Candidates.
+    /// Which polygons become candidates for occluders.
     pub pool: PoolConfig,
-    /// How the occluders of a view are chosen, but for their number.
+    /// How the occluders of a view are chosen, except for their number.
     pub select: SelectConfig,
     /// How nodes are tested.
     pub cull: CullConfig,
-    /// Resolution of the truth.
+    /// Resolution of the [`Oracle`], which finds the truth.
     pub oracle: OracleConfig,
     /// Each stage is timed this many times, and the fastest counts.
     pub repeats: u32,
 }
 
-/// How long a camera rests at each view, for methods that go by the last frames: the frames that count are the same for
-/// all of them. Other methods do the same in each of these frames, so that one stands for all.
+/// How many frames a camera rests at each view, for methods that depend on the previous frames. The measured frames are
+/// the same for all of these methods. Other methods do the same work in each of them, so they are given one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AtRest {
-    /// Frames before, of which only what is wrong counts.
+    /// Frames before the measured ones; of these only culled visible polygons are counted.
     pub settle: u32,
-    /// Frames that count, at least 1.
+    /// Measured frames, at least 1.
     pub frames: u32,
 }
 
 impl Default for AtRest {
-    /// The first frame has nothing to go by; three follow.
+    /// One frame without a previous one, then three measured ones.
     fn default() -> Self {
         Self { settle: 1, frames: 3 }
     }
@@ -61,11 +62,11 @@ pub struct Trial {
     totals: Totals,
 }
 
-/// What a method hides with.
+/// Which occluders a method takes.
 enum Means {
-    /// The best of the large occluders.
+    /// The best of the large polygons.
     Chosen(Selector, Box<dyn OcclusionCuller>),
-    /// What was visible in the last frame.
+    /// The polygons that were visible in the last frame.
     Last(Box<PreviousFrameOccluders>),
 }
 
@@ -81,11 +82,11 @@ impl std::fmt::Debug for Trial {
 /// Sums over the views.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Totals {
-    /// Views looked at.
+    /// Views verified.
     pub views: u64,
-    /// Frames of them that the sums are over.
+    /// Measured frames of these views: the sums are over them.
     pub frames: u64,
-    /// Visible polygons that were culled, in frames that do not count otherwise, too.
+    /// Visible polygons that were culled, in all frames, measured or not.
     pub false_culls: u64,
     /// The first of them, with the number of its view.
     pub first_false: Option<(u64, PolygonId)>,
@@ -93,15 +94,15 @@ pub struct Totals {
     pub hidden_culled: u64,
     /// Hidden polygons.
     pub hidden: u64,
-    /// Polygons reported.
+    /// Polygons that the method left to draw.
     pub drawn: u64,
-    /// Polygons reported more than once, or without being in the view.
+    /// Polygons that it left more than once, or that are not in the view.
     pub misreported: u64,
-    /// What testing the nodes did.
+    /// Counts of the tests of nodes and polygons.
     pub cull: CullCounts,
-    /// What the selection did.
+    /// Counts of the choice of occluders.
     pub select: SelectCounts,
-    /// What building did.
+    /// Counts of building the culler.
     pub build: BuildCounts,
     /// Choosing occluders, nanoseconds.
     pub select_ns: u64,
@@ -117,7 +118,7 @@ impl Totals {
         if self.hidden == 0 { 0.0 } else { self.hidden_culled as f64 * 100.0 / self.hidden as f64 }
     }
 
-    /// The mean of a sum, over the frames that count.
+    /// The mean of a sum, over the measured frames.
     pub fn mean(&self, sum: u64) -> f64 {
         sum as f64 / self.frames.max(1) as f64
     }
@@ -157,14 +158,14 @@ impl Trial {
     }
 }
 
-/// What the views themselves are like, summed.
+/// Sums over the views that do not depend on a method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ViewTotals {
-    /// Views looked at.
+    /// Views verified.
     pub views: u64,
-    /// Views with a degenerate projection: not looked at.
+    /// Views with a degenerate projection, which are left out.
     pub unusable: u64,
-    /// Polygons that the frustum may see.
+    /// Polygons in the frustum.
     pub in_view: u64,
     /// Of these, polygons that can be seen.
     pub visible: u64,
@@ -178,7 +179,7 @@ pub struct ViewTotals {
     pub frustum_ns: u64,
 }
 
-/// Looks at a model through views and compares methods with the truth.
+/// Culls a model by each method in several views and compares what is left with the truth.
 pub struct Verifier {
     config: VerifyConfig,
     index: Box<dyn SpatialIndex>,
@@ -226,15 +227,15 @@ impl Verifier {
         verifier
     }
 
-    /// Adds a method of one's own, with this many occluders a view, before the first look.
+    /// Adds the caller's own method, with this many occluders a view; before the first view.
     pub fn add(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
         let selector = Selector::new(SelectConfig { occluders, ..self.config.select });
         let means = Means::Chosen(selector, culler);
         self.trials.push(Trial { occluders, means, totals: Totals::default() });
     }
 
-    /// Adds culling by what was visible in the last frame, before the first look: each view is then looked at by a camera
-    /// at rest.
+    /// Adds culling by the polygons that were visible in the last frame; before the first view. The camera then rests at each
+    /// view.
     pub fn add_last(&mut self, last: PreviousFrameOccluders) {
         let means = Means::Last(Box::new(last));
         self.trials.push(Trial {
@@ -244,14 +245,14 @@ impl Verifier {
         });
     }
 
-    /// Compares sets of what can be seen from where, too; they have to be of the model that is looked at.
+    /// Also verifies potentially visible sets; they must belong to the model that is verified.
     #[must_use]
     pub fn with_pvs(mut self, pvs: Pvs) -> Self {
         self.pvs = Some((pvs, Totals::default()));
         self
     }
 
-    /// Does without the truth, which takes minutes in a model of a million polygons: what is culled is counted and timed, but
+    /// Does not find the truth, which takes minutes in a model of a million polygons: culled polygons are counted and timed, but
     /// not compared.
     #[must_use]
     pub fn without_truth(mut self) -> Self {
@@ -271,7 +272,7 @@ impl Verifier {
         self.has_truth
     }
 
-    /// The sets, and what became of them.
+    /// The potentially visible sets, with the result of verifying them.
     pub fn pvs(&self) -> Option<&(Pvs, Totals)> {
         self.pvs.as_ref()
     }
@@ -290,7 +291,7 @@ impl Verifier {
         self.pool.follow(scene, changes);
     }
 
-    /// Looks once: finds the truth, then tries every method.
+    /// Verifies one view: finds the truth, then runs every method.
     pub fn look(&mut self, scene: &Scene, view: &View) {
         let Some(window) = view.window() else {
             self.views.unusable += 1;
@@ -364,24 +365,24 @@ impl Verifier {
         self.views.views += 1;
     }
 
-    /// The polygons that the frustum of the last look may see.
+    /// The polygons in the frustum of the last view.
     pub fn in_view(&self) -> &[PolygonId] {
         self.in_view.ids()
     }
 
-    /// Compares with the truth of the last look what somebody else would draw in a frame of it. The views are counted by
-    /// whoever calls.
+    /// Compares what another method draws in a frame of the last view with the truth. The caller counts
+    /// the views.
     pub fn judge(&mut self, drawn: &DrawList, totals: &mut Totals) {
         let view = self.views.views.saturating_sub(1);
         totals.add(view, drawn, &mut self.truth, &self.in_view);
     }
 
-    /// The methods and what became of them.
+    /// The methods with their results.
     pub fn trials(&self) -> &[Trial] {
         &self.trials
     }
 
-    /// What the views are like.
+    /// The sums over the views that do not depend on a method.
     pub fn views(&self) -> &ViewTotals {
         &self.views
     }
@@ -392,7 +393,7 @@ impl Verifier {
     }
 }
 
-/// A view, and what it takes to cull it.
+/// A view with what culling it needs.
 struct Look<'a> {
     scene: &'a Scene,
     window: &'a ViewWindow,
@@ -428,7 +429,7 @@ impl Look<'_> {
         for _ in 0..self.at_rest.frames.max(1) {
             let build = &mut || last.build(0, self.scene, self.window, ids);
             let built = self.fastest(&mut totals.build_ns, build);
-            // What was visible last is replaced by what is drawn; the buffer stays, so every repeat does the same.
+            // This frame's polygons replace those of the last frame; the buffer stays, so every repeat does the same work.
             let cull = &mut || {
                 drawn.clear();
                 let mut counts = built;
@@ -471,7 +472,7 @@ impl Totals {
         self.frames += 1;
     }
 
-    /// Takes only what is wrong in a frame that does not count otherwise.
+    /// Adds only the culled visible polygons of a frame that is not measured.
     fn add_faults(
         &mut self,
         view: u64,
@@ -507,7 +508,7 @@ impl Totals {
     }
 }
 
-/// Those of the polygons in a view that can really be seen, by number.
+/// The polygons of a view that the oracle finds visible, in order of their numbers.
 pub fn visible_polygons(
     scene: &Scene,
     window: &ViewWindow,
@@ -543,7 +544,7 @@ fn subjects<'a>(
     })
 }
 
-/// Does something several times, adds what it took at its fastest, and returns what came of the last time.
+/// Runs `work` several times, adds the shortest time, and returns the last result.
 fn fastest<T: Default>(clock: &StageClock, repeats: u32, ns: &mut u64, stage: &mut impl FnMut() -> T) -> T {
     let (mut outcome, mut least_ns) = (T::default(), u64::MAX);
     for _ in 0..repeats.max(1) {

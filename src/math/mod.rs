@@ -9,6 +9,7 @@
 //! Knows `glam` and nothing of the crate.
 
 mod aabb;
+mod clip;
 mod frustum;
 mod obb;
 mod outward;
@@ -21,6 +22,7 @@ mod tolerance;
 mod volume;
 
 pub use aabb::Aabb;
+pub(crate) use clip::{Edges, Part, clip_convex, split_convex};
 pub use frustum::{Containment, Frustum, PlaneMask};
 pub use obb::Obb;
 pub(crate) use outward::Corners;
@@ -31,5 +33,7 @@ pub(crate) use rotation::rotate_exactly;
 pub use rotation::{rotate, unit};
 pub(crate) use solid_angle::triangle_solid_angle_sr;
 pub use sphere::Sphere;
-pub use tolerance::{COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2, TOLERANCE_M};
+#[cfg(feature = "session")]
+pub(crate) use tolerance::DEGENERATE_AREA_M2_PER_M2;
+pub use tolerance::{COORDINATE_LIMIT_M, TOLERANCE_M};
 pub use volume::Volume;

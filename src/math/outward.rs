@@ -6,7 +6,7 @@
 //! sum is monotone, so `s` is no less than it would be at `q`, and `n.q >= n.p`. With `u = 2^-24`, at `q`
 //! * a product and two sums are rounded on the way of each axis: at most `3 u |n_i q_i|`, and less than the smallest normal
 //!   number where something underflows;
-//! * the last sum costs nothing, because only its sign is looked at, which rounding never changes.
+//! * the last sum costs nothing, because only its sign is used, which rounding never changes.
 //!
 //! So `s >= 0` if `n.p + d >= 3 u (|n_x p_x| + |n_y p_y| + |n_z p_z|)`, but for terms in `u^2`. The left side is linear in
 //! `p` and the right one convex: it holds in all of a frustum if it holds at its eight corners. So `d` is chosen. Far

@@ -2,7 +2,7 @@ use super::{Occlusion, TryBudget};
 
 /// Settings of [`AutoSwitch`]: when a method of occlusion culling is worth its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AutoConfig {
+pub(crate) struct AutoConfig {
     /// What drawing one polygon costs, nanoseconds. A renderer measures it: frame time over polygons drawn.
     pub polygon_ns: f64,
     /// A method pays if the drawing time that it saves is at least this many times its own time.
@@ -76,7 +76,7 @@ impl Method {
 
 /// Time and result of one frame's occlusion culling, compared with frustum culling alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// Time to follow the candidates, select occluders, build the culler and test, nanoseconds.
     pub cost_ns: f64,
     /// Polygons culled.
@@ -133,7 +133,7 @@ struct Try {
 /// ([`super::work_ns`], [`super::PreviousFrameCounts::work_ns`]) it decides the same on every machine, which a replay that is
 /// compared by fingerprint needs.
 #[derive(Clone, Debug)]
-pub struct AutoSwitch {
+pub(crate) struct AutoSwitch {
     config: AutoConfig,
     kept: Option<Method>,
     known: [Known; Method::ALL.len()],
@@ -150,7 +150,7 @@ pub struct AutoSwitch {
 
 impl AutoSwitch {
     /// A switch without measurements; it begins with large occluders.
-    pub fn new(config: AutoConfig) -> Self {
+    pub(crate) fn new(config: AutoConfig) -> Self {
         Self {
             config,
             kept: Some(Method::Msvbsp),
@@ -164,24 +164,24 @@ impl AutoSwitch {
     }
 
     /// The method in use. Frames that try another one, and frames in which it cannot pay, are culled differently.
-    pub fn kept(&self) -> Occlusion {
+    pub(crate) fn kept(&self) -> Occlusion {
         self.kept.into()
     }
 
     /// Changes what drawing a polygon costs, nanoseconds.
-    pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
+    pub(crate) fn set_polygon_ns(&mut self, polygon_ns: f64) {
         self.config.polygon_ns = polygon_ns;
     }
 
     /// Whether there can be a frame in which culling with the previous frame's polygons pays.
-    pub fn can_depth_last_pay(&self) -> bool {
+    pub(crate) fn can_depth_last_pay(&self) -> bool {
         // The more is in view, the less what does not depend on it weighs.
         let many = 1 << 32;
         many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::DepthLast.least_ns(many)
     }
 
     /// The method for the next frame. To be called once before each frame, with the number of polygons in the frustum.
-    pub fn decide(&mut self, in_view: u64) -> Occlusion {
+    pub(crate) fn decide(&mut self, in_view: u64) -> Occlusion {
         self.choose(in_view).into()
     }
 
@@ -220,17 +220,17 @@ impl AutoSwitch {
     }
 
     /// Time that a frame without large occluders may spend on following candidates, nanoseconds.
-    pub fn idle_budget_ns(&self) -> f64 {
+    pub(crate) fn idle_budget_ns(&self) -> f64 {
         self.idle_ns
     }
 
     /// Subtracts what was spent of [`AutoSwitch::idle_budget_ns`].
-    pub fn spend_idle(&mut self, ns: f64) {
+    pub(crate) fn spend_idle(&mut self, ns: f64) {
         self.idle_ns -= ns;
     }
 
     /// Takes the measurements of a frame that was culled as decided.
-    pub fn note(&mut self, outcome: Outcome) {
+    pub(crate) fn note(&mut self, outcome: Outcome) {
         let gain_ns = outcome.culled as f64 * self.config.polygon_ns;
         match self.trying.take() {
             Some(attempt) => self.note_try(attempt, outcome.cost_ns, gain_ns),

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::math::{Edges, Part};
+
 /// A range of an array of directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Span {
@@ -25,24 +27,22 @@ pub(super) fn reach(normal: DVec3, directions: &[DVec3]) -> (f64, f64) {
     })
 }
 
-/// Appends the part of a cone before a plane through the eye (`normal . x >= 0`) to the end of `points`.
+/// Appends the part of a cone in front of a plane through the eye (`normal . x >= 0`) to the end of `points`.
 /// New edges get unit length. Fewer than three directions mean that nothing is left.
 pub(super) fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
     let start = points.len() as u32;
     let range = cone.range();
-    let mut from = points[range.end - 1];
-    let mut from_side = normal.dot(from);
+    let last = points[range.end - 1];
+    let mut edges = Edges::after(last, normal.dot(last));
     for i in range {
         let to = points[i];
-        let to_side = normal.dot(to);
-        if (from_side < 0.0) != (to_side < 0.0) {
-            let t = from_side / (from_side - to_side);
-            points.push((from + (to - from) * t).normalize_or_zero());
+        let (crossing, part) = edges.next(to, normal.dot(to));
+        if let Some(p) = crossing {
+            points.push(p.normalize_or_zero());
         }
-        if to_side >= 0.0 {
+        if part == Part::Front {
             points.push(to);
         }
-        (from, from_side) = (to, to_side);
     }
     Span { start, len: points.len() as u32 - start }
 }
@@ -56,29 +56,29 @@ pub(super) fn split(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> (Span
         return (clip(points, cone, normal), clip(points, cone, -normal));
     }
     let (mut behind, mut count) = ([DVec3::ZERO; ROOM], 0);
-    let start = points.len() as u32;
-    let range = cone.range();
-    let mut from = points[range.end - 1];
-    let mut from_side = normal.dot(from);
-    for i in range {
-        let to = points[i];
-        let to_side = normal.dot(to);
-        if (from_side < 0.0) != (to_side < 0.0) {
-            let t = from_side / (from_side - to_side);
-            let crossing = (from + (to - from) * t).normalize_or_zero();
-            points.push(crossing);
-            if count < ROOM {
-                behind[count] = crossing;
-                count += 1;
-            }
-        }
-        if to_side >= 0.0 {
-            points.push(to);
-        } else if count < ROOM {
-            behind[count] = to;
+    let mut keep_behind = |p| {
+        if count < ROOM {
+            behind[count] = p;
             count += 1;
         }
-        (from, from_side) = (to, to_side);
+    };
+    let start = points.len() as u32;
+    let range = cone.range();
+    let last = points[range.end - 1];
+    let mut edges = Edges::after(last, normal.dot(last));
+    for i in range {
+        let to = points[i];
+        let (crossing, part) = edges.next(to, normal.dot(to));
+        if let Some(p) = crossing {
+            let p = p.normalize_or_zero();
+            points.push(p);
+            keep_behind(p);
+        }
+        if part == Part::Front {
+            points.push(to);
+        } else {
+            keep_behind(to);
+        }
     }
     let front = Span { start, len: points.len() as u32 - start };
     points.extend_from_slice(&behind[..count]);

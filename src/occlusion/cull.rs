@@ -68,7 +68,7 @@ impl CullConfig {
     /// Settings for a renderer that takes this many nanoseconds to draw a polygon. A node that is drawn faster than four
     /// tests are made is drawn without a test; polygons are tested one by one only if each takes longer than that.
     /// (Most tests find nothing hidden, and the nodes above have been tested, too.)
-    pub fn for_drawing(polygon_ns: f64) -> Self {
+    pub(crate) fn for_drawing(polygon_ns: f64) -> Self {
         let least_polygons = (4.0 * TEST_NS / polygon_ns).ceil().clamp(1.0, 1.0e6) as usize;
         let polygon_test =
             if least_polygons == 1 { PolygonTest::InPartlyHiddenLeaves } else { PolygonTest::Never };

@@ -33,7 +33,7 @@ pub struct BuildCounts {
     pub nodes: u32,
     /// Depth of the tree.
     pub depth: u32,
-    /// Pieces of occluders that were cut off or looked at again on the way.
+    /// Pieces of occluders that were cut off or tested again on the way.
     pub pieces: u32,
     /// Pieces left out because a budget was used up. The shadow is smaller for it, never wrong.
     pub left_out: u32,

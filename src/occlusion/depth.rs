@@ -111,7 +111,8 @@ struct Tile {
 
 const EMPTY_TILE: Tile = Tile { all: [0.0; LANES], part: [0.0; LANES], mask: [0; LANES] };
 
-/// The depth buffer; see the head of its file.
+/// A software depth buffer with masked layers (Hasselgren, Andersson, Akenine-Möller, "Masked Software Occlusion Culling",
+/// 2016), filled with the occluders.
 #[derive(Clone, Debug)]
 pub struct DepthBuffer {
     coverage: Coverage,

@@ -14,6 +14,7 @@
 use glam::DVec2;
 
 use super::shadow_volume::MAX_SIDES;
+use crate::math::clip_convex;
 
 /// The border is cut into at most this many pieces.
 const MAX_PIECES: usize = 8;
@@ -100,22 +101,15 @@ impl Hull {
     fn keep_left_of(&mut self, p: DVec2, along: DVec2, inwards: f64) {
         let side = |x: DVec2| along.perp_dot(x - p) - inwards;
         let mut kept = Self::EMPTY;
-        let Some(&last) = self.corners().last() else { return };
-        let (mut from, mut a) = (last, side(last));
-        for &to in self.corners() {
-            let b = side(to);
-            let crossing = ((a < 0.0) != (b < 0.0)).then(|| from + (to - from) * (a / (a - b)));
-            for x in [crossing, (b >= 0.0).then_some(to)].into_iter().flatten() {
-                if kept.len == MAX_CORNERS {
-                    *self = Self::EMPTY;
-                    return;
-                }
+        let mut is_too_long = false;
+        clip_convex(self.corners(), side, |x| {
+            is_too_long |= kept.len == MAX_CORNERS;
+            if !is_too_long {
                 kept.corners[kept.len] = x;
                 kept.len += 1;
             }
-            (from, a) = (to, b);
-        }
-        *self = if kept.len < 3 { Self::EMPTY } else { kept };
+        });
+        *self = if is_too_long || kept.len < 3 { Self::EMPTY } else { kept };
     }
 
     /// Leaving out a corner of a convex polygon makes it smaller, so this is always safe.

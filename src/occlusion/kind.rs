@@ -4,22 +4,25 @@ use super::{
     msvbsp::{Msvbsp, MsvbspConfig},
 };
 
-/// The methods of occlusion culling, by name. Whoever culls or draws takes the same choice and does its own part of it.
+/// The methods of occlusion culling. An engine takes [`Occlusion::Msvbsp`] where walls and other large polygons hide much, and
+/// [`Occlusion::Auto`] where that is not known; the others are there to compare with.
+///
+/// The pipeline and the renderer are given the same choice; each does its own part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Occlusion {
     /// Frustum culling alone.
     None,
-    /// [`ShadowFrusta`].
+    /// The shadow volume of each occluder alone: [`ShadowFrusta`].
     Frusta,
-    /// [`Svbsp`].
+    /// A shadow-volume BSP tree of the occluders: [`Svbsp`].
     Svbsp,
-    /// [`Msvbsp`].
+    /// A shadow-volume BSP tree in its modified form, which is built faster and asked faster: [`Msvbsp`].
     Msvbsp,
-    /// [`MsvbspPaper`] with caps. Not conservative.
+    /// The modified tree as the paper prints it: [`MsvbspPaper`] with caps. Not conservative.
     MsvbspPaper,
-    /// [`DepthBuffer`] of wholly covered pixels.
+    /// A software depth buffer of the occluders, of the pixels that they cover wholly: [`DepthBuffer`].
     Depth,
-    /// [`DepthBuffer`] sampled at pixel centres. Wrong by up to half a pixel: not conservative.
+    /// The same, sampled at pixel centres. Wrong by up to half a pixel: not conservative.
     DepthCenters,
     /// A software depth buffer of the previous frame's visible polygons: [`super::PreviousFrameOccluders`].
     DepthLast,

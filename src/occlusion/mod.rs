@@ -1,5 +1,8 @@
 //! Occlusion culling: what is hidden behind the polygons nearest to the eye.
 //!
+//! Most callers only choose a method, [`Occlusion`], and hand it to a [`Pipeline`](crate::frame::Pipeline). The other items are
+//! its parts, for callers with a frame of their own: [`OcclusionStage`] keeps the candidates and culls one view.
+//!
 //! Large opaque polygons become [`ShadowVolume`]s seen from one eye; an [`OcclusionCuller`] is built from them every
 //! frame and answers for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. Everything is
 //! valid for one [`ViewWindow`](crate::view::ViewWindow) only (one eye, one screen) and nothing of it is kept for the next frame.
@@ -36,11 +39,11 @@ mod svbsp;
 mod tolerance;
 mod tree;
 
-pub use auto::{AutoConfig, AutoSwitch, Outcome};
+pub(crate) use auto::{AutoConfig, AutoSwitch, Outcome};
 pub use cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest};
 pub use culler::{BuildCounts, OcclusionCuller, Soundness, Tested, Verdict};
 pub use depth::{Coverage, DepthBuffer, DepthConfig};
-pub use explore::TryBudget;
+pub(crate) use explore::TryBudget;
 pub use frusta::ShadowFrusta;
 pub use kind::Occlusion;
 pub use msvbsp_paper::{MsvbspPaper, PaperCaps};
@@ -49,6 +52,7 @@ pub use pool::{Grouping, OccluderPool, PoolConfig};
 pub use previous_frame::{PreviousFrameCounts, PreviousFrameOccluders};
 pub use select::{Score, SelectConfig, SelectCounts, Selector};
 pub use shadow_volume::{MAX_SIDES, NotAnOccluder, ShadowVolume};
-pub use stage::{OcclusionConfig, OcclusionStage, work_ns};
+pub(crate) use stage::work_ns;
+pub use stage::{OcclusionConfig, OcclusionStage};
 pub use svbsp::Svbsp;
 pub use tolerance::{EDGE_ON_SINE, END_ON_SINE, QUERY_SLACK};

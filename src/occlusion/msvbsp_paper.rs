@@ -51,7 +51,7 @@ struct Task {
     group: u32,
 }
 
-/// The paper's culler; see the head of its file.
+/// The MSVBSP tree as the paper prints it. It culls visible polygons; [`super::msvbsp::Msvbsp`] is the conservative form.
 #[derive(Clone, Debug)]
 pub struct MsvbspPaper {
     caps: PaperCaps,
@@ -101,7 +101,7 @@ impl MsvbspPaper {
         for i in 0..self.planes.len() {
             for j in i + 1..self.planes.len() {
                 let (a, b) = (self.planes[i], self.planes[j]);
-                // The fan of every pair is looked at: cheap tests first.
+                // Every pair is tested: cheap tests first.
                 if a.normal.dot(b.normal) > -0.999_999 || a.occluder == b.occluder || a.deleted || b.deleted {
                     continue;
                 }

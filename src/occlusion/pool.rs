@@ -9,7 +9,7 @@ const OPEN_PATCHES: usize = 6;
 /// Polygons left over from candidates that have died that are offered anew in the same frame; more take their turn.
 const ORPHANS: usize = 1024;
 
-/// Polygons offered again in a frame when many candidates have died, and polygons looked at for that.
+/// Most polygons that a frame offers again after many candidates were removed, and most that it tests for that.
 const OFFERS_A_FRAME: usize = 256;
 const LOOKS_A_FRAME: usize = 8192;
 
@@ -144,7 +144,7 @@ impl OccluderPool {
     /// Follows as [`OccluderPool::follow`] does, but of what is left over from candidates that have died only so many
     /// polygons are offered anew, and four times as many of those that came while it followed roughly; the others wait for
     /// later calls.
-    pub fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) {
+    pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) {
         self.reserve(geometry.id_end());
         for &change in changes {
             match change {
@@ -226,8 +226,8 @@ impl OccluderPool {
         &self.patches[slot as usize]
     }
 
-    /// Whether there are polygons that no call of `follow` or `catch_up` has looked at yet.
-    pub fn is_behind(&self, geometry: &dyn Geometry) -> bool {
+    /// Whether there are polygons that no call of `follow` or `catch_up` has tested yet.
+    pub(crate) fn is_behind(&self, geometry: &dyn Geometry) -> bool {
         self.rescan < geometry.id_end()
     }
 

@@ -42,7 +42,8 @@ impl PreviousFrameCounts {
     }
 }
 
-/// See the head of its file.
+/// Previous-frame occluders: the polygons that were visible in the last frame are filled into a software depth buffer and
+/// occlude in this one. For models of many small polygons, and machines without a usable GPU.
 #[derive(Clone, Debug)]
 pub struct PreviousFrameOccluders {
     depth: DepthBuffer,
@@ -130,6 +131,11 @@ impl PreviousFrameOccluders {
         counts: &mut PreviousFrameCounts,
     ) {
         let known = &mut self.drawn[view];
+        if self.shadows.is_empty() {
+            known.copy_from(in_view);
+            drawn.extend(in_view.ids());
+            return;
+        }
         known.clear();
         let depth = &self.depth;
         let mut is_hidden = |ids: &[PolygonId]| {

@@ -2,7 +2,10 @@ use glam::{DVec3, Vec3};
 use thiserror::Error;
 
 use super::{EDGE_ON_SINE, END_ON_SINE, cone};
-use crate::{math::triangle_solid_angle_sr, view::ViewWindow};
+use crate::{
+    math::{Part, clip_convex, split_convex, triangle_solid_angle_sr},
+    view::ViewWindow,
+};
 
 /// Most sides that a shadow volume has. A polygon may have one corner less: the near plane can add one.
 pub const MAX_SIDES: usize = 8;
@@ -192,20 +195,17 @@ impl ShadowVolume {
             }
             let uncut = outline;
             let mut count = 0;
-            let mut from = uncut[len - 1];
-            let mut a = normal.dot(from);
-            for &to in &uncut[..len] {
-                let b = normal.dot(to);
-                let crossing = ((a < 0.0) != (b < 0.0)).then(|| from + (to - from) * (a / (a - b)));
-                for p in [crossing, (b >= 0.0).then_some(to)].into_iter().flatten() {
+            clip_convex(
+                &uncut[..len],
+                |p| normal.dot(p),
+                |p| {
                     // A convex outline gains one corner a plane; anything more comes from rounding and is cut off.
                     if count < outline.len() {
                         outline[count] = p;
                         count += 1;
                     }
-                }
-                (from, a) = (to, b);
-            }
+                },
+            );
             len = count;
             if len < 3 {
                 return 0.0;
@@ -228,23 +228,25 @@ fn clip_to_near(
     // Without a near plane, what is at the eye itself still has no direction.
     let near = window.near_m().max(1.0e-9 * far);
     let mut kept = [DVec3::ZERO; MAX_SIDES];
-    let (mut len, mut is_cut) = (0, false);
-    let mut from = corners[corners.len() - 1];
-    for &to in corners {
-        let (a, b) = (window.forward().dot(from) - near, window.forward().dot(to) - near);
-        let crossing = ((a < 0.0) != (b < 0.0)).then(|| from + (to - from) * (a / (a - b)));
-        for p in [crossing, (b >= 0.0).then_some(to)].into_iter().flatten() {
-            if len == MAX_SIDES {
-                return Err(NotAnOccluder::NotConvex);
+    let (mut len, mut is_cut, mut is_too_long) = (0, false, false);
+    split_convex(
+        corners,
+        |p| window.forward().dot(p) - near,
+        |part, p| {
+            if part == Part::Back {
+                is_cut = true;
+                return;
             }
+            is_too_long |= len == MAX_SIDES;
             // Two corners at one place would make an edge without direction.
-            if len == 0 || kept[len - 1] != p {
+            if !is_too_long && (len == 0 || kept[len - 1] != p) {
                 kept[len] = p;
                 len += 1;
             }
-        }
-        is_cut |= b < 0.0;
-        from = to;
+        },
+    );
+    if is_too_long {
+        return Err(NotAnOccluder::NotConvex);
     }
     while len > 1 && kept[len - 1] == kept[0] {
         len -= 1;

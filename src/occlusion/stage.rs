@@ -29,7 +29,7 @@ const LOOK_NS: f64 = 10.0;
 /// Polygons left over from candidates that have died that are offered anew in a frame, in steps.
 const OFFERS_A_STEP: usize = 16;
 
-/// Most polygons that are looked at singly for whether they are large.
+/// Most changed polygons that are tested one by one for whether they are large.
 const MOST_LOOKS: usize = 64;
 
 /// Most polygons that are offered in the frame in which they come.
@@ -59,7 +59,7 @@ impl OcclusionStage {
     }
 
     /// A stage around any culler.
-    pub fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
+    pub(crate) fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
         let mut selector = Selector::new(config.select);
         // The pool holds twice its capacity before it is trimmed, and may be one over.
         selector.reserve(2 * config.pool.capacity + 1);
@@ -72,7 +72,7 @@ impl OcclusionStage {
     }
 
     /// Changes the most occluders of a frame; the candidates stay.
-    pub fn set_occluders(&mut self, kind: Occlusion, occluders: usize) {
+    pub(crate) fn set_occluders(&mut self, kind: Occlusion, occluders: usize) {
         self.config.select.occluders = occluders;
         self.selector = Selector::new(self.config.select);
         self.selector.reserve(2 * self.config.pool.capacity + 1);
@@ -80,7 +80,7 @@ impl OcclusionStage {
     }
 
     /// Changes what is worth a test.
-    pub fn set_cull(&mut self, cull: CullConfig) {
+    pub(crate) fn set_cull(&mut self, cull: CullConfig) {
         self.config.cull = cull;
     }
 
@@ -91,13 +91,13 @@ impl OcclusionStage {
 
     /// As [`OcclusionStage::follow`], but what is left over from candidates that have died is offered anew a few at a time,
     /// in this and later frames.
-    pub fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+    pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.pool.follow_in_steps(geometry, changes, OFFERS_A_STEP);
     }
 
     /// Whether one of the polygons that these changes bring may fill enough of a view to be an occluder, or they are too
     /// many to look at.
-    pub fn comes_large(&self, geometry: &dyn Geometry, changes: &[Change], views: &[View]) -> bool {
+    pub(crate) fn comes_large(&self, geometry: &dyn Geometry, changes: &[Change], views: &[View]) -> bool {
         let came = changes.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => Some(id),
             Change::Remove(_) => None,
@@ -125,7 +125,12 @@ impl OcclusionStage {
 
     /// Instead of [`OcclusionStage::follow`] in a frame that is not culled: only what has to be done at once, and, for
     /// about as many nanoseconds as `budget_ns`, what makes candidates of what came. About what that took of the budget.
-    pub fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change], budget_ns: f64) -> f64 {
+    pub(crate) fn follow_roughly(
+        &mut self,
+        geometry: &dyn Geometry,
+        changes: &[Change],
+        budget_ns: f64,
+    ) -> f64 {
         let at_once = (budget_ns / OFFER_NS).min(MOST_AT_ONCE) as usize;
         let looks_ns = if at_once > 0 { LOOK_NS * changes.len() as f64 } else { 0.0 };
         let mut spent_ns = looks_ns + self.pool.follow_roughly(geometry, changes, at_once) as f64 * OFFER_NS;
@@ -201,7 +206,7 @@ impl OcclusionStage {
 
 /// About what a frame's occlusion culling costs, nanoseconds, from its work counts alone: the same on every machine.
 /// The factors were measured once, on one 2-core x86-64 machine; only their ratio to the cost of drawing matters.
-pub fn work_ns(select: &SelectCounts, build: &BuildCounts, cull: &CullCounts) -> f64 {
+pub(crate) fn work_ns(select: &SelectCounts, build: &BuildCounts, cull: &CullCounts) -> f64 {
     let of = |count: u64, ns: f64| count as f64 * ns;
     of(u64::from(select.candidates), 6.0)
         + of(u64::from(select.measured), 400.0)

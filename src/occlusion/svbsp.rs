@@ -32,7 +32,7 @@ struct Task {
     outline: Span,
 }
 
-/// The tree of Chin and Feiner; see the head of its file.
+/// The shadow-volume BSP tree of N. Chin and S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
 #[derive(Clone, Debug)]
 pub struct Svbsp {
     node_budget: usize,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{QUERY_SLACK, ShadowVolume, Tested, Verdict, cone};
-use crate::math::{Aabb, Sphere};
+use crate::math::{Aabb, Part, Sphere, split_convex};
 
 /// Largest depth of the tree; a cell that would lie deeper is not split further. Bounds the stack of a query.
 pub(super) const MAX_DEPTH: u32 = 256;
@@ -76,7 +76,7 @@ pub(super) enum Link {
 pub(super) enum CapRule {
     /// Beyond one cap of the list: each belongs to an occluder that covers the whole cell.
     Any,
-    /// Beyond all caps of the list: together they cover the cell, nobody knows which where.
+    /// Beyond all caps of the list: together they cover the cell, but it is not known which of them where.
     All,
     /// Always. Wrong for everything before its occluder.
     Ignore,
@@ -473,24 +473,25 @@ impl Outline {
         &self.directions[..self.len]
     }
 
-    /// The part before a plane and up to [`QUERY_SLACK`] behind it.
+    /// The part in front of a plane and up to twice [`QUERY_SLACK`] behind it.
     fn clip(&self, normal: DVec3) -> Self {
         let mut clipped = Self { len: 0, directions: [DVec3::ZERO; MAX_OUTLINE] };
-        let mut from = self.directions[self.len - 1];
-        let mut from_side = normal.dot(from) + 2.0 * QUERY_SLACK;
-        for &to in self.directions() {
-            let to_side = normal.dot(to) + 2.0 * QUERY_SLACK;
-            let crossing = ((from_side < 0.0) != (to_side < 0.0))
-                .then(|| (from + (to - from) * (from_side / (from_side - to_side))).normalize_or_zero());
-            for p in [crossing, (to_side >= 0.0).then_some(to)].into_iter().flatten() {
-                if clipped.len == MAX_OUTLINE {
-                    return *self;
+        let mut is_too_long = false;
+        split_convex(
+            self.directions(),
+            |p| normal.dot(p) + 2.0 * QUERY_SLACK,
+            |part, p| {
+                if part == Part::Back {
+                    return;
                 }
-                clipped.directions[clipped.len] = p;
-                clipped.len += 1;
-            }
-            (from, from_side) = (to, to_side);
-        }
-        if clipped.len < 3 { *self } else { clipped }
+                is_too_long |= clipped.len == MAX_OUTLINE;
+                if !is_too_long {
+                    clipped.directions[clipped.len] =
+                        if part == Part::Crossing { p.normalize_or_zero() } else { p };
+                    clipped.len += 1;
+                }
+            },
+        );
+        if is_too_long || clipped.len < 3 { *self } else { clipped }
     }
 }

@@ -1,15 +1,16 @@
 use super::PolygonId;
 
-/// What an index has to do to follow the scene.
+/// What has become of a polygon since the last frame. The geometry makes the change first, then the index hears of it; a
+/// number that becomes free may be given to another polygon at once (`Remove`, then `Insert`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// The polygon is there now. One that was there before is where it was when it was removed, or an update follows.
+    /// The polygon is there now. Where a scene brings back what it had removed, it lies where it was, or an update follows.
     Insert(PolygonId),
-    /// The polygon is gone (it may come back by undo or redo, under the same id).
+    /// The polygon is gone. It may come back under the same number.
     Remove(PolygonId),
     /// The polygon has moved, or has another shape.
     Update(PolygonId),
-    /// The polygon is where it was, and looks different: of interest to who draws it, or takes it for an occluder (holes in
-    /// it may be elsewhere), not to an index.
+    /// The polygon is where it was and looks different. An index ignores this; a renderer draws the polygon anew, and
+    /// occlusion culling looks again at what it hides (its holes may be elsewhere).
     Repaint(PolygonId),
 }

@@ -20,7 +20,8 @@ impl ConvexPolygon {
         Self { corners: [a, b, c, c], count: 3 }
     }
 
-    /// A quad that the caller knows to be flat and convex; `stroke::split_into_convex` makes such of any outline.
+    /// A quad that the caller knows to be flat ([`FLATNESS`]) and convex. `stroke::split_into_convex` (feature `session`)
+    /// divides any outline into such.
     pub fn quad(corners: [Vec3; 4]) -> Self {
         Self { corners, count: 4 }
     }

@@ -1,24 +1,29 @@
 use super::{ConvexPolygon, PolygonId};
 use crate::math::Aabb;
 
-/// What culling asks about polygons: the caller keeps them in whatever form it likes. Whatever is said of a polygon holds
-/// until a [`Change`](super::Change) tells otherwise.
+/// What culling asks about polygons: the caller keeps them in whatever form it likes. An answer holds until a
+/// [`Change`](super::Change) of that polygon is handed over.
+///
+/// "Polygon" is whatever the caller draws under one number: one polygon, or a mesh that is known by its box only. A mesh
+/// hides nothing. To let a house hide what is behind it, give its walls numbers of their own. Such a wall may be a stand-in
+/// that the engine does not draw, as long as it lies inside the house: then whatever it hides, the house hides too.
 pub trait Geometry {
-    /// One more than the highest number in use, of a polygon that is present or not.
+    /// One more than the highest number that is or was in use.
     fn id_end(&self) -> usize;
 
     /// Whether the polygon is there now. `false` for every number that is not in use.
     fn is_present(&self, id: PolygonId) -> bool;
 
-    /// The tight box of a polygon that is or was present, world space, metres.
+    /// The tight box of a polygon, world space, metres. For one that is gone any box will do
+    /// ([`Aabb::EMPTY`]); it is asked below [`Geometry::id_end`] and for numbers in changes only.
     fn bounds(&self, id: PolygonId) -> Aabb;
 
-    /// The corners of a polygon that is or was present, world space, metres: convex and flat
-    /// ([`FLATNESS`](super::FLATNESS)). `None` for what is no single polygon (a mesh): it is culled by its box and hides
-    /// nothing.
+    /// The corners of a polygon, world space, metres: convex and flat ([`FLATNESS`](super::FLATNESS)). `None` for a mesh, which
+    /// is culled by its box and hides nothing, and for what is gone.
     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon>;
 
-    /// Whether a polygon that is present hides what is behind it: opaque, and seen from both sides.
+    /// Whether a polygon hides what is behind it: it is opaque, and drawn from both sides. Asked like [`Geometry::bounds`];
+    /// no matter for a mesh.
     fn may_occlude(&self, id: PolygonId) -> bool;
 
     /// The part of a polygon that hides all that is behind it, in its plane: all of it if it may occlude, unless there are

@@ -1,6 +1,6 @@
 /// A polygon's number, chosen by the caller: below [`PolygonId::LIMIT`], one polygon a number. Small numbers without gaps
-/// cost least, because several structures keep an array by number. In a `Scene` it is the order of
-/// arrival.
+/// cost least, because several structures keep an array by number: map sparse or 64-bit keys to the places of an array. Objects
+/// that are drawn together should have neighbouring numbers, because sixteen of them make a block of the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "render", derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(transparent)]

@@ -2,6 +2,11 @@
 //!
 //! Knows [`math`](crate::math) only.
 
+#[cfg_attr(
+    not(any(feature = "lab", feature = "render")),
+    allow(dead_code, reason = "sets and arrays that layers above use")
+)]
+pub(crate) mod bits;
 mod change;
 mod convex;
 mod geometry;

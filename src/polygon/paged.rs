@@ -1,3 +1,5 @@
+use super::bits;
+
 /// A growing array in pages of fixed size: pushing never copies what is already there, and entries can be given up
 /// again. A page of which less than a quarter is left keeps only that; one of which nothing is left keeps nothing.
 #[derive(Clone, Debug)]
@@ -30,9 +32,8 @@ struct Held {
 
 impl Held {
     fn rank(&self, at: usize) -> Option<usize> {
-        let word = *self.words.get(at / 64)?;
-        let below = word & ((1 << (at % 64)) - 1);
-        (word >> (at % 64) & 1 == 1).then(|| usize::from(self.before[at / 64]) + below.count_ones() as usize)
+        bits::contains(&self.words, at)
+            .then(|| usize::from(self.before[at / bits::WORD]) + bits::rank_in_word(&self.words, at))
     }
 }
 
@@ -44,7 +45,7 @@ impl<T> Page<T> {
     /// Where the entry of a place is, unless it was released.
     fn find(&self, at: usize) -> Option<usize> {
         if let Some(left) = &self.left
-            && left.get(at / 64).is_none_or(|word| word >> (at % 64) & 1 == 0)
+            && !bits::contains(left, at)
         {
             return None;
         }
@@ -62,7 +63,7 @@ impl<T> Page<T> {
             return;
         }
         let mut is_kept = vec![false; self.entries.len()];
-        for at in 0..left.len() * 64 {
+        for at in bits::iter(left) {
             if let Some(is_kept) = self.find(at).and_then(|place| is_kept.get_mut(place)) {
                 *is_kept = true;
             }
@@ -134,8 +135,8 @@ impl<T, const PAGE: usize> Paged<T, PAGE> {
             return;
         }
         let (page, at) = (&mut self.pages[i / PAGE], i % PAGE);
-        let left = page.left.get_or_insert_with(|| vec![u64::MAX; PAGE.div_ceil(64)].into_boxed_slice());
-        left[at / 64] &= !(1 << (at % 64));
+        let left = page.left.get_or_insert_with(|| vec![u64::MAX; bits::words_for(PAGE)].into_boxed_slice());
+        bits::remove(left, at);
         page.left_count -= 1;
         self.thin_if_worth_it(i / PAGE);
     }

@@ -1,4 +1,4 @@
-use super::PolygonId;
+use super::{PolygonId, bits};
 
 /// Polygons of a block: sixteen consecutive numbers, from a multiple of sixteen on.
 pub const BLOCK: usize = 16;
@@ -110,7 +110,8 @@ impl VisibleBlocks {
         }
     }
 
-    /// The blocks that are not empty, in order: number and mask.
+    /// The blocks that are not empty, in order: number and mask, for [`ids_of`] or a GPU. Bit `i` of block `b` stands for
+    /// polygon `b * 16 + i`.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, u16)> + Clone + '_ {
         let masks = self.masks[self.begin..self.end].iter().enumerate();
         masks.filter(|(_, mask)| **mask != 0).map(|(at, mask)| (self.begin + at, *mask))
@@ -160,9 +161,22 @@ impl VisibleBlocks {
         ids.clear();
         ids.reserve(self.masks.len() * BLOCK + BEHIND);
         let result = list(&mut ids);
-        self.extend(ids.iter().copied());
+        self.set_all(&ids);
         self.listed = ids;
         result
+    }
+
+    /// Sets polygons, each once and not there before.
+    fn set_all(&mut self, ids: &[PolygonId]) {
+        let (low, high) = ids.iter().fold((u32::MAX, 0), |(low, high), id| (low.min(id.0), high.max(id.0)));
+        if ids.is_empty() {
+            return;
+        }
+        let masks = self.masks_for(high as usize + 1);
+        for id in ids {
+            masks[id.index() / BLOCK] |= 1 << (id.index() % BLOCK);
+        }
+        self.note_filled(low as usize / BLOCK..high as usize / BLOCK + 1, ids.len());
     }
 
     fn note_span(&mut self, begin: usize, end: usize) {
@@ -174,14 +188,9 @@ impl VisibleBlocks {
     }
 }
 
-/// The polygons of a block's mask, in order.
+/// The polygons of a block and its mask, in order: bit `i` stands for number `block * 16 + i`.
 pub fn ids_of(block: usize, mask: u16) -> impl Iterator<Item = PolygonId> + Clone {
-    let mut left = mask;
-    std::iter::from_fn(move || {
-        let bit = left.trailing_zeros();
-        left &= left.wrapping_sub(1);
-        (bit < BLOCK as u32).then_some(PolygonId((block * BLOCK) as u32 + bit))
-    })
+    bits::bits_of(u64::from(mask)).map(move |bit| PolygonId((block * BLOCK + bit) as u32))
 }
 
 impl Extend<PolygonId> for VisibleBlocks {

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::Excess;
 
-/// What can be wrong with a recording. Every message names the file, the place in it and what was expected.
+/// The error of a recording. Every message names the file, the place in it and what was expected.
 #[derive(Debug, Error)]
 pub enum RecordingError {
     /// The file could not be opened, read or written.
@@ -12,7 +12,7 @@ pub enum RecordingError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: std::io::Error,
     },
     /// A text file is damaged.
@@ -22,9 +22,9 @@ pub enum RecordingError {
         path: PathBuf,
         /// The line, from 1.
         line: u64,
-        /// What the format asks for there.
+        /// What the format requires there.
         expected: String,
-        /// What stands there, shortened.
+        /// What was found there, shortened.
         found: String,
     },
     /// A binary file is damaged.
@@ -34,9 +34,9 @@ pub enum RecordingError {
         path: PathBuf,
         /// The offset, from 0.
         offset: u64,
-        /// What the format asks for there.
+        /// What the format requires there.
         expected: String,
-        /// What stands there.
+        /// What was found there.
         found: String,
     },
     /// The session is larger than its [`Limits`](super::Limits) allow.

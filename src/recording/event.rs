@@ -41,7 +41,7 @@ pub struct Header {
     /// The layers that strokes name by their places; none: a single one that can be seen (since format 2).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<Layer>,
-    /// What the source has and a recording does not hold, for people to read: pictures, models, videos (since format 2).
+    /// Contents of the source that a recording cannot hold, in words: pictures, models, videos (since format 2).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
 }
@@ -77,6 +77,9 @@ impl Header {
             if !(camera.fov_degrees > 0.0 && camera.fov_degrees < 180.0) {
                 return Err("a field of view between 0 and 180 degrees");
             }
+            if !camera.near_m.is_none_or(|near_m| near_m > 0.0 && near_m <= COORDINATE_LIMIT_M) {
+                return Err("a positive near distance");
+            }
         }
         self.environment.as_ref().map_or(Ok(()), |environment| environment.check())
     }
@@ -86,7 +89,7 @@ impl Header {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
-    /// What its maker calls it.
+    /// Its name.
     #[serde(default)]
     pub name: String,
     /// Whether its strokes are not drawn.
@@ -114,9 +117,12 @@ pub struct Camera {
     pub q: Quat,
     /// Vertical field of view, degrees.
     pub fov_degrees: f32,
+    /// Nearer than this it sees nothing, metres along its axis; a reader chooses if it is not said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub near_m: Option<f32>,
 }
 
-/// What a stroke is drawn with.
+/// The tool of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tool {
     /// A band of quads along the samples.
@@ -127,13 +133,13 @@ pub enum Tool {
     Tube,
 }
 
-/// The brush of a stroke and what belongs to it. Programs that do not know the brush draw what the stroke says besides.
+/// The brush of a stroke with its settings. A program that does not know the brush draws the stroke by its tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paint {
     /// Name or GUID of the brush.
     pub brush: String,
-    /// What the brush's random numbers start from.
+    /// Seed of the brush's random numbers.
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub seed: u32,
     /// Factor of the lengths that are part of the brush (spacing, fading), not of the width.
@@ -213,7 +219,7 @@ pub enum Event {
         t: f64,
         /// Its number; a number is used once in a session.
         stroke: StrokeId,
-        /// What draws it.
+        /// The tool that draws it.
         tool: Tool,
         /// Full width at full pressure, metres.
         width: f32,
@@ -325,7 +331,7 @@ fn full() -> f32 {
     1.0
 }
 
-// What a reader fills in is not written. Bits are compared, so that -0.0 is written and comes back as it was.
+// Default values are not written. Bits are compared, so that -0.0 is written and read again as it was.
 fn is_identity(q: &Quat) -> bool {
     q.to_array().map(f32::to_bits) == Quat::IDENTITY.to_array().map(f32::to_bits)
 }

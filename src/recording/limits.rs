@@ -74,7 +74,7 @@ pub enum Place {
     Byte(u64),
 }
 
-/// As it follows a file's name in a message.
+/// The text that follows a file's name in a message.
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -88,7 +88,7 @@ impl fmt::Display for Place {
 /// Polygons of a tube's sample: its sides.
 const TUBE_POLYGONS: u64 = 8;
 
-/// More than one of the [`Limits`].
+/// A session that exceeds one of the [`Limits`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excess {
     /// The file.
@@ -101,7 +101,7 @@ pub struct Excess {
     pub what: String,
     /// The option of `osp` that raises it.
     pub option: &'static str,
-    /// What was read up to there, if that is known.
+    /// How much was read up to there, if that is known.
     pub read: Option<String>,
 }
 
@@ -132,7 +132,7 @@ pub(super) fn beyond(path: &Path, place: Place, most: u64, what: &str) -> Record
     }))
 }
 
-/// What was read so far of all that memory grows with.
+/// Counts of everything read so far that takes memory.
 #[derive(Clone, Copy, Debug, Default)]
 struct Amount {
     strokes: u64,
@@ -192,13 +192,13 @@ impl Weight {
     }
 }
 
-/// A source that ends where a session becomes too large, and notes which brushes nobody knows.
+/// A source that ends where a session becomes too large, and notes unknown brushes.
 pub(super) struct Limited {
     source: Box<dyn EventSource>,
     path: PathBuf,
     options: OpenOptions,
     read: Amount,
-    /// What samples count as, of the strokes that are being drawn.
+    /// For each stroke that is being drawn: as how many polygons a sample counts.
     open: HashMap<StrokeId, Weight>,
     /// The stroke that the last sample was of, if each counts the same: most often that of the next one, too.
     last: Option<(StrokeId, u64)>,
@@ -223,7 +223,7 @@ impl Limited {
         }
     }
 
-    /// What is read once this event is, too.
+    /// The counts with this event.
     fn with(&mut self, event: &Event) -> Amount {
         let mut read = self.read;
         read.events += 1;

@@ -96,7 +96,7 @@ pub(crate) fn looks_like_session(path: &Path, start: &[u8]) -> bool {
     by_mark(path, start).is_some() || is_ron(path, start) || by_name(path, start).is_some()
 }
 
-/// What an unknown file looks like.
+/// Describes a file of an unknown format by its first bytes, for the error.
 fn describe(start: &[u8]) -> String {
     match start {
         [] => "an empty file".to_owned(),
@@ -108,7 +108,7 @@ fn sniff(path: &Path) -> Result<Vec<u8>, RecordingError> {
     let mut start = Vec::new();
     let metadata = std::fs::metadata(path).map_err(|e| RecordingError::io(path, e))?;
     if !metadata.is_file() {
-        // What is sniffed from a pipe is gone for the reader, and a replay reads a session twice.
+        // Bytes that are read from a pipe to find the format are lost to the reader, and a replay reads a session twice.
         return Err(RecordingError::Unknown {
             path: path.to_owned(),
             expected: "a regular file, or the folder of a .tilt".to_owned(),

@@ -73,7 +73,7 @@ impl Write for RecordingFile {
 
 impl Drop for RecordingFile {
     fn drop(&mut self) {
-        // Whoever wants to hear of an error calls `finish`.
+        // `finish` returns the error; here it is lost.
         let _ = self.finish();
     }
 }
@@ -177,7 +177,7 @@ mod compressed {
     /// bounds what a forged frame makes a reader allocate.
     const WINDOW_LOG_MAX: u32 = 27;
 
-    /// What is appended to was checked when it was opened, and only its end is kept.
+    /// The recording was checked when it was opened; only its end is kept.
     const ANY: Limits = Limits { polygons: u64::MAX, unpacking: u64::MAX };
 
     type Decoder = BufReader<Unpacked<read::Decoder<'static, BufReader<File>>>>;

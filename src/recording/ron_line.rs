@@ -16,7 +16,7 @@ pub const MAX_LINE_BYTES: usize = 1 << 24;
 /// Characters of a damaged line that an error message shows.
 const EXCERPT_CHARS: usize = 80;
 
-/// What a line should have been, and what it is.
+/// What a line was expected to be, and what was found.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Mismatch {
     pub(super) expected: String,

@@ -147,7 +147,7 @@ impl RonWriter<RecordingFile> {
     }
 
     /// Writes what is pending and closes the file. A compressed file gets its end mark; without this call it does so
-    /// when the writer is dropped, but then nobody hears of an error.
+    /// when the writer is dropped, but then an error is lost.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -160,7 +160,7 @@ impl RonWriter<RecordingFile> {
 impl<W: Write> Drop for RonWriter<W> {
     fn drop(&mut self) {
         if !self.failed && !self.pending.is_empty() {
-            // Whoever wants to hear of an error calls `finish` or `flush`.
+            // `finish` and `flush` return the error; here it is lost.
             let _ = self.flush();
         }
     }

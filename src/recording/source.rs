@@ -11,7 +11,7 @@ pub trait EventSource: Send {
     /// The file is damaged at this place (and the source was not opened as lenient).
     fn next_event(&mut self) -> Result<Option<Event>, RecordingError>;
 
-    /// What was noticed so far without being an error; complete once `next_event` has given `None`.
+    /// The remarks so far; complete once `next_event` has given `None`.
     fn notes(&self) -> Notes {
         Notes::default()
     }
@@ -22,7 +22,7 @@ pub trait EventSource: Send {
     }
 }
 
-/// What a reader noticed without stopping.
+/// The remarks of a reader: damage that did not stop it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Notes {
     /// One line for each thing that a person should know (a file that ends in the middle of a line).
@@ -33,7 +33,7 @@ pub struct Notes {
 
 /// An opened session: its header and its events.
 pub struct Session {
-    /// What the file says of itself.
+    /// The header of the session.
     pub header: Header,
     /// Short name of the format, for `osp info`: `ron`, `ron.zst`, `tilt`, `apa`, `cassie`, `poses`, `obj`.
     pub format: &'static str,

@@ -8,7 +8,7 @@ const MOST_NAMES: usize = 1000;
 /// Most names in the warning.
 const MOST_NAMED: usize = 4;
 
-/// The brushes that a session names and nobody knows.
+/// The unknown brushes that a session names.
 #[derive(Debug, Default)]
 pub(super) struct UnknownBrushes(BTreeSet<String>);
 

@@ -4,7 +4,7 @@ use super::{
     record::{DrawClass, PolygonRecord},
 };
 use crate::{
-    polygon::{BLOCK, Change, PolygonId},
+    polygon::{BLOCK, Change, PolygonId, bits},
     scene::Scene,
 };
 
@@ -121,7 +121,7 @@ impl GpuScene {
 
     /// How the 64 polygons from `first`, a multiple of 64, are drawn.
     pub(super) fn classes_of(&self, first: usize) -> Classes {
-        let of = |words: &[u64]| words.get(first / 64).copied().unwrap_or(0);
+        let of = |words: &[u64]| words.get(first / bits::WORD).copied().unwrap_or(0);
         Classes { transparent: of(&self.transparent), additive: of(&self.additive) }
     }
 
@@ -142,7 +142,7 @@ impl GpuScene {
             if let Change::Update(id) | Change::Repaint(id) = *change
                 && id.index() < self.uploaded
             {
-                self.moved[id.index() / 64] |= 1 << (id.index() % 64);
+                bits::insert(&mut self.moved, id.index());
                 self.any_moved = true;
             }
         }
@@ -155,7 +155,7 @@ impl GpuScene {
         }
         for i in count..self.uploaded {
             for words in [&mut self.moved, &mut self.transparent, &mut self.additive] {
-                words[i / 64] &= !(1 << (i % 64));
+                bits::remove(words, i);
             }
         }
         self.has_brushes &= count > 0;
@@ -182,8 +182,8 @@ impl GpuScene {
                 self.is_animated |= stroke.brush().is_some_and(|brush| brush.is_animated);
                 match DrawClass::of(stroke) {
                     DrawClass::Solid => {}
-                    DrawClass::Transparent => self.transparent[i / 64] |= 1 << (i % 64),
-                    DrawClass::Additive => self.additive[i / 64] |= 1 << (i % 64),
+                    DrawClass::Transparent => bits::insert(&mut self.transparent, i),
+                    DrawClass::Additive => bits::insert(&mut self.additive, i),
                 }
             }
             bytes += self.send(gpu, scene, self.uploaded..count);
@@ -195,21 +195,19 @@ impl GpuScene {
     fn send_moved(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
         let mut bytes = 0;
         let mut run: Option<std::ops::Range<usize>> = None;
-        for word in 0..self.moved.len() {
-            let mut bits = std::mem::take(&mut self.moved[word]);
-            while bits != 0 {
-                let at = word * 64 + bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                run = match run {
-                    Some(run) if at - run.end <= GAP => Some(run.start..at + 1),
-                    Some(run) => {
-                        bytes += self.send(gpu, scene, run);
-                        Some(at..at + 1)
-                    }
-                    None => Some(at..at + 1),
-                };
-            }
+        let mut moved = std::mem::take(&mut self.moved);
+        for at in bits::iter(&moved) {
+            run = match run {
+                Some(run) if at - run.end <= GAP => Some(run.start..at + 1),
+                Some(run) => {
+                    bytes += self.send(gpu, scene, run);
+                    Some(at..at + 1)
+                }
+                None => Some(at..at + 1),
+            };
         }
+        moved.fill(0);
+        self.moved = moved;
         self.any_moved = false;
         bytes + run.map_or(0, |run| self.send(gpu, scene, run))
     }
@@ -258,7 +256,7 @@ impl GpuScene {
 
     /// Makes room for `count` polygons.
     fn grow(&mut self, gpu: &Gpu, count: usize) {
-        let words = count.div_ceil(64);
+        let words = bits::words_for(count);
         self.moved.resize(words, 0);
         self.transparent.resize(words, 0);
         self.additive.resize(words, 0);

@@ -52,11 +52,6 @@ impl LineBatch {
         self.hidden.is_empty() && self.through.is_empty() && self.faces.is_empty()
     }
 
-    /// Number of lines.
-    pub fn line_count(&self) -> usize {
-        (self.hidden.len() + self.through.len()) / 2
-    }
-
     /// Number of triangles of faces.
     pub fn triangle_count(&self) -> usize {
         self.faces.len() / 3

@@ -22,6 +22,8 @@ pub(super) struct Sky {
     pub(super) pipeline: wgpu::RenderPipeline,
     /// Materials, light and so on: for the polygons, too.
     pub(super) paint: wgpu::BindGroup,
+    /// Where the first light does not reach.
+    pub(super) shadow: wgpu::BindGroup,
     /// Whether it covers the background.
     pub(super) is_shown: bool,
 }
@@ -60,11 +62,24 @@ impl Pipelines {
         }
     }
 
+    /// Changes where the first light does not reach.
+    pub(super) fn set_shadow(&mut self, shadow: &wgpu::BindGroup) {
+        if let Some(sky) = &mut self.sky {
+            sky.shadow = shadow.clone();
+        }
+    }
+
+    /// What brushes need of the paint.
+    pub(super) fn paint(&self) -> Option<&wgpu::BindGroup> {
+        self.sky.as_ref().map(|sky| &sky.paint)
+    }
+
     /// Makes a pass ready for colours, and draws what is seen where no polygon is.
     pub(super) fn begin(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
         pass.set_bind_group(0, view, &[]);
         let Some(sky) = &self.sky else { return };
         pass.set_bind_group(2, &sky.paint, &[]);
+        pass.set_bind_group(3, &sky.shadow, &[]);
         if sky.is_shown {
             pass.set_pipeline(&sky.pipeline);
             pass.draw(0..3, 0..1);
@@ -76,6 +91,7 @@ impl Pipelines {
         pass.set_bind_group(0, view, &[]);
         if let Some(sky) = &self.sky {
             pass.set_bind_group(2, &sky.paint, &[]);
+            pass.set_bind_group(3, &sky.shadow, &[]);
         }
         pass.set_pipeline(&self.depth);
     }

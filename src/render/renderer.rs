@@ -93,6 +93,8 @@ pub struct Renderer {
     paint: Option<Paint>,
     environment: Option<Environment>,
     time_s: f32,
+    has_changed: bool,
+    is_patient: bool,
     /// Made when a view first asks for it.
     hzb: Option<Hzb>,
     background: wgpu::Color,
@@ -113,6 +115,8 @@ impl Renderer {
             paint: None,
             environment: None,
             time_s: 0.0,
+            has_changed: true,
+            is_patient: false,
             hzb: None,
             background: wgpu::Color::BLACK,
             gpu,
@@ -139,6 +143,12 @@ impl Renderer {
     /// Changes the moment that what moves by itself is seen at, seconds.
     pub fn set_time(&mut self, time_s: f32) {
         self.time_s = time_s;
+    }
+
+    /// Says whether shadows may be some frames older than what throws them, so that a frame that changes a large scene does
+    /// not draw all of it again for its shadows.
+    pub fn set_patient(&mut self, is_patient: bool) {
+        self.is_patient = is_patient;
     }
 
     /// Whether something moves by itself with [`Renderer::set_time`].
@@ -172,24 +182,32 @@ impl Renderer {
     /// Notes what has changed in the scene; it is sent with the next [`Renderer::send`]. To be called with every
     /// change, also those of frames that are not drawn.
     pub fn follow(&mut self, changes: &[Change]) {
+        self.has_changed |= !changes.is_empty();
         self.scene.note(changes);
     }
 
     /// Forgets the polygons from number `count` on, because the scene has been taken back to when it had so many (0 for
     /// another scene): they are sent anew when they come again.
     pub fn forget_from(&mut self, count: usize) {
+        self.has_changed = true;
         self.scene.truncate(count);
     }
 
     /// Sends the polygons that are new or have moved; returns the bytes sent.
     pub fn send(&mut self, scene: &Scene) -> u64 {
         let bytes = self.scene.flush(&self.gpu, scene);
+        self.has_changed |= bytes > 0;
         if self.is_painted() {
-            let Self { paint, gpu, scene, view_layout, environment, .. } = self;
+            let Self { paint, gpu, scene: of, view_layout, environment, .. } = self;
             let paint = paint.get_or_insert_with(|| {
-                Paint::new(gpu, view_layout, scene.layout(), scene.chunk_len(), environment.as_ref())
+                Paint::new(gpu, view_layout, of.layout(), of.chunk_len(), environment.as_ref())
             });
+            if std::mem::take(&mut self.has_changed) {
+                paint.note_change();
+            }
+            paint.set_patient(self.is_patient);
             paint.send(gpu, self.time_s);
+            paint.cast(gpu, view_layout, scene, of);
         }
         if let Some(hzb) = &mut self.hzb {
             hzb.follow(&self.gpu, &self.scene);

@@ -24,6 +24,8 @@ pub(super) const PAINTED: &str = concat!(
     include_str!("shaders/polygon.wgsl"),
     include_str!("shaders/painted.wgsl"),
     include_str!("shaders/effects.wgsl"),
+    include_str!("shaders/shadow.wgsl"),
+    include_str!("shaders/sky.wgsl"),
 );
 pub(super) const POLYGON: &str = include_str!("shaders/polygon.wgsl");
 pub(super) const QUERY_APPLY: &str = include_str!("shaders/query_apply.wgsl");

@@ -71,15 +71,6 @@ impl WindowSurface {
         }
     }
 
-    /// Whether frames wait for the screen; off for measuring.
-    pub fn set_vsync(&mut self, is_on: bool) {
-        let mode = if is_on { wgpu::PresentMode::AutoVsync } else { wgpu::PresentMode::AutoNoVsync };
-        if self.config.present_mode != mode {
-            self.config.present_mode = mode;
-            self.is_stale = true;
-        }
-    }
-
     /// Gets the next frame to draw into.
     ///
     /// # Errors

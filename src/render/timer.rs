@@ -163,11 +163,6 @@ impl GpuTimer {
         self.queries.as_mut()?.ring.take(|_, bytes| times = pass_times(bytes, period_ns).or(times));
         times
     }
-
-    /// The time of the latest frame whose time stamps have arrived since the last call, nanoseconds.
-    pub fn take_ns(&mut self) -> Option<u64> {
-        self.take().map(|times| times.total_ns)
-    }
 }
 
 fn pass_times(bytes: &[u8], period_ns: f64) -> Option<PassTimes> {

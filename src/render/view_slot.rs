@@ -25,12 +25,19 @@ pub struct ViewSlot {
 
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Uniforms {
+pub(super) struct Uniforms {
     clip_from_eye: [[f32; 4]; 4],
     eye_in_world: [f32; 4],
     styles: [[[f32; 4]; 2]; MAX_STYLES],
     up_in_world: [f32; 4],
     corners: [[f32; 4]; 3],
+}
+
+impl Uniforms {
+    /// Of what has no eye: places are relative to `middle`.
+    pub(super) fn of_matrix(clip_from_middle: [[f32; 4]; 4], middle: [f32; 4]) -> Self {
+        Self { clip_from_eye: clip_from_middle, eye_in_world: middle, ..Self::zeroed() }
+    }
 }
 
 impl ViewSlot {
@@ -150,7 +157,17 @@ impl ViewSlot {
             up_in_world: rotate(view.world_from_view, Vec3::Y).extend(0.0).to_array(),
             corners: [from, right - from, up - from].map(|way| way.extend(0.0).to_array()),
         };
-        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
+        self.send_uniforms(gpu, layout, &uniforms)
+    }
+
+    /// The same, of what is drawn with other numbers than a view's.
+    pub(super) fn send_uniforms(
+        &mut self,
+        gpu: &Gpu,
+        layout: &wgpu::BindGroupLayout,
+        uniforms: &Uniforms,
+    ) -> u64 {
+        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(uniforms));
         // Opaque polygons that are handed over as blocks are listed on the GPU, before the others.
         let before = u64::from(self.order.opaque_count());
         let bytes_of_room = self.make_room(gpu, layout, before + self.order.ids().len() as u64);

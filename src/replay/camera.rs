@@ -157,7 +157,8 @@ impl CameraPath {
             CameraChoice::Auto => match (moment.head, self.fixed) {
                 (Some((p, q)), _) => self.posed(p, q, FOV_DEGREES, 0.02),
                 (None, Some(camera)) => {
-                    self.posed(camera.p, unit(camera.q), camera.fov_degrees, 1.0e-3 * self.radius_m)
+                    let near_m = camera.near_m.unwrap_or(1.0e-3 * self.radius_m);
+                    self.posed(camera.p, unit(camera.q), camera.fov_degrees, near_m)
                 }
                 (None, None) => self.orbit(moment.frame),
             },

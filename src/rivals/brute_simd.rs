@@ -2,10 +2,11 @@ use crate::{
     index::{
         DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
         admission::admit,
+        mask_writer::{MaskWriter, RunSink},
         simd::{Backend, Boxes, IdWriter, Kernel, PlaneSet, WithKernel},
     },
     math::{Aabb, Containment, Frustum},
-    polygon::PolygonId,
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
 /// One wide pass over flat boxes, sixteen at a time, in order of arrival. No structure at all: the rival that a tree
@@ -36,31 +37,28 @@ impl BruteSimd {
     }
 }
 
-struct Pass<'a> {
+struct Pass<'a, S> {
     index: &'a BruteSimd,
     planes: PlaneSet,
-    out: IdWriter<'a>,
+    out: S,
 }
 
-impl WithKernel for Pass<'_> {
-    type Output = WorkCounts;
+impl<S: RunSink> WithKernel for Pass<'_, S> {
+    type Output = (WorkCounts, S);
 
     #[inline(always)]
-    fn run<K: Kernel>(mut self, kernel: K) -> WorkCounts {
+    fn run<K: Kernel>(mut self, kernel: K) -> (WorkCounts, S) {
         let mut work = WorkCounts::default();
-        let before = self.out.len();
+        let before = self.out.found();
         for (i, (boxes, &filed)) in self.index.blocks.iter().zip(&self.index.filed).enumerate() {
             let filed = u32::from(filed);
             let seen = filed & !self.planes.behind_any(kernel, boxes);
-            if seen != 0 {
-                self.out.push(kernel, i as u32 * 16, seen);
-            }
+            self.out.push_run(kernel, i as u32 * 16, seen);
         }
-        work.reported = (self.out.len() - before) as u64;
-        self.out.finish();
+        work.reported = (self.out.found() - before) as u64;
         work.boxes = self.index.len as u64;
         work.planes = 6 * work.boxes;
-        work
+        (work, self.out)
     }
 }
 
@@ -113,7 +111,17 @@ impl SpatialIndex for BruteSimd {
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
         let out = IdWriter::new(draw_list.ids_mut());
-        self.backend.run(Pass { index: self, planes: PlaneSet::new(frustum), out })
+        let (work, out) = self.backend.run(Pass { index: self, planes: PlaneSet::new(frustum), out });
+        out.finish();
+        work
+    }
+
+    fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
+        let out = MaskWriter::new(visible.masks_for(self.filed.len() * BLOCK));
+        let (work, out) = self.backend.run(Pass { index: self, planes: PlaneSet::new(frustum), out });
+        let (blocks, polygons) = out.finish();
+        visible.note_filled(blocks, polygons);
+        work
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {

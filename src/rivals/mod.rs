@@ -42,7 +42,9 @@ pub use kind::IndexKind;
 pub use loose_octree::{LooseOctree, LooseOctreeConfig};
 pub use octree_paper::{OctreePaper, OctreePaperConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
-pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPlace};
+#[cfg(any(feature = "lab", feature = "cli"))]
+pub(crate) use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH};
+pub use osp_paper::{OspGrid, OspPaper, OspPlace};
 #[cfg(feature = "peers")]
 pub use peers::PeerKind;
 pub use quadtree::{QuadtreeConfig, quadtree};

@@ -2,10 +2,11 @@ use crate::{
     index::{
         DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
         admission::admit,
+        mask_writer::{MaskWriter, RunSink},
         simd::{Backend, Boxes, IdWriter, Kernel, PlaneSet, WithKernel},
     },
     math::{Aabb, Containment, Frustum, PlaneMask},
-    polygon::PolygonId,
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
 /// A hierarchy of boxes over the order of arrival: sixteen polygons to a block, sixteen blocks to the next box, and so
@@ -130,19 +131,19 @@ struct Walk<'a> {
     seen: Vec<PolygonId>,
 }
 
-struct Cull<'a> {
+struct Cull<'a, S> {
     index: &'a TimeOrder,
     planes: PlaneSet,
-    out: IdWriter<'a>,
+    out: S,
     work: WorkCounts,
 }
 
-impl WithKernel for Cull<'_> {
-    type Output = WorkCounts;
+impl<S: RunSink> WithKernel for Cull<'_, S> {
+    type Output = (WorkCounts, S);
 
     #[inline(always)]
-    fn run<K: Kernel>(mut self, kernel: K) -> WorkCounts {
-        let Some(top) = self.index.top() else { return self.work };
+    fn run<K: Kernel>(mut self, kernel: K) -> (WorkCounts, S) {
+        let Some(top) = self.index.top() else { return (self.work, self.out) };
         // At most fifteen siblings wait at each of eight levels.
         let mut stack = [(0u8, 0u32, 0u8); 16 * 8];
         stack[0] = (top as u8, 0, PlaneSet::ALL);
@@ -168,12 +169,11 @@ impl WithKernel for Cull<'_> {
                 waiting += 1;
             }
         }
-        self.out.finish();
-        self.work
+        (self.work, self.out)
     }
 }
 
-impl Cull<'_> {
+impl<S: RunSink> Cull<'_, S> {
     #[inline(always)]
     fn count(&mut self, lanes: u32, planes: u8) {
         self.work.boxes += if planes == 0 { 0 } else { u64::from(lanes) };
@@ -188,7 +188,7 @@ impl Cull<'_> {
         if seen != 0 {
             self.work.reported += u64::from(seen.count_ones());
             self.work.taken_whole += if mask == 0 { u64::from(seen.count_ones()) } else { 0 };
-            self.out.push(kernel, block * 16, seen);
+            self.out.push_run(kernel, block * 16, seen);
         }
     }
 }
@@ -253,7 +253,18 @@ impl SpatialIndex for TimeOrder {
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
         let out = IdWriter::new(draw_list.ids_mut());
         let planes = PlaneSet::new(frustum);
-        self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() })
+        let (work, out) = self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() });
+        out.finish();
+        work
+    }
+
+    fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
+        let out = MaskWriter::new(visible.masks_for(self.filed.len() * BLOCK));
+        let planes = PlaneSet::new(frustum);
+        let (work, out) = self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() });
+        let (blocks, polygons) = out.finish();
+        visible.note_filled(blocks, polygons);
+        work
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {

@@ -233,6 +233,8 @@ pub struct Scene {
     pub(super) chain: Vec<Transform>,
     /// Strokes to paint once the frame's samples have come.
     pub(super) to_paint: Vec<u32>,
+    /// How many changes the caller's list held before the batch that is taken.
+    pub(super) batch_start: usize,
     /// Filled and emptied within one call.
     pub(super) fresh: Pieces,
     pub(super) repainted: Vec<(u32, Surface)>,
@@ -357,9 +359,11 @@ impl Scene {
     }
 
     /// Takes the events of a frame and appends what they changed. A polygon that several of them move is placed anew
-    /// once, and one that several of them erase and bring back is told of once, so that a frame costs no more than its
+    /// once, one that several of them erase and bring back is told of once, and one that several samples of a stroke change
+    /// most often once, so that a frame costs no more than its
     /// events and the polygons they touch.
     pub fn apply_all<'e>(&mut self, events: impl IntoIterator<Item = &'e Event>, changes: &mut Vec<Change>) {
+        self.batch_start = changes.len();
         for event in events {
             self.take(event, changes);
         }

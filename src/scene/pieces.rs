@@ -9,6 +9,21 @@ use crate::{
     stroke::{Piece, StrokeBuilder},
 };
 
+/// Changes of a batch that are looked at for one that covers another. Of a ribbon, a sample replaces about eight polygons.
+const RECENT: usize = 64;
+
+/// Whether a change is covered by one of these: whoever follows them finds the polygon as it is at the end of the batch.
+fn is_told(change: Change, told: &[Change]) -> bool {
+    let is_told_by = |earlier: &Change| match (change, *earlier) {
+        (Change::Update(id), Change::Insert(other) | Change::Update(other)) => id == other,
+        (Change::Repaint(id), Change::Insert(other) | Change::Update(other) | Change::Repaint(other)) => {
+            id == other
+        }
+        _ => false,
+    };
+    told.iter().rev().any(is_told_by)
+}
+
 impl Scene {
     /// Makes anew and paints the strokes that have got samples in this frame, as far as their whole length matters for that.
     pub(super) fn paint(&mut self, changes: &mut Vec<Change>) {
@@ -91,7 +106,10 @@ impl Scene {
         if stroke.is_untold {
             self.displace(at);
         } else if stroke.is_visible() {
-            changes.push(change);
+            let told = &changes[self.batch_start..];
+            if !is_told(change, &told[told.len().saturating_sub(RECENT)..]) {
+                changes.push(change);
+            }
         } else {
             stroke.was_displaced_unseen = true;
         }

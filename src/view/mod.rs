@@ -12,6 +12,6 @@ mod view_window;
 
 pub use matrix::ClipDepth;
 #[cfg(feature = "session")]
-pub use rig::{Eye, MAX_SCREENS, Rig, RigError, Screen, Stereo};
+pub use rig::{Eye, Rig, RigError, Screen, Stereo};
 pub use view::{Projection, View, WINDOW_MARGIN};
 pub use view_window::ViewWindow;

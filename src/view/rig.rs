@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Most screens of a rig: a room has six walls, a tiled one a few more.
-pub const MAX_SCREENS: usize = 16;
+pub(super) const MAX_SCREENS: usize = 16;
 /// Largest file of a rig that is read: a screen takes a few lines.
 const MOST_BYTES: u64 = 1 << 20;
 /// An eye nearer to a screen's plane than this, metres, sees nothing on it: the pyramid would be flat.

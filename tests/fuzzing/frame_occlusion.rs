@@ -38,7 +38,7 @@ pub fn judge(data: &[u8], choices: Vec<Occlusion>) -> usize {
             let index = index.create(&IndexConfig { capacity: 16, ..IndexConfig::default() });
             // A polygon costs so much that every test is worth it.
             let pass = PassConfig { polygon_ns: 1.0e6, basis: AutoBasis::Work, ..PassConfig::new(choice) };
-            (choice, Pipeline::new(index, 16, StageClock::default()).with_choice(pass, 16))
+            (choice, Pipeline::new(index, 16, StageClock::default()).with_occlusion(pass))
         })
         .collect();
     let mut scene = Scene::new();

@@ -1,7 +1,7 @@
 //! What is tested: every index as it is used, and some made so that small scenes reach all of their code.
 
 use osp::{
-    index::{IndexConfig, SpatialIndex},
+    index::{IndexConfig, Osp, SpatialIndex},
     rivals::{
         Bsp, BspConfig, BvhTwoLevel, HlbvhConfig, IndexKind, KdTreeConfig, LbvhConfig, LooseOctree,
         LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeConfig, OctreePaper, OctreePaperConfig,
@@ -24,6 +24,8 @@ pub(crate) fn subjects() -> Vec<Subject> {
         .collect();
     let mut add = |name, make: Make| subjects.push(Subject { name, make });
     let sah = SahConfig { leaf_capacity: 2, buckets: 3, ..SahConfig::default() };
+    add("osp, no linear form", Box::new(|config| Box::new(Osp::new(config).with_linear_blocks(0))));
+    add("osp, 4 blocks linear", Box::new(|config| Box::new(Osp::new(config).with_linear_blocks(4))));
     add(
         "osp-paper, 7 levels",
         Box::new(|config| {

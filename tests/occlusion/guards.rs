@@ -12,8 +12,8 @@ use osp::{
     math::{Aabb, Sphere},
     occlusion::{
         Coverage, DepthBuffer, DepthConfig, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder, OccluderPool,
-        Occlusion, OcclusionCuller, PoolConfig, PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume,
-        Verdict,
+        Occlusion, OcclusionCuller, PoolConfig, PreviousFrameCounts, PreviousFrameOccluders, SelectConfig,
+        Selector, ShadowVolume, Verdict,
         msvbsp::{Msvbsp, MsvbspConfig},
     },
     polygon::VisibleBlocks,
@@ -233,8 +233,9 @@ fn only_what_was_drawn_last_hides() {
     let counts = last.build(0, &told.scene, &window, &ids);
     assert_eq!((counts.occluders, counts.tiles), (0, 0));
     let mut drawn = DrawList::new();
-    last.cull(0, &told.scene, &ids, &mut drawn, &mut Default::default());
-    assert_eq!(drawn.ids().len(), 4);
+    let mut counts = PreviousFrameCounts::default();
+    last.cull(0, &told.scene, &ids, &mut drawn, &mut counts);
+    assert_eq!((drawn.ids().len(), counts.tests), (4, 0), "no box is tested against an empty buffer");
     // And each view has its own memory.
     let counts = last.build(1, &told.scene, &window, &ids);
     assert_eq!(counts.occluders, 0);

@@ -19,7 +19,7 @@ fn pipeline(pass: Option<PassConfig>) -> Pipeline {
     let index = IndexKind::Osp.create(&IndexConfig::default());
     let pipeline = Pipeline::new(index, 10_000, StageClock::default());
     match pass {
-        Some(config) => pipeline.with_choice(config, 10_000),
+        Some(config) => pipeline.with_occlusion(config),
         None => pipeline,
     }
 }

@@ -176,6 +176,29 @@ fn undo_and_redo_leave_no_trace() {
     assert_eq!(osp.bytes(), before, "memory");
 }
 
+/// A brush that smooths: each new polygon changes the eight before it a little.
+#[test]
+fn smoothing_leaves_no_trace() {
+    let all = numbered(&drawn(20_000, 16));
+    let mut rng = Rng(17);
+    let mut osp = Osp::new(&IndexConfig { root: root(), capacity: all.len() });
+    for (i, (id, bounds)) in all.iter().enumerate() {
+        osp.insert(*id, bounds).expect("a finite box, each id once");
+        for back in 1..=i.min(8) {
+            let (id, bounds) = all[i - back];
+            let by = if back == 8 { Vec3::ZERO } else { rng.direction() * 0.002 };
+            osp.update(id, &Aabb::new(bounds.min + by, bounds.max + by)).expect("it is there");
+        }
+        osp.commit();
+    }
+    for (id, bounds) in &all[all.len() - 8..] {
+        osp.update(*id, bounds).expect("it is there");
+    }
+    osp.commit();
+    osp.validate().expect("a sound tree");
+    assert_cost(&osp, &tree_of(&all, root()), &some_views(&root()), 1.05, "smoothed");
+}
+
 /// Strokes carried about, a frame at a time, and put down where they were.
 #[test]
 fn moving_leaves_no_trace() {

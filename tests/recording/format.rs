@@ -10,7 +10,7 @@ use proptest::prelude::*;
 fn header() -> Header {
     Header {
         root: Some(Root { center: Vec3::new(0.0, 1.5, 0.0), size: 4.0 }),
-        camera: Some(Camera { p: Vec3::ZERO, q: Quat::IDENTITY, fov_degrees: 60.0 }),
+        camera: Some(Camera { p: Vec3::ZERO, q: Quat::IDENTITY, fov_degrees: 60.0, near_m: Some(0.05) }),
         ..Header::new("two\nlines, \"quotes\", a // comment and \u{2028}", "a test")
     }
 }

@@ -8,16 +8,16 @@ use crate::{
     recording::{self, Header, Limits, OpenOptions, RecordingError, Session},
 };
 
-/// What the header of a session that was drawn here begins its source with.
+/// How the source in the header of a session begins if osp drew it.
 const OURS: &str = "osp sketch ";
 
-/// What is to be done with a session that is opened.
+/// What a session is opened for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Access {
     /// Draw on it.
     #[default]
     Write,
-    /// Only look at it.
+    /// Read it only.
     ReadOnly,
     /// Draw on a copy of it.
     Copy,
@@ -26,7 +26,7 @@ pub enum Access {
 /// How a session is opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Opening {
-    /// What is to be done with it.
+    /// What it is opened for.
     pub access: Access,
     /// Leave out damaged pieces, instead of refusing the session. Then a copy is drawn on.
     pub lenient: bool,
@@ -45,7 +45,7 @@ impl Opening {
     }
 }
 
-/// What was noticed while a session was opened.
+/// The remarks from opening a session.
 #[derive(Clone, Debug, Default)]
 pub struct Opened {
     /// One line each, for people.
@@ -82,7 +82,7 @@ impl OpenError {
 }
 
 impl Document {
-    /// An empty session that nobody has named yet.
+    /// An empty session without a name.
     pub fn new(autosaves: &Autosaves) -> Self {
         let journal = Journal::unnamed(autosaves, "sketch", our_header("sketch"));
         Self::around(journal.expect("a header without numbers is sound"))
@@ -93,7 +93,7 @@ impl Document {
         Self::recover_or_new_within(autosaves, Limits::DEFAULT)
     }
 
-    /// [`Document::recover_or_new`] of a session that may hold so much.
+    /// [`Document::recover_or_new`] with limits.
     pub fn recover_or_new_within(autosaves: &Autosaves, limits: Limits) -> (Self, Opened) {
         let mut opened = Opened::default();
         for path in autosaves.marked() {
@@ -134,10 +134,10 @@ impl Document {
         Self::open_as(path, autosaves, Opening::default())
     }
 
-    /// [`Document::open`], to draw on it or not.
+    /// [`Document::open`] with options.
     ///
     /// # Errors
-    /// As there; what is only looked at, or copied, may be open in another window.
+    /// As there; a session that is opened read-only or as a copy may be open in another window.
     pub fn open_as(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<(Self, Opened), OpenError> {
         let may_begin = how.access == Access::Write && is_ron(path);
         let is_new = match fs::metadata(path) {
@@ -164,7 +164,7 @@ impl Document {
         Ok((document, opened))
     }
 
-    /// Opens a session that another window has, to look at it. That one may not have drawn anything yet.
+    /// Opens a session that another window has, read-only. It may be empty.
     ///
     /// # Errors
     /// The session cannot be read, or is of no known format.
@@ -205,7 +205,7 @@ impl Document {
         Ok(Self::around(journal))
     }
 
-    /// Goes on with a session in its file, which is ours. If it cannot be read, the file is given back.
+    /// Opens a session to continue in its file, whose lock we have. If it cannot be read, the lock is released.
     fn go_on(
         path: &Path,
         limits: Limits,
@@ -284,7 +284,7 @@ fn our_header(name: &str) -> Header {
     Header::new(name, concat!("osp sketch ", env!("CARGO_PKG_VERSION")))
 }
 
-/// The file of a session, for us alone.
+/// The file of a session, with its lock.
 fn take(path: &Path) -> Result<SessionFile, OpenError> {
     let lock = SessionLock::take(path).map_err(|reason| match reason {
         NotTaken::Held(held) => OpenError::Held(held),
@@ -314,7 +314,7 @@ fn why_not_itself(session: &Session, path: &Path, lenient: bool) -> Option<&'sta
     }
 }
 
-/// Whoever may do everything (root) keeps to what the file says of itself, too.
+/// Root may write everything, but respects the file's own permissions, too.
 fn may_be_written(path: &Path) -> bool {
     let is_marked = fs::metadata(path).is_ok_and(|data| data.permissions().readonly());
     !is_marked && fs::File::options().write(true).open(path).is_ok()

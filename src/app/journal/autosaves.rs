@@ -13,14 +13,14 @@ use super::{
 /// Bytes of another session's name that the name of a copy begins with.
 const MOST_STEM_BYTES: usize = 100;
 
-/// Sessions that nobody has named yet, in a folder of their own.
+/// Autosave files: sessions without a name, in a folder of their own.
 #[derive(Clone, Debug)]
 pub struct Autosaves {
     folder: PathBuf,
 }
 
 impl Autosaves {
-    /// In this folder, or in the user's own.
+    /// The folder; `None` is the user's own data folder.
     pub fn new(folder: Option<PathBuf>) -> Self {
         Self { folder: folder.unwrap_or_else(default_folder) }
     }
@@ -30,7 +30,7 @@ impl Autosaves {
         &self.folder
     }
 
-    /// A file under a new name. It is made with the first event.
+    /// A new file with an unused name. It is made with the first event.
     pub(super) fn new_file(&self, stem: &str) -> SessionFile {
         // Without a folder the lock cannot be taken; the file says why when the first event comes.
         let _ = fs::create_dir_all(&self.folder);
@@ -70,7 +70,7 @@ impl Autosaves {
                 Ok(data) if data.len() > 0 => {
                     found.push((data.modified().unwrap_or(SystemTime::UNIX_EPOCH), session));
                 }
-                // Nothing was drawn: the mark is all there is. If its program is gone, it goes, too.
+                // Nothing was drawn, so there is only the mark. It is removed if its program has ended.
                 _ => {
                     if let Some(lock) = SessionLock::take_over(&session) {
                         release_if_empty(lock, &session);

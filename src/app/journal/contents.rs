@@ -6,7 +6,7 @@ use std::{
 
 use xxhash_rust::xxh3::Xxh3Default;
 
-/// What a file holds, as a number of 128 bits: enough to notice that somebody else has written to it.
+/// A 128-bit hash of a file's contents: enough to notice that another program has written to it.
 #[derive(Clone, Default)]
 pub(super) struct Contents {
     bytes: u64,
@@ -30,7 +30,7 @@ impl Contents {
         }
     }
 
-    /// More bytes behind them.
+    /// Adds the bytes after them.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
         self.hash.update(bytes);
@@ -49,7 +49,7 @@ impl fmt::Debug for Contents {
     }
 }
 
-/// When a file was touched last, by the system's clock. Two writes within one tick of it are the same.
+/// When a file was last changed, by the system's clock. Two writes within one tick have the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamp {
     /// A program may set the time of the last change back, but not this one.

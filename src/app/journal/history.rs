@@ -10,8 +10,8 @@ const BLOCK_BYTES: usize = 1 << 16;
 /// The fastest of those that compress a session to less than half.
 const COMPRESSION_LEVEL: i32 = 1;
 
-/// A session's whole text, in memory: what its file holds, or ought to. Whatever becomes of the file, the session can
-/// be written again.
+/// A session's whole text in memory, the same as in its file. If the file is lost or damaged, the session can
+/// be written again from it.
 #[derive(Debug)]
 pub(super) struct History {
     lines: RonWriter<Text>,
@@ -28,7 +28,7 @@ impl History {
         Ok(Self { lines, header })
     }
 
-    /// What the session says of itself.
+    /// The session's header.
     pub(super) fn header(&self) -> &Header {
         &self.header
     }

@@ -12,14 +12,14 @@ use thiserror::Error;
 
 use super::calendar::Moment;
 
-/// Bytes of a mark that are read: whatever else lies there is no word of ours.
+/// Most bytes of a lock file that are read: a longer file is not ours.
 const MOST_MARK_BYTES: u64 = 4096;
-/// How every word in a mark begins.
+/// How the text in every lock file begins.
 const WORD_START: &[u8] = b"Open(";
-/// Marks that may vanish under our hands, one after the other, before we give up.
+/// Lock files that may vanish while we open them, one after the other, before we give up.
 const MOST_ATTEMPTS: u32 = 100;
 
-/// Who has a session open: what its mark says.
+/// The program that has a session open, as the lock file names it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename = "Open")]
 struct Word {
@@ -62,7 +62,7 @@ pub struct OpenElsewhere {
 }
 
 impl OpenElsewhere {
-    /// A session whose own lock is taken, while its mark is not.
+    /// A session whose own lock is taken, but not that of its lock file.
     pub(super) fn by_somebody(session: &Path) -> Self {
         Self { session: session.to_owned(), word: None }
     }
@@ -85,20 +85,20 @@ impl OpenElsewhere {
 #[derive(Debug)]
 pub(in crate::app) enum NotTaken {
     Held(OpenElsewhere),
-    /// The mark can be neither made nor read.
+    /// The lock file can be neither made nor read.
     Failed(io::Error),
 }
 
 /// The right to write a session. One program has it, from opening to closing.
 ///
-/// It is an advisory lock on a file beside the session, `NAME.ron.open`, its mark. The lock does not lie on the session
-/// itself: the session need not exist yet, and whoever replaces it (a rename over it) leaves a lock behind on the old
-/// file, where nobody else looks. The mark is found by the session's true name, so symbolic links to one session share
-/// it; hard links do not, so a session that exists is locked, too (see
+/// It is an advisory lock on a lock file beside the session, `NAME.ron.open` (the mark). The lock is not on the session
+/// itself: the session need not exist yet, and a program that replaces it (a rename over it) leaves the lock on the old
+/// file, where no other program finds it. The mark's name comes from the session's true name, so symbolic links to one
+/// session share it; hard links do not, so a session that exists is locked, too (see
 /// [`SessionFile`](super::session_file::SessionFile)). The mark says who has the session. It is removed when the session
 /// is closed on purpose; after a crash it stays, without its lock.
 ///
-/// Where the file system knows no locks (some network shares), what the mark says counts: then two programs that start
+/// Where the file system has no locks (some network shares), the mark's text counts: then two programs that start
 /// within the same instant may both believe that they were first.
 #[derive(Debug)]
 pub(in crate::app) struct SessionLock {
@@ -115,12 +115,12 @@ struct Mark {
     is_foreign: bool,
 }
 
-/// What a mark holds.
+/// The contents of a mark.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Content {
-    /// The last holder's word, if it is whole.
+    /// The text of the last program that held the lock, if it is whole.
     Ours(Option<Word>),
-    /// Something else that somebody may miss.
+    /// Other data, which are not ours to overwrite.
     Foreign,
 }
 
@@ -150,7 +150,7 @@ impl Content {
 }
 
 impl SessionLock {
-    /// The mark's place: beside the file that the name stands for in the end.
+    /// The mark's path: beside the file to which the name leads after all symbolic links.
     pub(super) fn mark_of(session: &Path) -> PathBuf {
         let mut mark = true_path(session).into_os_string();
         mark.push(".open");
@@ -162,8 +162,8 @@ impl SessionLock {
         Self::take_or_make(session, true)
     }
 
-    /// Takes the lock of a session that a program left open which is gone. None where another has taken it before us, or
-    /// has taken it and closed it since.
+    /// Takes the lock of a session that was left open by a program that has ended. None if another program has
+    /// taken it before us, or has taken and closed it since.
     pub(in crate::app) fn take_over(session: &Path) -> Option<Self> {
         Self::take_or_make(session, false).ok().filter(|lock| lock.mark.is_some())
     }
@@ -206,7 +206,7 @@ impl SessionLock {
                 continue;
             }
             if is_writable && !is_foreign {
-                // That the mark cannot say who we are is no reason not to draw.
+                // If the mark's text cannot be written, the lock still counts.
                 let _ = write_word(&mut file);
             }
             return Ok(Self { mark: Some(Mark { path: mark, file, is_foreign }) });
@@ -258,7 +258,7 @@ pub(in crate::app) fn true_path(path: &Path) -> PathBuf {
     })
 }
 
-/// What tells a file from another one that has come to its place.
+/// What identifies a file, so that another one under the same name is noticed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Identity {
     #[cfg(unix)]
@@ -281,7 +281,7 @@ impl Identity {
 }
 
 /// Locks a file. A program that is just being started from this one has our open files for a moment, with their locks:
-/// so who has a lock is asked again before anybody is told.
+/// so a lock that is taken is tried again before it is reported.
 fn try_lock_patiently(file: &File) -> Result<(), TryLockError> {
     const TRIES: u32 = 10;
     const PAUSE: Duration = Duration::from_millis(10);

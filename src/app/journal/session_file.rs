@@ -21,14 +21,14 @@ use crate::{
     recording::{LastLine, RecordingError},
 };
 
-/// Nothing written for this long is a pause: the file is brought to the disk.
+/// A pause: if nothing is written for this long, the file is flushed to the disk.
 const PAUSE: Duration = Duration::from_secs(1);
-/// A file that seems to have been touched is read again at most this often.
+/// A file that may have been changed is read again at most this often.
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
-/// Somebody who draws without a pause has it brought there as often as this.
+/// Without a pause, the file is flushed to the disk this often.
 const LONGEST_UNSYNCED: Duration = Duration::from_secs(10);
 
-/// What is wrong with a session's file, so that events are not in it.
+/// Why events could not be written to a session's file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Trouble {
     /// Nothing lies at its place any more.
@@ -40,7 +40,7 @@ pub enum Trouble {
     /// Another program has written to it.
     #[error("another program has changed it: it has {found} bytes, not {expected}")]
     Changed {
-        /// Bytes that we know of.
+        /// Bytes that we have written.
         expected: u64,
         /// Bytes that it has.
         found: u64,
@@ -54,7 +54,7 @@ pub enum Trouble {
     /// Another window has taken it since the session was begun.
     #[error("{0}")]
     Held(OpenElsewhere),
-    /// It takes nothing more: the disk is full or broken.
+    /// It cannot be written: the disk is full or broken.
     #[error("{0}")]
     CannotWrite(String),
 }
@@ -79,7 +79,7 @@ impl From<NotTaken> for Trouble {
     }
 }
 
-/// A file that follows a [`History`]: it holds the history's text up to a place, and nothing of anybody else.
+/// A file with the text of a [`History`] up to some byte, written by this program only.
 ///
 /// Before every write the file at the path is compared with the one that is open: the same file, as long as we left it.
 #[derive(Debug)]
@@ -93,7 +93,7 @@ pub(in crate::app) struct SessionFile {
     held: u64,
     /// Lines of the history that it holds.
     lines: u64,
-    /// What it was before anything was written in this sitting. None if it was not there.
+    /// The end of the file when the session was opened. None if there was no file.
     before: Option<Before>,
 }
 
@@ -101,28 +101,28 @@ pub(in crate::app) struct SessionFile {
 struct OpenFile {
     file: Arc<File>,
     identity: Identity,
-    /// Bytes that it has unless somebody else has touched it.
+    /// Its length in bytes, unless another program has changed it.
     bytes: u64,
     /// Bytes of its whole lines: the next one is written there.
     whole_bytes: u64,
-    /// What its whole lines are.
+    /// A hash of its whole lines.
     contents: Contents,
-    /// When it was touched last, as far as we know.
+    /// When we changed it last.
     touched: Stamp,
-    /// Somebody else has touched it, and it has not been compared with what we know since.
+    /// Another program may have changed it, and it has not been compared since.
     is_suspect: bool,
     compared_at: Option<Instant>,
-    /// Its last line wants its newline.
+    /// Its last line has no newline yet.
     lacks_newline: bool,
-    /// A write has failed, and what it left could not be cut off.
+    /// A write has failed, and the torn line that it left could not be removed.
     is_torn: bool,
-    /// What was written may not be on the disk, for the disk said so.
+    /// The last flush to the disk failed: written events may not be there.
     is_doubtful: bool,
     unsynced: Option<Unsynced>,
     syncing: Option<Receiver<io::Result<()>>>,
 }
 
-/// When what is not on the disk yet was written.
+/// Since when there are writes that are not flushed to the disk.
 #[derive(Clone, Copy, Debug)]
 struct Unsynced {
     first: Instant,
@@ -159,7 +159,7 @@ impl SessionFile {
         }
     }
 
-    /// What the file holds has been read into the history: from here on it follows.
+    /// The file's contents have been read into the history: new events are appended from here.
     ///
     /// # Errors
     /// It cannot be read.
@@ -187,10 +187,10 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Writes a session whole to a place, where it goes on. What lies there is replaced.
+    /// Writes a whole session to a path and continues in that file. An existing file is replaced.
     ///
     /// # Errors
-    /// It cannot be written; what lies there stays.
+    /// It cannot be written; the existing file stays.
     pub(super) fn replace(path: &Path, lock: SessionLock, history: &History) -> Result<Self, Trouble> {
         let mut file = Self::new(path.to_owned(), Some(lock));
         if let Err(trouble) = file.rewrite(history) {
@@ -201,7 +201,7 @@ impl SessionFile {
         Ok(file)
     }
 
-    /// What is written so far is not discarded any more.
+    /// Everything written so far is kept, even if the session is discarded.
     fn start_here(&mut self) {
         self.before = self.open.as_ref().map(|open| Before {
             held: self.held,
@@ -255,8 +255,8 @@ impl SessionFile {
         if found.len() != open.bytes && !open.is_torn {
             return Err(Trouble::Changed { expected: open.bytes, found: found.len() });
         }
-        // As long as before is not the same as before. To read a file costs more than a look, so it is read when
-        // something about it (its permissions, too) has changed.
+        // The same length does not mean the same contents. To read a file costs more than to ask for its metadata, so it is
+        // read only when these (times, permissions) have changed.
         let now = Instant::now();
         open.is_suspect |= Stamp::of(&found) != open.touched;
         let was_just_compared =
@@ -274,7 +274,7 @@ impl SessionFile {
         self.open.as_mut().map_or(Ok(()), |open| open.compare(Instant::now()))
     }
 
-    /// Writes what the history has and the file has not.
+    /// Writes the part of the history that the file does not hold yet.
     pub(super) fn catch_up(&mut self, history: &History) -> Result<(), Trouble> {
         self.check()?;
         if self.open.as_ref().is_some_and(|open| open.is_doubtful) {
@@ -336,7 +336,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Brings what was written to the disk where the hand rests, on a thread of its own: a disk may take its time.
+    /// Flushes the file to the disk at a pause, on a thread of its own, because a disk may be slow.
     pub(super) fn sync_at_pauses(&mut self, now: Instant) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         open.take_synced()?;
@@ -358,11 +358,11 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Brings everything to the disk now.
+    /// Flushes everything to the disk now.
     pub(super) fn sync(&mut self) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         if let Some(syncing) = open.syncing.take() {
-            // A thread that is gone without a word has synced nothing.
+            // A thread that ended without an answer has flushed nothing.
             let result = syncing.recv().unwrap_or_else(|_| Err(io::Error::other("it was not synced")));
             open.note_sync(result)?;
         }
@@ -374,8 +374,8 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Makes the file what it was before anything was written in this sitting. One that is not ours any more is left
-    /// alone; should it become ours again, it is written anew.
+    /// Takes the file back to what it was when the session was opened. A file that another program has changed is left
+    /// alone; if that program undoes its change, the file is written anew.
     pub(super) fn revert(&mut self) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         open.is_doubtful = true;
@@ -402,7 +402,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Closes it on purpose: it is nobody's any more.
+    /// Closes the session on purpose: no program has it any more.
     pub(in crate::app) fn release(mut self) {
         self.open = None;
         if let Some(lock) = self.lock.take() {
@@ -410,7 +410,7 @@ impl SessionFile {
         }
     }
 
-    /// Closes it, but as one that was left open: the next window brings it back.
+    /// Closes the file but leaves the session marked as open: the next window restores it.
     pub(in crate::app) fn leave(mut self) {
         self.open = None;
         if let Some(lock) = self.lock.take() {
@@ -418,12 +418,12 @@ impl SessionFile {
         }
     }
 
-    /// Takes its lock to another file at the same place.
+    /// Takes its lock, for another file under the same name.
     pub(super) fn take_lock(&mut self) -> Option<SessionLock> {
         self.lock.take()
     }
 
-    /// Gives it a lock back.
+    /// Gives it a lock, such as that of the file before it.
     pub(super) fn put_lock(&mut self, lock: Option<SessionLock>) {
         self.lock = lock;
     }
@@ -458,7 +458,7 @@ impl OpenFile {
         }
     }
 
-    /// Reads the whole lines, to know them again.
+    /// Reads the whole lines and hashes them, to recognise them later.
     fn learn_contents(&mut self) -> io::Result<()> {
         self.touched = Stamp::of(&self.file.metadata()?);
         self.contents = Contents::read(&self.file, self.whole_bytes)?;
@@ -470,7 +470,7 @@ impl OpenFile {
     fn compare(&mut self, now: Instant) -> Result<(), Trouble> {
         let found = Contents::read(&self.file, self.whole_bytes).map_err(|error| Trouble::io(&error))?;
         self.is_suspect = found != self.contents;
-        // What differs is looked at each time: it may have been put right.
+        // A file that differs is read each time: it may have been restored.
         self.compared_at = (!self.is_suspect).then_some(now);
         if self.is_suspect { Err(Trouble::Overwritten) } else { Ok(()) }
     }
@@ -501,8 +501,8 @@ impl OpenFile {
         Ok(())
     }
 
-    /// Writes whole lines, in one write if the system takes them so. Returns those that the file holds now; of a line
-    /// that was torn nothing stays.
+    /// Writes whole lines, in one write if the system can. Returns how many of them the file holds now; of a line
+    /// that was torn, nothing is left.
     fn append<'p>(&mut self, lines: &'p [u8]) -> (&'p [u8], io::Result<()>) {
         let mut file = &*self.file;
         let mut written = 0;
@@ -546,7 +546,7 @@ impl OpenFile {
         self.note_sync(result)
     }
 
-    /// A file that could not be brought to the disk may have lost anything: it is written anew.
+    /// A file whose flush failed may have lost any part: it is written anew.
     fn note_sync(&mut self, result: io::Result<()>) -> Result<(), Trouble> {
         result.map_err(|error| {
             self.is_doubtful = true;
@@ -567,10 +567,10 @@ fn open_for_writing(path: &Path) -> Result<OpenFile, Trouble> {
     Ok(OpenFile::new(file, &data))
 }
 
-/// Brings a file's contents and its name to the disk.
+/// Flushes a file's contents and its name to the disk.
 fn sync(file: &File, path: &Path) -> io::Result<()> {
     match file.sync_all() {
-        // What cannot be synced at all (some network and virtual file systems) is as safe as it will be.
+        // A file that cannot be flushed (on some network and virtual file systems) is as safe as it can be.
         Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {}
         result => result?,
     }

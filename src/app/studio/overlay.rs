@@ -1,4 +1,4 @@
-//! What a frame shows besides the model: polygons that are left out, and lines.
+//! What a frame shows besides the model: culled polygons, and lines.
 
 use glam::{Vec2, Vec3};
 
@@ -10,7 +10,7 @@ use crate::{
 };
 
 impl Studio {
-    /// Polygons that are left out, to be tinted: only worth it when the eye is elsewhere than the culling camera.
+    /// Culled polygons, to be drawn tinted: only while the eye is elsewhere than the culling camera.
     pub(super) fn find_culled(&mut self) {
         self.culled.clear();
         self.hidden.clear();

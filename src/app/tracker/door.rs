@@ -53,12 +53,12 @@ impl FromStr for TrackerKey {
     }
 }
 
-/// What becomes of a datagram.
+/// Whether a datagram is accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Admission {
     /// It is read.
     Read,
-    /// It is of somebody else than the adopted sender, or without the key.
+    /// It came from another sender than the adopted one, or without the key.
     Refused,
     /// There were too many this second.
     TooMany,
@@ -91,7 +91,7 @@ impl Door {
             None => true,
             Some(key) => key_of(packet).is_some_and(|said| key.is(said)),
         };
-        // Before it is counted: nobody who is refused takes the place of somebody who is not.
+        // Before it is counted, so that refused packets take no place of accepted ones.
         if is_stranger || !knows_key {
             return Admission::Refused;
         }
@@ -139,7 +139,7 @@ mod tests {
         let mut door = Door::new(TrackerOptions::default());
         let start = Instant::now();
         let at = |millis| start + Duration::from_millis(millis);
-        // Noise adopts nobody.
+        // A malformed packet adopts no sender.
         assert_eq!(door.admit(sender(1), b"noise", at(0)), Admission::Read);
         assert_eq!(door.admit(sender(2), b"undo", at(1)), Admission::Read);
         door.note_understood(sender(2), at(1));

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use super::{BrushChoice, Message};
 use crate::recording::{Event, NormalRule, Paint, StrokeId, Tool};
 
-/// Where the hands and the head were last.
+/// The last poses of the hands and the head.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HandsState {
     /// Head: position, world from head.
@@ -33,12 +33,12 @@ impl Hands {
     /// A hand that draws and says nothing for this long, seconds, has stopped: its last message may be lost.
     pub const SILENCE_SECS: f64 = 1.0;
 
-    /// Hands that draw with `first_brush` until they are told otherwise.
+    /// Hands that draw with `first_brush` until a message chooses another brush.
     pub fn new(first_brush: BrushChoice) -> Self {
         Self { hands: BTreeMap::new(), first_brush, state: HandsState::default() }
     }
 
-    /// Where they are.
+    /// Their poses.
     pub fn state(&self) -> HandsState {
         self.state
     }

@@ -31,7 +31,7 @@ pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
         "erase" => Message::Erase { p: words.point()? },
         "undo" => Message::Undo,
         "redo" => Message::Redo,
-        // Whoever asks for one has looked at it before.
+        // The key was checked before.
         "key" => {
             words.0.next().ok_or("a key")?;
             return if words.0.next().is_some() { Err("the end of the line") } else { Ok(None) };

@@ -6,7 +6,7 @@ use crate::{
     recording::{NormalRule, Tool},
 };
 
-/// What a hand draws with.
+/// The brush of a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrushChoice {
     /// The tool.
@@ -24,14 +24,14 @@ pub struct BrushChoice {
 /// One message of a tracker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Message {
-    /// Where the head is.
+    /// The pose of the head.
     Head {
         /// Position.
         p: Vec3,
         /// World from head.
         q: Quat,
     },
-    /// Where a hand is; it draws while `pressure` is above 0.
+    /// The pose of a hand; it draws while `pressure` is above 0.
     Hand {
         /// Which hand.
         hand: u8,
@@ -42,7 +42,7 @@ pub enum Message {
         /// 0 to 1.
         pressure: f32,
     },
-    /// What a hand draws with from its next stroke on.
+    /// The brush of a hand from its next stroke on.
     Brush {
         /// Which hand.
         hand: u8,
@@ -54,7 +54,7 @@ pub enum Message {
         /// Position.
         p: Vec3,
     },
-    /// Take the last edit back.
+    /// Undo the last edit.
     Undo,
     /// Make the edit last taken back again.
     Redo,
@@ -84,7 +84,7 @@ impl Message {
     }
 }
 
-/// What a message may draw with.
+/// The tools that a message may choose.
 pub(super) const TOOLS: &str = "a tool (ribbon, wall or tube) or the name of a brush";
 
 impl BrushChoice {

@@ -9,9 +9,9 @@ use super::message::{BrushChoice, Message, normal_name, normal_of};
 
 /// Bundles in bundles, at most.
 const MAX_DEPTH: u32 = 4;
-/// How a bundle begins; a time tag of 8 bytes follows, which is not looked at: poses count when they come.
+/// How a bundle begins; a time tag of 8 bytes follows, which is ignored: poses count when they arrive.
 const BUNDLE: &[u8] = b"#bundle\0";
-/// Where the key is said.
+/// The address of the message with the key.
 const KEY: &str = "/osp/key";
 /// Everything is padded to this many bytes.
 const WORD: usize = 4;
@@ -55,7 +55,7 @@ pub(super) fn osc_key(packet: &[u8]) -> Option<&str> {
     take_text(&mut bytes).filter(|_| is_key && bytes.is_empty())
 }
 
-/// What a message says; of a key, nothing: whoever asks for one has looked at it before.
+/// Parses a message; a key gives nothing, because it was checked before.
 fn read(bytes: &[u8]) -> Option<Option<Message>> {
     if osc_key(bytes).is_some() {
         return Some(None);

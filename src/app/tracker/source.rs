@@ -34,7 +34,7 @@ const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
 /// How often a thread looks whether it is still wanted, and whether a file has grown.
 const NAP: Duration = Duration::from_millis(20);
 
-/// Where a tracker's messages come from.
+/// The source of a tracker's messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackerAddress {
     /// Datagrams sent to this address of ours.
@@ -45,7 +45,7 @@ pub enum TrackerAddress {
     File(PathBuf),
 }
 
-/// Port where a tracker is listened to unless it is told otherwise.
+/// Default port on which a window listens to a tracker.
 const DEFAULT_PORT: u16 = 9327;
 
 impl FromStr for TrackerAddress {
@@ -64,7 +64,7 @@ impl FromStr for TrackerAddress {
 }
 
 impl TrackerAddress {
-    /// What somebody should know who listens there: that the whole network can draw.
+    /// A warning for an address that is not this machine's own: the whole network can draw.
     pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
@@ -94,7 +94,7 @@ pub struct TrackerError {
     cause: io::Error,
 }
 
-/// What has come so far.
+/// Counts of a tracker's messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Messages understood.
@@ -183,7 +183,7 @@ impl Tracker {
         self.messages.try_recv().ok()
     }
 
-    /// What has come so far.
+    /// The counts so far.
     pub fn counts(&self) -> Counts {
         Counts {
             messages: self.shared.messages.load(Ordering::Relaxed),
@@ -205,7 +205,7 @@ impl Drop for Tracker {
     }
 }
 
-/// What to do where a stream ends.
+/// What a reader does at the end of a stream.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum AtEnd {
     Stop,
@@ -217,7 +217,7 @@ enum AtEnd {
 enum LinesEnd {
     /// The file has become shorter.
     Shorter,
-    /// There is no more, or nobody wants it.
+    /// The input has ended, or the receiver is gone.
     Over,
 }
 
@@ -333,7 +333,7 @@ impl Output {
         let mut reader = BufReader::new(stream);
         let mut line = Vec::new();
         let mut consumed = 0u64;
-        // Of the line at hand.
+        // Bytes of the current line.
         let mut unbroken = 0u64;
         while !self.is_over() {
             let room = MAX_LINE_BYTES - line.len() as u64;

@@ -10,12 +10,12 @@ use crate::{
 
 /// Tells a session as a tracker would have: the events become messages. Strokes that overlap in time get a hand each.
 ///
-/// What a tracker has no word for (groups, moved strokes, finished polygons) is left out and counted.
+/// Events without a message for them (groups, moved strokes, finished polygons) are left out and counted.
 #[derive(Clone, Debug, Default)]
 pub struct Teller {
-    /// What each hand is at.
+    /// The stroke that each hand draws.
     hands: Vec<Option<Drawing>>,
-    /// Where each stroke began, to say which one is erased.
+    /// The first point of each stroke, which names it when it is erased.
     starts: HashMap<StrokeId, Vec3>,
     left_out: u64,
 }

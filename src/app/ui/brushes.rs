@@ -37,7 +37,7 @@ fn is_spray(brush: &Brush) -> bool {
     matches!(brush.family, Family::Particles | Family::Spray { .. })
 }
 
-/// Where the pictures of the brushes that can be chosen are in one texture.
+/// The layout of the brushes' pictures in one texture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PreviewGrid(());
 
@@ -79,12 +79,12 @@ impl PreviewGrid {
     }
 }
 
-/// The list of brushes, and what it shows of them.
+/// The list of brushes, with a picture of each.
 #[derive(Default)]
 pub(super) struct BrushList {
     /// It has been opened.
     is_asked: bool,
-    /// The pictures were drawn, or cannot be.
+    /// Whether the pictures have been drawn, or cannot be.
     is_answered: bool,
     previews: Option<TextureHandle>,
 }
@@ -105,7 +105,7 @@ impl BrushList {
         (self.is_answered, self.previews) = (true, previews);
     }
 
-    /// The choice of what ribbons are painted with.
+    /// The choice of the brush that paints ribbons.
     pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         let chosen = studio.brush().paint();
         let name = chosen.map_or("plain", |brush| brush.name.as_str());
@@ -167,7 +167,7 @@ impl BrushList {
     }
 }
 
-/// What a list that opens has at its right end.
+/// The triangle at the right end of a button that opens a list.
 fn triangle(ui: &Ui, rect: Rect) {
     let corners =
         vec![rect.left_top() + vec2(0.0, 1.0), rect.right_top() + vec2(0.0, 1.0), rect.center_bottom()];

@@ -9,8 +9,8 @@ use crate::app::{
 /// Points of a smooth wheel for a step of a notched one.
 const POINTS_A_STEP: f32 = 50.0;
 
-/// Hands what the pointer did on the model to the studio, in the order in which it happened. All of it becomes part of
-/// the frame that is being made.
+/// Passes the pointer's events over the model to the studio, in their order. All of them become part of
+/// the current frame.
 pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, studio: &mut Studio) {
     let area = response.rect;
     let size_px = Vec2::new(area.width(), area.height()) * pixels_per_point;

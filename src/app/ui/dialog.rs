@@ -11,7 +11,7 @@ use crate::app::command::Command;
 /// portal brings up is not known, and one question too many is better than a file too few.
 const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
 
-/// What a path is asked for.
+/// The purpose of a path that the window asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ask {
     Open,
@@ -44,7 +44,7 @@ impl Ask {
         }
     }
 
-    /// What is done with a path that was typed.
+    /// The command for a path that was typed.
     fn command(self, path: PathBuf) -> Command {
         match self {
             Self::Open => Command::Open(path),
@@ -53,8 +53,8 @@ impl Ask {
         }
     }
 
-    /// What is done with a path from the system's own dialog, which has asked whether a file there is to be replaced:
-    /// but it has not asked about a name that gets its ending here.
+    /// The command for a path from the system's own dialog, which has asked whether to replace a file there,
+    /// but not about a name whose ending is added here.
     fn command_of_chosen(self, path: PathBuf) -> Command {
         let is_whole = path.extension().is_some();
         match (self, is_whole && ASKS_ITSELF) {
@@ -79,7 +79,7 @@ pub(super) struct PathDialog {
     chosen: Option<Receiver<Option<PathBuf>>>,
 }
 
-/// What became of a dialog.
+/// The result of a dialog.
 #[derive(Debug, PartialEq)]
 pub(super) enum Answer {
     StillOpen,
@@ -129,7 +129,7 @@ impl PathDialog {
         if is_open && !is_cancelled { Answer::StillOpen } else { Answer::Closed }
     }
 
-    /// What was chosen in the system's dialog; a cancelled one leaves this one open.
+    /// The path chosen in the system's dialog; if that is cancelled, this one stays open.
     fn take_chosen(&mut self) -> Option<Answer> {
         match self.chosen.as_ref()?.try_recv() {
             Ok(Some(path)) => Some(Answer::Chosen(self.ask.command_of_chosen(path))),

@@ -32,7 +32,7 @@ pub struct Interface {
     adapter: String,
     /// The question that was on the window in the last frame.
     asked: Option<Question>,
-    /// Something was drawn: the newcomer's hint has done its work.
+    /// Whether something was drawn: then the first hint is not shown any more.
     has_drawn: bool,
     brushes: BrushList,
 }
@@ -173,7 +173,7 @@ impl Interface {
         studio.set_flight(flight(ui));
     }
 
-    /// What a newcomer does first.
+    /// The hint in an empty session.
     fn hint(&mut self, ui: &Ui, area: Rect, studio: &Studio) {
         self.has_drawn |= studio.scene().polygon_count() > 0;
         if self.has_drawn || !studio.can_draw() {
@@ -190,13 +190,13 @@ impl Interface {
     }
 }
 
-/// What comes after `now`; after the last the first.
+/// The entry after `now`; after the last one, the first.
 fn next_of<T: Copy + PartialEq>(all: &[T], now: T) -> T {
     let next = all.iter().position(|&one| one == now).map_or(0, |at| at + 1);
     all.get(next).or(all.first()).copied().unwrap_or(now)
 }
 
-/// Where the held keys fly to: right, up, back.
+/// The direction in which the held keys fly: right, up, back.
 fn flight(ui: &Ui) -> Vec3 {
     use egui::Key;
     ui.input(|input| {

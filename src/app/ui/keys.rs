@@ -5,10 +5,10 @@ use crate::{
     recording::Tool,
 };
 
-/// What a shortcut does.
+/// The action of a shortcut.
 #[derive(Clone, Copy, Debug)]
 pub enum Action {
-    /// Something that is a command as it stands.
+    /// A command without a question before it.
     Do(fn() -> Command),
     /// Freeze the culling camera, or let it go.
     ToggleFreeze,
@@ -32,14 +32,14 @@ pub enum Action {
     ToggleHelp,
 }
 
-/// A key and what it does. The window shows this table and acts by it.
+/// A key and its action. The window shows this table in its help and acts by it.
 #[derive(Clone, Copy, Debug)]
 pub struct Shortcut {
     /// The key, with those held.
     pub keys: KeyboardShortcut,
-    /// What it does, in words.
+    /// The action in words.
     pub what: &'static str,
-    /// What it does.
+    /// The action.
     pub action: Action,
 }
 
@@ -87,7 +87,7 @@ pub const SHORTCUTS: &[Shortcut] = &[
     key(Key::F2, "show or hide times and counts", Action::TogglePanel),
 ];
 
-/// What is done by holding keys or with the pointer, for the list in the window.
+/// Actions of the pointer and of held keys, for the list in the window.
 pub const HINTS: &[(&str, &str)] = &[
     ("left button", "use the tool: draw, erase, select"),
     ("right button", "orbit around the point in the middle"),

@@ -1,6 +1,6 @@
-//! What is on the window beside the model: tools, dialogs, times and counts; and what the pointer does on the model.
+//! The window's panels around the model: tools, dialogs, times and counts; and the pointer's events over the model.
 //!
-//! Everything here is egui and nothing needs a window or a GPU, so that it can be tested as it is.
+//! All of it is laid out by egui and needs neither a window nor a GPU, so tests run it directly.
 
 mod brushes;
 mod canvas;

@@ -20,7 +20,7 @@ fn ms(ns: u64) -> String {
     format!("{:.2} ms", ns as f64 * 1.0e-6)
 }
 
-/// Thousands apart, so that large counts can be read.
+/// A count with its thousands separated.
 fn count(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
@@ -146,14 +146,14 @@ fn counts(ui: &mut Ui, studio: &Studio) {
     );
     let is_auto = studio.culling().occlusion() == Occlusion::Auto;
     if let Some(ns) = studio.culling().polygon_ns().filter(|_| is_auto) {
-        table(ui, "what auto goes by", &[("cost of a polygon", format!("{ns:.0} ns"))]);
+        table(ui, "measured by auto", &[("cost of a polygon", format!("{ns:.0} ns"))]);
     }
     if let Some((counts, times)) = while_drawing {
         culling_while_drawing(ui, &counts, times);
     }
 }
 
-/// What culling while drawing did, in rows that are there only while it is at work.
+/// Rows with the counts of culling while drawing, shown only while a method culls so.
 fn culling_while_drawing(ui: &mut Ui, counts: &DrawnCounts, times: Option<PassTimes>) {
     let rows =
         [("groups tested", count(counts.groups_tested)), ("drawn in depth pass", count(counts.first_pass))];
@@ -214,7 +214,7 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     }
 }
 
-/// The ways to find what is hidden; those that may hide what can be seen are for `osp replay` and `osp verify`.
+/// The conservative methods of occlusion culling; the others can be chosen in `osp replay` and `osp verify` only.
 pub(super) fn sound_occlusion() -> Vec<Occlusion> {
     Occlusion::all().filter(|choice| choice.soundness() == Soundness::Conservative).collect()
 }

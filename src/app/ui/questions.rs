@@ -8,12 +8,12 @@ use crate::app::{
     subject::Subject,
 };
 
-/// The colour of what must not be overlooked.
+/// The colour of warnings.
 pub(super) const ALARM: Color32 = Color32::from_rgb(255, 120, 100);
 
 /// Widest text, points; a narrow window has narrower ones.
 const WIDEST: f32 = 420.0;
-/// What is left free at the window's sides, points.
+/// Margin at the window's sides, points.
 const MARGIN: f32 = 48.0;
 
 fn set_width(ui: &mut Ui) {
@@ -53,7 +53,7 @@ pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes:
     }
 }
 
-/// What is wrong with the session's file, for as long as it is: above the model, in nobody's way.
+/// The warning that the session's file cannot be written, above the model, for as long as that is so.
 pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
     let Subject::Sketch(document) = studio.subject() else { return };
     let journal = document.journal();

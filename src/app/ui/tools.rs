@@ -13,7 +13,7 @@ use crate::{
     recording::Tool,
 };
 
-/// Colours to start from, sRGB.
+/// The colours that have buttons, sRGB.
 const SWATCHES: [[u8; 3]; 12] = [
     [242, 158, 51],
     [230, 84, 64],
@@ -158,7 +158,7 @@ fn file_buttons(ui: &mut Ui, studio: &Studio, is_replay: bool, wishes: &mut Wish
     }
 }
 
-/// Where the session is and whether it is safe.
+/// Where the session is saved, and whether all of it is.
 fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let Subject::Sketch(document) = studio.subject() else { return };
     let journal = document.journal();

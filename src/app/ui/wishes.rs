@@ -1,7 +1,7 @@
 use super::dialog::Ask;
 use crate::app::command::Command;
 
-/// What was asked for while the panels were shown; done when they are laid out.
+/// Commands that the panels asked for; they are carried out when all panels are laid out.
 #[derive(Debug, Default)]
 pub(super) struct Wishes {
     pub(super) commands: Vec<Command>,

@@ -124,13 +124,19 @@ pub(super) fn hypercolor(u: f32, v: f32) -> [f32; 4] {
     [shade, shade, shade, solid(inside, 0.5)]
 }
 
-/// One dry streak of light: hairs that set in one after the other, rounded at the end.
+/// One dry streak of light: hairs that set in one after the other, nearly solid from there on, rounded at the end.
 pub(super) fn light(u: f32, v: f32) -> f32 {
-    let width = on_line(&[(0.0, 0.3), (0.3, 0.8), (0.5, 0.95), (0.9, 0.9), (1.0, 0.5)], u);
-    let lost = on_line(&[(0.0, 0.75), (0.3, 0.5), (0.6, 0.15), (1.0, 0.1)], u);
-    let holes = octaves(u, v, (4, 28), 3, 12);
-    // Noise of several octaves lies about 0.5 by 0.15.
-    step(0.0, 0.12, width - aside(v)) * step(-0.03, 0.05, holes - mix(0.27, 0.73, lost))
+    let (middle, end) = (0.44, 0.99);
+    let width = on_line(&[(0.0, 0.5), (0.2, 0.8), (0.4, 0.9), (0.85, 0.9)], u);
+    let round = (1.0 - ((u - 0.85) / (end - 0.85)).max(0.0).powi(2)).max(0.0).sqrt();
+    let rim = 0.1 * (noise(u, v, (24, 6), 48) - 0.5);
+    let inside = width * round + rim - (v - middle).abs() * 2.0;
+    let line = (v * 44.0) as i32;
+    // Most hairs have set in by a third of the way.
+    let begins = mix(0.02, 0.4, random(line, 4, 12).powf(0.7));
+    let holes = octaves(u, v, (5, 34), 3, 12);
+    let lost = on_line(&[(0.0, 0.45), (0.35, 0.34), (0.6, 0.27), (1.0, 0.27)], u);
+    step(0.0, 0.1, inside) * step(begins, begins + 0.04, u) * step(-0.03, 0.05, holes - lost)
 }
 
 /// A cell of an atlas of two by two, and the place in it from -1 to 1.
@@ -271,8 +277,8 @@ pub(super) fn tape(u: f32, v: f32) -> [f32; 4] {
 /// Slabs of a palette knife with cracks, without ends.
 pub(super) fn thick_paint(u: f32, v: f32) -> f32 {
     let rim = octaves(u, (v > 0.5) as u8 as f32 * 0.5, (7, 2), 2, 23) - 0.5;
-    let cracks = octaves(u + 0.4 * v, v, (9, 13), 3, 24) - 0.36;
-    solid((0.76 + 0.4 * rim - aside(v)).min(cracks), 0.5)
+    let cracks = octaves(u + 0.4 * v, v, (9, 13), 3, 24) - 0.29;
+    solid((0.72 + 0.4 * rim - aside(v)).min(cracks), 0.5)
 }
 
 /// Chips with ragged rims, without ends.

@@ -17,7 +17,7 @@ impl Osp {
     /// Asks for what these changes will touch, if they lie far apart: those of a stroke that is drawn are few lines that
     /// are at hand.
     pub(super) fn ask_for(&self, geometry: &dyn Geometry, changes: &[Change]) {
-        if changes.len() < LEAST {
+        if changes.len() < LEAST || self.is_linear {
             return;
         }
         for changes in changes.chunks(TOGETHER) {

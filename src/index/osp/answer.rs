@@ -6,6 +6,7 @@ use super::{ids::IdMap, layout::Page};
 use crate::{
     index::{
         DrawList,
+        mask_writer::{MaskWriter, RunSink},
         simd::{IdWriter, Kernel, PageRuns},
     },
     polygon::BLOCK,
@@ -105,27 +106,12 @@ impl Answer for Ids<'_> {
 }
 
 /// The answer as blocks: a run's polygons are all of one block.
-pub(super) struct Blocks<'a> {
-    masks: &'a mut [u16],
-    begin: usize,
-    end: usize,
-    found: usize,
-}
+pub(super) struct Blocks<'a>(MaskWriter<'a>);
 
 impl<'a> Blocks<'a> {
     /// `masks` reaches to the highest number of the index.
     pub(super) fn new(masks: &'a mut [u16]) -> Self {
-        Self { masks, begin: usize::MAX, end: 0, found: 0 }
-    }
-
-    #[inline(always)]
-    fn or(&mut self, first: u32, mask: u32) {
-        let (block, bit) = (first as usize / BLOCK, first % BLOCK as u32);
-        debug_assert!(mask << bit <= 0xFFFF, "a run within its block");
-        self.masks[block] |= (mask << bit) as u16;
-        self.begin = self.begin.min(block);
-        self.end = self.end.max(block + 1);
-        self.found += mask.count_ones() as usize;
+        Self(MaskWriter::new(masks))
     }
 }
 
@@ -133,16 +119,14 @@ impl Answer for Blocks<'_> {
     type Done = (Range<usize>, usize);
 
     #[inline(always)]
-    fn run<K: Kernel>(&mut self, _kernel: K, first: u32, mask: u32) {
-        if mask != 0 {
-            self.or(first, mask);
-        }
+    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
+        self.0.push_run(kernel, first, mask);
     }
 
     #[inline(always)]
-    fn page<K: Kernel>(&mut self, _kernel: K, page: &Page, runs: u32) {
+    fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
         for (&first, &mask) in page.first.iter().zip(&page.masks).take(runs as usize) {
-            self.or(first, u32::from(mask));
+            self.0.push_run(kernel, first, u32::from(mask));
         }
     }
 
@@ -150,24 +134,23 @@ impl Answer for Blocks<'_> {
     fn single<K: Kernel>(&mut self, _kernel: K, page: &Page, count: u32) {
         let ids = &page.first[..(count as usize).min(BLOCK)];
         let (mut low, mut high) = (u32::MAX, 0);
+        let masks = self.0.masks();
         for &id in ids {
-            self.masks[id as usize / BLOCK] |= 1 << (id % BLOCK as u32);
+            masks[id as usize / BLOCK] |= 1 << (id % BLOCK as u32);
             (low, high) = (low.min(id), high.max(id));
         }
         if !ids.is_empty() {
-            self.begin = self.begin.min(low as usize / BLOCK);
-            self.end = self.end.max(high as usize / BLOCK + 1);
-            self.found += ids.len();
+            self.0.note(low as usize / BLOCK..high as usize / BLOCK + 1, ids.len());
         }
     }
 
     #[inline(always)]
-    fn lanes<K: Kernel>(&mut self, _kernel: K, page: &Page, lanes: u32) {
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
         let mut left = lanes & 0xFFFF;
         while left != 0 {
             let lane = left.trailing_zeros() as usize & 15;
             left &= left - 1;
-            self.or(page.first[lane], u32::from(page.masks[lane]));
+            self.0.push_run(kernel, page.first[lane], u32::from(page.masks[lane]));
         }
     }
 
@@ -176,22 +159,22 @@ impl Answer for Blocks<'_> {
         for (first, filed) in ids.shelves() {
             let block = first as usize / BLOCK;
             // Polygons of the open block may be there already.
-            for (there, &mask) in self.masks[block..block + filed.len()].iter_mut().zip(filed) {
+            for (there, &mask) in self.0.masks()[block..block + filed.len()].iter_mut().zip(filed) {
                 *there |= mask;
             }
-            (self.begin, self.end) = (self.begin.min(block), self.end.max(block + filed.len()));
-            self.found += filed.iter().map(|mask| mask.count_ones() as usize).sum::<usize>();
+            let polygons = filed.iter().map(|mask| mask.count_ones() as usize).sum();
+            self.0.note(block..block + filed.len(), polygons);
         }
     }
 
     #[inline(always)]
     fn count(&self) -> usize {
-        self.found
+        self.0.found()
     }
 
     #[inline(always)]
     fn finish(self) -> Self::Done {
-        (self.begin..self.end, self.found)
+        self.0.finish()
     }
 }
 

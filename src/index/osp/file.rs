@@ -17,13 +17,13 @@ pub(super) type TakenRun = (Run, Aabb, bool);
 
 /// Where a run belongs.
 #[derive(Clone, Copy, Default)]
-struct Way {
+pub(super) struct Way {
     key: Key,
     level: u32,
     /// The lowest node on the way.
     node: u32,
     /// The bucket under it; [`NONE`] if it is missing.
-    bucket: u32,
+    pub(super) bucket: u32,
 }
 
 impl Osp {
@@ -55,7 +55,7 @@ impl Osp {
 
     /// Where a run with this box belongs.
     #[inline]
-    fn way(&self, bounds: Wide) -> Way {
+    pub(super) fn way(&self, bounds: Wide) -> Way {
         let key = self.grid.key(bounds);
         if self.is_flat {
             return Way { key, level: u32::MAX, node: self.top, bucket: self.nodes[self.top].own };
@@ -282,7 +282,7 @@ impl Osp {
     }
 
     /// Makes the boxes above a bucket hold `bounds`. Where one does already, those above it do too.
-    fn widen_above(&mut self, bucket: u32, bounds: &Aabb) {
+    pub(super) fn widen_above(&mut self, bucket: u32, bounds: &Aabb) {
         let (mut at, mut slot) = (self.buckets[bucket].parent, self.buckets[bucket].slot);
         while at != NONE {
             let node = &mut self.nodes[at];

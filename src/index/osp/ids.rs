@@ -17,6 +17,8 @@ pub(super) struct IdMap {
     details: Pool<Detail>,
     /// The boxes of the polygons in runs of several.
     stores: Pool<Exact>,
+    /// Blocks with a polygon.
+    blocks: usize,
 }
 
 /// Ids of a shelf.
@@ -101,6 +103,7 @@ impl IdMap {
             // A stroke whose last polygons are replaced as it grows spreads nearly every block over several places.
             details: Pool::with_room_for(polygons / 16 + polygons.min(4096) / 16),
             stores: Pool::with_room_for(polygons / 16),
+            blocks: 0,
         }
     }
 
@@ -146,6 +149,7 @@ impl IdMap {
             return;
         }
         shelf.live -= 1;
+        self.blocks -= 1;
         let (place, store) = (shelf.place[at], shelf.store[at]);
         (shelf.place[at], shelf.store[at]) = (NONE, NONE);
         if place != NONE && place & DETAILED != 0 {
@@ -228,6 +232,10 @@ impl IdMap {
         &self.stores[store].boxes
     }
 
+    pub(super) fn boxes_mut(&mut self, store: u32) -> &mut Boxes<16> {
+        &mut self.stores[store].boxes
+    }
+
     /// Exact boxes by their number, without a check.
     ///
     /// # Safety
@@ -249,7 +257,9 @@ impl IdMap {
             self.directory[number] = self.shelves.take();
         }
         let shelf = &mut self.shelves[self.directory[number]];
-        shelf.live += u32::from(shelf.filed[at] == 0);
+        let is_new = shelf.filed[at] == 0;
+        shelf.live += u32::from(is_new);
+        self.blocks += usize::from(is_new);
         shelf.filed[at] = open.present();
         shelf.end = shelf.end.max(at as u32 + 1);
         if shared == 0 {
@@ -299,6 +309,12 @@ impl IdMap {
         self.directory.len() * IDS_A_SHELF
     }
 
+    /// Blocks with a polygon.
+    #[inline]
+    pub(super) fn blocks(&self) -> usize {
+        self.blocks
+    }
+
     /// The number of a block's exact boxes, [`NONE`] if it has none.
     pub(super) fn store(&self, block: u32) -> u32 {
         self.shelf(block).map_or(NONE, |(shelf, at)| shelf.store[at])
@@ -320,6 +336,7 @@ impl IdMap {
         self.shelves.clear();
         self.details.clear();
         self.stores.clear();
+        self.blocks = 0;
     }
 
     /// Memory held, bytes.

@@ -2,10 +2,11 @@ use super::{
     grid::{FLAT_ENTRIES, Grid, ROOT_SHIFT},
     ids::IdMap,
     layout::{Bucket, Node, OWN},
+    linear::{Inserted, Linear},
     open::{Gathered, OpenBlock},
     pages::Pages,
     pool::{NONE, Pool},
-    tuning::UPKEEP_PER_COMMIT,
+    tuning::{LINEAR_BLOCKS, UPKEEP_PER_COMMIT},
 };
 use crate::{
     index::{
@@ -18,10 +19,16 @@ use crate::{
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
 };
 
-/// The fast form of the OSP tree; see [`crate::index::osp`].
+/// The fast form of the OSP (octal space partition) tree, and the index to take: an octree of loose cells for polygons that come and
+/// go at any time. Nothing is ever rebuilt, and boxes are tested eight or sixteen at a time (AVX-512, AVX2, SSE2, NEON).
 #[derive(Clone, Debug)]
 pub struct Osp {
     pub(super) backend: Backend,
+    /// Few polygons: all are here, and the tree is empty.
+    pub(super) linear: Linear,
+    pub(super) is_linear: bool,
+    /// Blocks of sixteen numbers that the linear form holds at most.
+    pub(super) linear_blocks: usize,
     pub(super) grid: Grid,
     /// The preallocated levels: what hangs at each cell, 0 where nothing does.
     pub(super) flat: Vec<u32>,
@@ -62,6 +69,9 @@ impl Osp {
         let runs = polygons / 8;
         let mut osp = Self {
             backend,
+            linear: Linear::with_room_for(LINEAR_BLOCKS),
+            is_linear: true,
+            linear_blocks: LINEAR_BLOCKS,
             grid: Grid::new(&config.root),
             flat: vec![0; FLAT_ENTRIES],
             nodes: Pool::with_room_for(runs / 64 + NODES_AHEAD),
@@ -84,6 +94,18 @@ impl Osp {
         osp
     }
 
+    /// The index with another limit of its linear form: as long as its polygons have numbers in no more than this many
+    /// blocks of sixteen, they are kept as a plain list, which is faster than a tree for some hundred polygons. 0: a tree from
+    /// the first polygon on. The answers do not depend on it.
+    #[must_use]
+    pub fn with_linear_blocks(mut self, blocks: usize) -> Self {
+        self.linear_blocks = blocks;
+        if self.is_linear && (blocks == 0 || self.linear.len() > blocks) {
+            self.make_tree();
+        }
+        self
+    }
+
     /// Sets the root cube's node up.
     pub(super) fn init_root(&mut self) {
         self.is_flat = true;
@@ -93,8 +115,11 @@ impl Osp {
         self.set_top(top);
     }
 
-    /// The box of a polygon in the tree.
+    /// The box of a polygon in the index.
     pub fn bounds(&self, id: PolygonId) -> Option<Aabb> {
+        if self.is_linear {
+            return self.linear.bounds(id.0);
+        }
         let (block, lane) = (id.0 / 16, id.index() % 16);
         if self.open.is(block) && self.open.lanes() >> lane & 1 == 1 {
             return Some(self.open.bounds(lane));
@@ -107,7 +132,7 @@ impl Osp {
         Some(if run.is_exact() { bounds } else { self.ids.boxes(run.store).get(lane) })
     }
 
-    /// Whether the polygon is in the index.
+    /// Whether the polygon is in the tree.
     #[inline]
     fn holds(&self, id: PolygonId) -> bool {
         let (block, lane) = (id.0 / 16, id.0 % 16);
@@ -138,7 +163,7 @@ impl Osp {
         self.open.close();
     }
 
-    /// Takes a polygon out that is known to be there.
+    /// Takes a polygon out that is known to be in the tree.
     fn take_out(&mut self, id: PolygonId) {
         let (block, lane) = (id.0 / 16, id.index() % 16);
         self.len -= 1;
@@ -173,6 +198,16 @@ impl SpatialIndex for Osp {
         if !bounds.is_valid() {
             return Err(IndexError::InvalidBounds(id));
         }
+        if self.is_linear {
+            match self.linear.insert(id.0, bounds, self.linear_blocks) {
+                Inserted::Done => {
+                    self.len += 1;
+                    return Ok(());
+                }
+                Inserted::Present => return Err(IndexError::Duplicate(id)),
+                Inserted::Full => self.make_tree(),
+            }
+        }
         let (block, lane) = (id.0 / 16, id.index() % 16);
         if !self.open.is(block) {
             if self.holds(id) {
@@ -189,6 +224,13 @@ impl SpatialIndex for Osp {
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        if self.is_linear {
+            if !self.linear.remove(id.0) {
+                return Err(IndexError::Unknown(id));
+            }
+            self.len -= 1;
+            return Ok(());
+        }
         if !self.holds(id) {
             return Err(IndexError::Unknown(id));
         }
@@ -197,17 +239,31 @@ impl SpatialIndex for Osp {
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        if !self.holds(id) {
+        let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };
+        if !is_known {
             return Err(IndexError::Unknown(id));
         }
-        if !Wide::from_box(bounds).is_valid() {
+        let wide = Wide::from_box(bounds);
+        if !wide.is_valid() {
             return Err(IndexError::InvalidBounds(id));
+        }
+        if self.is_linear {
+            self.linear.update(id.0, wide);
+            return Ok(());
+        }
+        let is_open = self.open.is(id.0 / 16) && self.open.lanes() >> (id.0 % 16) & 1 == 1;
+        if !is_open && self.adjust(id, wide) {
+            return Ok(());
         }
         self.take_out(id);
         self.insert(id, bounds)
     }
 
     fn commit(&mut self) {
+        if self.is_linear {
+            self.linear.commit();
+            return;
+        }
         if self.queue != NONE {
             self.keep_up(UPKEEP_PER_COMMIT + self.removals);
         }
@@ -215,6 +271,9 @@ impl SpatialIndex for Osp {
         if self.changes >= CHANGES_BETWEEN {
             self.changes = 0;
             self.make_room();
+        }
+        if self.is_flat && self.is_small() {
+            self.make_linear();
         }
     }
 
@@ -257,22 +316,20 @@ impl SpatialIndex for Osp {
             + self.buckets.bytes()
             + self.pages.bytes()
             + self.ids.bytes()
+            + self.linear.bytes()
     }
 
     fn clear(&mut self) {
         self.flat.fill(0);
-        self.nodes.clear();
-        self.buckets.clear();
-        self.pages.clear();
-        self.ids.clear();
-        self.open = OpenBlock::new();
-        (self.queue, self.removals, self.len) = (NONE, 0, 0);
-        self.init_root();
+        self.clear_tree();
+        self.linear.clear();
+        self.is_linear = self.linear_blocks > 0;
+        self.len = 0;
     }
 }
 
 /// Blocks closed between two looks at the room that is left.
-const CHANGES_BETWEEN: u32 = 64;
+pub(super) const CHANGES_BETWEEN: u32 = 64;
 
 /// Polygons that there is always room for, so that growing falls between two frames.
 const AHEAD: usize = 4096;
@@ -284,6 +341,18 @@ const MOST_AT_ONCE: usize = 1 << 24;
 const NODES_AHEAD: usize = 64;
 
 impl Osp {
+    /// Takes everything out of the tree; of the preallocated levels none but the root may be in use.
+    pub(super) fn clear_tree(&mut self) {
+        self.nodes.clear();
+        self.buckets.clear();
+        self.pages.clear();
+        self.ids.clear();
+        self.open.close();
+        (self.queue, self.removals) = (NONE, 0);
+        self.shape += 1;
+        self.init_root();
+    }
+
     /// Reserves memory for the next frame.
     fn make_room(&mut self) {
         self.ids.make_room(AHEAD);

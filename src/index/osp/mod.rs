@@ -19,6 +19,8 @@
 //! * Boxes are tested eight or sixteen at a time (children of a node, pages of a leaf, runs of a page, polygons of a
 //!   run), each kind in rows that a wide register reads. Planes that a box has passed are not tested below it.
 //! * If everything is inside the frustum, the ids are copied from the id map, and the tree is not read.
+//! * As long as there are few polygons, there is no tree: their boxes are a plain list in blocks of sixteen ids
+//!   (`linear.rs`). They move to the tree all at once, which takes some microseconds, and back when most of them are erased.
 //! * Erasing is not in the paper. Here it clears a bit; boxes are made to fit again, and pages, leaves and nodes joined,
 //!   in the commits that follow, as much as was erased.
 //!
@@ -32,13 +34,16 @@
 //! ids: block of 16 ids ─> where its runs are, and its store
 //! ```
 
+mod adjust;
 mod announce;
 mod answer;
 mod file;
+mod form;
 mod grid;
 mod ids;
 mod index;
 mod layout;
+mod linear;
 mod open;
 mod pages;
 mod pool;

@@ -97,6 +97,12 @@ impl OpenBlock {
         (self.block, self.filed, self.lanes) = (block, filed, 0);
     }
 
+    /// Begins a block of which these polygons, and no others, come at once.
+    pub(super) fn begin_with(&mut self, block: u32, lanes: u16, boxes: &Boxes<16>) {
+        (self.block, self.filed, self.lanes) = (block, 0, lanes);
+        self.boxes = *boxes;
+    }
+
     /// Notes that a polygon of the block was taken out of the tree.
     pub(super) fn forget_filed(&mut self, lane: usize) {
         self.filed &= !(1 << lane);

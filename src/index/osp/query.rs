@@ -15,6 +15,7 @@ use super::{
     answer::{Answer, Blocks, Ids},
     index::Osp,
     layout::{Bucket, Node, Page, PageBoxes, Target},
+    linear::Pass,
     pool::NONE,
 };
 use crate::{
@@ -28,20 +29,29 @@ use crate::{
 
 impl Osp {
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        let answer = Ids::new(draw_list);
-        self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer }).0
+        self.answer(frustum, Ids::new(draw_list)).0
+    }
+
+    fn answer<A: Answer>(&self, frustum: &Frustum, answer: A) -> (WorkCounts, A::Done) {
+        if self.is_linear {
+            self.backend.run(Pass { linear: &self.linear, frustum, answer })
+        } else {
+            self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer })
+        }
     }
 
     /// The numbers of all polygons lie below, those of the open block, too.
     fn ids_end(&self) -> usize {
+        if self.is_linear {
+            return self.linear.ids_end();
+        }
         let open = if self.open.lanes() == 0 { 0 } else { (self.open.block() as usize + 1) * BLOCK };
         self.ids.ids_end().max(open)
     }
 
     pub(super) fn cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
         let answer = Blocks::new(visible.masks_for(self.ids_end()));
-        let (work, (blocks, found)) =
-            self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer });
+        let (work, (blocks, found)) = self.answer(frustum, answer);
         visible.note_filled(blocks, found);
         work
     }

@@ -42,6 +42,9 @@ impl Ord for Waiting {
 impl Osp {
     /// Asks `nearest` about the polygons along a ray, near nodes first.
     pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
+        if self.is_linear {
+            return self.ask_blocks(ray, nearest);
+        }
         let mut stack = Vec::with_capacity(64);
         self.start(ray, nearest, &mut |waiting| stack.push(waiting));
         while let Some(Waiting { t, place }) = stack.pop() {
@@ -50,6 +53,21 @@ impl Osp {
                 self.look(place, ray, nearest, &mut |waiting| stack.push(waiting));
                 stack[before..].sort_unstable();
             }
+        }
+    }
+
+    /// [`Osp::ask_along`] for the linear form: near blocks first.
+    fn ask_blocks(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
+        let blocks = self.linear.blocks().enumerate();
+        let entered =
+            blocks.filter_map(|(at, block)| Some((enter(ray, &self.linear.around(at), nearest)?, block)));
+        let mut waiting: Vec<_> = entered.collect();
+        waiting.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.0.cmp(&b.1.0)));
+        for (t, (number, lanes, boxes)) in waiting {
+            if !is_wanted(t, nearest.reach()) {
+                return;
+            }
+            self.ask_lanes(number * 16, u32::from(lanes), ray, nearest, |lane| boxes.get(lane));
         }
     }
 

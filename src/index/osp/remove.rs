@@ -64,7 +64,7 @@ impl Osp {
         self.buckets[page.bucket].note_runs(page);
     }
 
-    fn queue_page(&mut self, page_number: u32) {
+    pub(super) fn queue_page(&mut self, page_number: u32) {
         let page = &mut self.pages[page_number];
         if !page.queued {
             page.queued = true;

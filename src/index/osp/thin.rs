@@ -5,7 +5,7 @@ use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
     index::{
         Thinner, Visit,
-        simd::{Kernel, PlaneSet, WithKernel},
+        simd::{Boxes, Kernel, PlaneSet, WithKernel},
     },
     math::{Aabb, Frustum},
     polygon::VisibleBlocks,
@@ -35,8 +35,15 @@ impl WithKernel for Thin<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) {
-        self.open_block();
         let osp = self.osp;
+        if osp.is_linear {
+            for (at, (number, lanes, boxes)) in osp.linear.blocks().enumerate() {
+                self.block(number, lanes, || osp.linear.around(at), boxes);
+            }
+            return;
+        }
+        let (open, lanes) = (osp.open.block(), osp.open.lanes());
+        self.block(open, lanes, || osp.open.rows().around(u32::from(lanes)), osp.open.rows());
         let polygons = osp.len - osp.open.lanes().count_ones() as usize;
         match self.ask(&osp.node_box(osp.top), polygons) {
             Visit::Take => {}
@@ -55,13 +62,11 @@ impl Thin<'_> {
         self.thinner.node(bounds, polygons)
     }
 
-    fn open_block(&mut self) {
-        let open = &self.osp.open;
-        let lanes = open.lanes();
-        let seen = lanes & self.visible.mask(open.block() as usize);
+    /// A block of which these polygons lie at the top.
+    fn block(&mut self, number: u32, lanes: u16, around: impl FnOnce() -> Aabb, boxes: &Boxes<16>) {
+        let seen = if lanes == 0 { 0 } else { lanes & self.visible.mask(number as usize) };
         if seen != 0 {
-            let bounds = open.rows().around(u32::from(lanes));
-            self.run_of(open.block(), lanes, seen, &bounds, |lane| open.bounds(lane));
+            self.run_of(number, lanes, seen, &around(), |lane| boxes.get(lane));
         }
     }
 

@@ -22,3 +22,8 @@ pub(super) const RUN_STRETCH: f32 = 1.5;
 
 /// Runs that a frame's upkeep looks at even if nothing was taken out in it.
 pub(super) const UPKEEP_PER_COMMIT: u32 = 16;
+
+/// Blocks of sixteen ids that are kept as a plain list before there is a tree. More: small models are answered and changed
+/// faster, up to where the tree leaves more out than the list takes; and the one change that moves all of them to the tree
+/// takes longer.
+pub(super) const LINEAR_BLOCKS: usize = 96;

@@ -51,6 +51,18 @@ impl Osp {
             self.pages.live()
         );
         let open = self.open.lanes().count_ones() as usize;
+        if self.is_linear {
+            let in_tree = (found.polygons as usize + open, self.ids.blocks(), self.pages.live());
+            ensure!(
+                in_tree == (0, 0, 0),
+                "{in_tree:?} polygons, blocks and pages in the tree of a plain list"
+            );
+            ensure!(self.linear.len() <= self.linear_blocks, "the plain list is too long");
+            return self.linear.check(self.len);
+        }
+        ensure!(self.linear.len() == 0, "a tree, and polygons in the plain list");
+        let blocks = self.ids.shelves().flat_map(|(_, masks)| masks).filter(|&&mask| mask != 0).count();
+        ensure!(blocks == self.ids.blocks(), "{blocks} blocks in use, {} counted", self.ids.blocks());
         let total = found.polygons as usize + open;
         ensure!(total == self.len, "{total} polygons found, {} counted", self.len);
         let masks = self.ids.shelves().flat_map(|(_, masks)| masks);

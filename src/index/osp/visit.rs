@@ -2,7 +2,7 @@
 
 use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
-    index::{Node, Visit, Visitor, WorkCounts},
+    index::{Node, Visit, Visitor, WorkCounts, simd::Boxes},
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
 };
@@ -25,7 +25,17 @@ struct Place {
 impl Osp {
     pub(super) fn visit(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         let mut walk = Walk { osp: self, frustum, visitor, work: WorkCounts::default() };
-        walk.open_block();
+        if self.is_linear {
+            for (at, (number, lanes, boxes)) in self.linear.blocks().enumerate() {
+                walk.block(number, lanes, self.linear.around(at), boxes);
+            }
+            return walk.work;
+        }
+        let lanes = self.open.lanes();
+        if lanes != 0 {
+            let bounds = self.open.rows().around(u32::from(lanes));
+            walk.block(self.open.block(), lanes, bounds, self.open.rows());
+        }
         let bounds = self.node_box(self.top);
         let polygons = self.len - self.open.lanes().count_ones() as usize;
         let place = Place { bounds, depth: 0, polygons, is_leaf: false };
@@ -59,17 +69,12 @@ impl Walk<'_> {
         }
     }
 
-    fn open_block(&mut self) {
-        let open = &self.osp.open;
-        let lanes = u32::from(open.lanes());
-        if lanes == 0 {
-            return;
-        }
-        let bounds = open.rows().around(lanes);
+    /// A block of which these polygons lie at the top.
+    fn block(&mut self, number: u32, lanes: u16, bounds: Aabb, boxes: &Boxes<16>) {
         let polygons = lanes.count_ones() as usize;
         let place = Place { bounds, depth: 0, polygons, is_leaf: true };
         if let Some((mask, answer)) = self.ask(&place, PlaneMask::ALL, Visit::Descend) {
-            self.polygons(open.block() * 16, lanes, mask, answer, |lane| open.bounds(lane));
+            self.polygons(number * 16, u32::from(lanes), mask, answer, |lane| boxes.get(lane));
         }
     }
 

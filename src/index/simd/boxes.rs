@@ -100,6 +100,12 @@ impl Halves {
         self.0[lane / 8].set_wide(lane % 8, bounds);
     }
 
+    /// Widens a lane so that it holds `bounds`; false if it did already.
+    #[inline]
+    pub(crate) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
+        self.0[lane / 8].widen(lane % 8, bounds)
+    }
+
     /// The box around the lanes of `mask`, which is below `2^16`.
     #[inline]
     pub(crate) fn around(&self, mask: u32) -> Aabb {

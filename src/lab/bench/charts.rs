@@ -30,7 +30,7 @@ const SHOWN: [IndexKind; 7] = [
     IndexKind::BruteSimd,
 ];
 
-/// What the lines of a flight look like: they are no structures.
+/// The looks of the lines of a flight, which stand for no structure.
 const NO_CULLING: LineStyle = LineStyle::plain(INK);
 const FRUSTUM: LineStyle = LineStyle::plain(ORANGE);
 const BOTH: LineStyle = LineStyle::plain(GREEN);
@@ -41,7 +41,7 @@ type Figure = fn(&GrowthRow) -> f64;
 /// A chart with the sentences that belong to it.
 pub(super) struct Chart {
     pub(super) title: String,
-    /// What the paper found, and what is found here.
+    /// The paper's finding, and ours.
     pub(super) remarks: Vec<String>,
     pub(super) x: Axis,
     pub(super) y: Axis,
@@ -57,7 +57,7 @@ pub(super) enum Axis {
 pub(super) struct Line {
     name: String,
     style: LineStyle,
-    /// Points of the line itself, and of a thin one beside it (the slowest of a group).
+    /// Points of the line, and of a thin line beside it (the slowest frame of each group).
     pub(super) points: Points,
     thin: Points,
 }

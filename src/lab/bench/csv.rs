@@ -6,8 +6,8 @@ use super::{BenchReport, Estimate};
 const HEAD: &str = "part,recording,index,polygons,frames,figure,unit,value,low,high";
 
 impl BenchReport {
-    /// The report as CSV, one figure a line: the part of the report (`session`, `growth`, `flight`, `paper-...`), what it is about,
-    /// the figure with its unit, its value, and the ends of the interval where it has one.
+    /// The report as CSV, one figure a line: the part of the report (`session`, `growth`, `flight`, `paper-...`), the
+    /// session, size or flight, the figure with its unit, its value, and the ends of the interval where it has one.
     pub fn to_csv(&self) -> String {
         let mut lines = Lines(format!("{HEAD}\n"));
         for session in &self.sessions {

@@ -33,7 +33,7 @@ pub struct Flight {
     pub in_view: f64,
     /// Polygons to draw after both, mean.
     pub drawn: f64,
-    /// What drawing a polygon has to cost, nanoseconds, for culling by occlusion to pay: its time over the polygons that
+    /// The cost of drawing a polygon, nanoseconds, from which on occlusion culling pays: its time over the polygons that
     /// it saves, both summed over the flight; `None` where it saves none.
     pub break_even_ns_per_polygon: Option<f64>,
     /// The frames.
@@ -68,7 +68,7 @@ pub fn fly(
     let changes: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
     for &change in &changes {
         if let Change::Insert(id) = change {
-            // What is beyond all range cannot be drawn and stays out.
+            // A polygon without a finite box cannot be drawn and is left out.
             let _ = index.insert(id, scene.bounds(id));
         }
     }

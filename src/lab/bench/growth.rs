@@ -44,9 +44,9 @@ pub struct GrowthConfig {
 pub struct GrowthRow {
     /// Name of the index.
     pub index: String,
-    /// Polygons filed.
+    /// Polygons inserted.
     pub polygons: u32,
-    /// Filing all of them in order of drawing, one commit at the end, nanoseconds a polygon.
+    /// Inserting all of them in order of drawing, with one commit at the end, nanoseconds a polygon.
     pub fill_ns_per_polygon: f64,
     /// Memory then, bytes a polygon.
     pub bytes_per_polygon: f64,
@@ -66,7 +66,7 @@ pub struct GrowthRow {
     pub still_all_us: Estimate,
     /// Its time, divided by the time that the reference took for the same frame.
     pub still_all_ratio: Estimate,
-    /// Nodes looked at in a frame from inside, mean.
+    /// Nodes visited in a frame from inside, mean.
     pub nodes: f64,
     /// Boxes tested in a frame from inside, mean.
     pub boxes: f64,
@@ -86,7 +86,7 @@ pub struct Skipped {
 /// Measures indexes that hold ever more polygons of a synthetic session of loose strokes in a 4 m cube.
 ///
 /// At each size the reference is filled once and then measured beside every other index in turn, frame by frame.
-/// `progress` hears what comes next.
+/// `progress` is called with what is measured next.
 ///
 /// # Errors
 /// Never, as synthetic sessions are whole.
@@ -177,7 +177,7 @@ struct Subject<'a> {
     bytes: usize,
 }
 
-/// What a frame took, nanoseconds, and how many nodes and boxes were looked at.
+/// The time of a frame, nanoseconds, with the nodes and boxes that it tested.
 #[derive(Clone, Copy, Debug, Default)]
 struct Frame {
     insert_ns: f64,
@@ -315,7 +315,7 @@ impl Pairs {
 fn measure(subject: &mut Subject<'_>, reference: &mut Subject<'_>, config: &GrowthConfig) -> GrowthRow {
     let path = |choice| {
         let camera = CameraPath::new(choice, None, &IndexConfig::default().root);
-        // A quick turn, so that few frames still look everywhere.
+        // A quick turn, so that even a few frames see the model from every side.
         move |frame: u64| camera.view(&Moment { frame: frame * 7, ..Moment::default() }).frustum()
     };
     let share = config.budget_secs / 3.0;

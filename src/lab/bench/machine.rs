@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::index::Backend;
 
-/// What the figures were measured on, and with which code.
+/// The machine and the program that the figures were measured with.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Machine {
     /// Name of the processor, as the system gives it.

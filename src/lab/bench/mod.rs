@@ -1,8 +1,8 @@
 //! The comparison of structures that `osp bench` prints: sessions, growth to millions of polygons, and a flight through
 //! the finished model; and the experiments of the paper.
 //!
-//! Everything that is compared is measured in turns, frame by frame, in one process: what disturbs the machine disturbs
-//! all alike, and ratios are taken within a frame. Medians come with an interval (see [`Estimate`]), times with counts
+//! All structures are measured in turns, frame by frame, in one process: what disturbs the machine disturbs
+//! all of them alike, and ratios are taken within a frame. Medians come with an interval (see [`Estimate`]), times with counts
 //! of work, which do not depend on the machine.
 
 mod charts;

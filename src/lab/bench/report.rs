@@ -15,7 +15,7 @@ pub struct BenchReport {
     pub sessions: Vec<SessionResult>,
     /// Sizes and indexes of the synthetic session.
     pub growth: Vec<GrowthRow>,
-    /// What was left out of them.
+    /// The sizes that were left out, by index.
     pub skipped: Vec<Skipped>,
     /// Flights through the finished sessions.
     pub flights: Vec<Flight>,

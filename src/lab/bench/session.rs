@@ -75,7 +75,7 @@ pub struct SessionRow {
     pub frame_high_us: [f64; 2],
     /// Time of a frame, divided by the time that the reference took for the same frame.
     pub ratio: Estimate,
-    /// Nodes looked at, mean of the frames.
+    /// Nodes visited, mean of the frames.
     pub nodes: f64,
     /// Boxes tested, mean of the frames.
     pub boxes: f64,

@@ -74,6 +74,25 @@ pub(super) fn session_grid(session: &SessionResult) -> Grid {
     Grid { head, rows }
 }
 
+/// Of each session the reference's frame beside that of the index whose frame is the fastest of the others.
+fn best_grid(sessions: &[SessionResult], reference: &str) -> Grid {
+    let head = vec!["session", "polygons", "frame p50\nµs", "fastest\nother", "frame p50\nµs", "against\nit"];
+    let rows = sessions.iter().filter_map(|session| {
+        let own = session.rows.iter().find(|row| row.index == reference)?.frame_us.median;
+        let others = session.rows.iter().filter(|row| row.index != reference);
+        let best = others.min_by(|a, b| a.frame_us.median.total_cmp(&b.frame_us.median))?;
+        Some(vec![
+            one_line(&session.recording).into_owned(),
+            thousands(session.polygons),
+            short(own),
+            best.index.clone(),
+            short(best.frame_us.median),
+            short(own / best.frame_us.median),
+        ])
+    });
+    Grid { head, rows: rows.collect() }
+}
+
 pub(super) fn growth_grid(rows: &[GrowthRow]) -> Grid {
     let head = vec![
         "index",
@@ -157,6 +176,14 @@ impl BenchReport {
             if !session.indexes_agree {
                 parts.push("NOT ALL INDEXES SAW THE SAME POLYGONS.".to_owned());
             }
+        }
+        let best = best_grid(&self.sessions, &self.reference);
+        if best.rows.len() > 1 {
+            parts.push(format!(
+                "\nAll sessions: {} against the index with the fastest median frame among the others; below 1, {} is faster",
+                self.reference, self.reference
+            ));
+            parts.push(best.text());
         }
         if !self.growth.is_empty() {
             parts.push(format!(

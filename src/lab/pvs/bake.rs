@@ -5,6 +5,7 @@ use crate::{
     index::{DrawList, SpatialIndex},
     lab::{oracle::OracleConfig, verify::visible_polygons},
     math::Aabb,
+    polygon::bits,
     scene::Scene,
     view::{Projection, View},
 };
@@ -15,7 +16,8 @@ const NEAR_M: f32 = 0.01;
 /// Settings of a [`Baker`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BakeConfig {
-    /// Points of a cell from which is looked all round: the middle, the corners as far as they go, then spread.
+    /// Sample points of a cell, each with pictures in all six directions: the middle, then the corners, then points that
+    /// are spread evenly.
     pub samples: u32,
     /// Pixels of each of the six pictures from a point, across and down.
     pub pixels: u32,
@@ -28,7 +30,7 @@ impl Default for BakeConfig {
     }
 }
 
-/// Finds the sets, a cell at a time; cells can be found by several threads at once.
+/// Computes the sets, a cell at a time; several threads may compute cells at once.
 pub struct Baker<'a> {
     scene: &'a Scene,
     cells: ViewCells,
@@ -70,7 +72,7 @@ impl<'a> Baker<'a> {
                 index.frustum_cull(&view.frustum(), &mut in_view);
                 for id in visible_polygons(self.scene, &window, in_view.ids(), oracle) {
                     let group = id.index() / GROUP;
-                    groups[group / 64] |= 1 << (group % 64);
+                    bits::insert(&mut groups, group);
                 }
             }
         }

@@ -12,8 +12,8 @@
 //! | 62 | the sets, cell after cell, in words of 64 bits, compressed by zstd |
 //! | the last 8 | XXH3-64 of all bytes before |
 //!
-//! Zstd finds little of what damages a file, and a changed bit of a set hides what can be seen: so the checksum is
-//! compared before anything else is believed, and no memory is taken for sets of another model.
+//! Zstd detects little of what can damage a file, and a changed bit of a set would hide a visible polygon. So the checksum is
+//! checked before anything else is used, and no memory is reserved for the sets of another model.
 
 use std::{
     fs::File,
@@ -29,7 +29,7 @@ use super::{GROUP, Pvs, ViewCells, fingerprint_of_model, words_of};
 use crate::{atomic_file::write_atomically, scene::Scene, small_file::open_regular};
 
 const MAGIC: &[u8; 10] = b"osp pvs 2\n";
-/// What the format before began with: it had no checksum.
+/// How files of format 1 begin: they had no checksum.
 const OLD_MAGIC: &[u8; 10] = b"osp pvs 1\n";
 const HEAD_BYTES: u64 = 62;
 const CHECKSUM_BYTES: u64 = 8;
@@ -39,7 +39,7 @@ const LEVEL: i32 = 9;
 /// Level 9 looks back 2^22 bytes at most; more than twice that would be memory for nothing.
 const WINDOW_LOG: u32 = 23;
 
-/// What can be wrong with a file of sets.
+/// The error of a file of sets.
 #[derive(Debug, Error)]
 pub enum PvsError {
     /// It could not be opened, read or written.
@@ -47,7 +47,7 @@ pub enum PvsError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: io::Error,
     },
     /// It is damaged, or not such a file.
@@ -57,9 +57,9 @@ pub enum PvsError {
         path: PathBuf,
         /// Where, from 0.
         offset: u64,
-        /// What the format asks for there.
+        /// What the format requires there.
         expected: String,
-        /// What stands there.
+        /// What was found there.
         found: String,
     },
     /// It was made of another model, or of another state of the same one.
@@ -80,7 +80,7 @@ pub enum PvsError {
 /// Where the model stands in the file.
 const MODEL_AT: u64 = MAGIC.len() as u64;
 
-/// What stands before the sets.
+/// The head of the file, before the sets.
 struct Head {
     polygons: u64,
     model: u64,
@@ -114,7 +114,7 @@ impl Fields<'_> {
     }
 }
 
-/// Passes on what is written, and sums it up.
+/// Writes to another writer and computes the checksum.
 struct Summing<W> {
     out: W,
     sum: Xxh3,

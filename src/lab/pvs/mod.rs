@@ -28,7 +28,7 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput},
     math::Aabb,
-    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks, bits},
     scene::Scene,
 };
 
@@ -94,7 +94,7 @@ impl ViewCells {
     }
 }
 
-/// A number for the polygons of a model, where they are, and whether they hide what is behind them: sets are of use
+/// A fingerprint of a model: its polygons, their corners, and which of them are occluders. Sets are valid
 /// for one model only.
 pub fn fingerprint_of_model(geometry: &dyn Geometry) -> u64 {
     let mut hash = Xxh3::new();
@@ -117,7 +117,7 @@ pub struct Pvs {
     /// Polygons of the model, visible or not.
     polygons: usize,
     model: u64,
-    /// Views taken in each cell.
+    /// Sample points of each cell.
     samples: u32,
     /// By cell: a bit for each group, in whole words.
     sets: Vec<u64>,
@@ -133,7 +133,7 @@ impl std::fmt::Debug for Pvs {
     }
 }
 
-/// Sets that would take more memory than [`Pvs::MOST_BYTES`], or than there is.
+/// The error for sets that need more memory than [`Pvs::MOST_BYTES`], or than the machine has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error(
     "the sets of {cells} cells and {polygons} polygons take {bytes} bytes: expected at most {}, and memory for them; \
@@ -150,7 +150,7 @@ impl Pvs {
     /// Most bytes of all sets together.
     pub const MOST_BYTES: usize = 1 << 30;
 
-    /// Sets without anything in them yet.
+    /// Empty sets: nothing is visible from any cell.
     ///
     /// # Errors
     /// They would take too much memory.
@@ -170,7 +170,7 @@ impl Pvs {
         &self.cells
     }
 
-    /// Views taken in each cell.
+    /// Sample points of each cell.
     pub fn samples(&self) -> u32 {
         self.samples
     }
@@ -190,7 +190,7 @@ impl Pvs {
         self.polygons == geometry.id_end() && self.model == fingerprint_of_model(geometry)
     }
 
-    /// Puts the set of a cell in place: one bit for each group, as [`Baker::cell`] makes it.
+    /// Stores the set of a cell: one bit for each group, as [`Baker::cell`] makes it.
     pub fn set_cell(&mut self, cell: usize, groups: &[u64]) {
         let words = words_of(self.polygons);
         self.sets[cell * words..(cell + 1) * words].copy_from_slice(groups);
@@ -219,7 +219,7 @@ impl Pvs {
         let set = &self.sets[cell * words..(cell + 1) * words];
         drawn.extend(in_view.filter(|id| {
             let group = id.index() / GROUP;
-            set.get(group / 64).is_none_or(|word| word >> (group % 64) & 1 == 1)
+            group >= set.len() * bits::WORD || bits::contains(set, group)
         }));
         true
     }
@@ -227,25 +227,26 @@ impl Pvs {
 
 /// Words of a cell's set.
 fn words_of(polygons: usize) -> usize {
-    polygons.div_ceil(GROUP).div_ceil(64)
+    bits::words_for(polygons.div_ceil(GROUP))
 }
 
-/// Sets as a stage of a [`Pipeline`](crate::frame::Pipeline). They are used only while the model is the one that they are of.
+/// Culling by potentially visible sets, as the pass of a [`Pipeline`](crate::frame::Pipeline). The pass culls only while the
+/// model is the one that the sets were made of.
 #[derive(Clone, Debug)]
 pub struct PvsPass {
     pvs: Arc<Pvs>,
-    /// Whether the model at hand is the one, once that has been looked at.
+    /// Whether the model is the one of the sets; `None` until it has been compared.
     fits: Option<bool>,
     drawn: Vec<VisibleBlocks>,
 }
 
 impl PvsPass {
-    /// A stage that has seen nothing yet.
+    /// A pass before its first frame.
     pub fn new(pvs: Arc<Pvs>) -> Self {
         Self { pvs, fits: None, drawn: Vec::new() }
     }
 
-    /// Another model, or the same one changed.
+    /// The model may have changed: it has to be compared again.
     fn follow(&mut self, changes: &[Change]) {
         if !changes.is_empty() {
             self.fits = None;

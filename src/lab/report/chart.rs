@@ -38,7 +38,7 @@ pub enum ChartError {
     Draw {
         /// The file.
         path: PathBuf,
-        /// What went wrong.
+        /// The cause.
         message: String,
     },
 }
@@ -145,7 +145,7 @@ fn styles(runs: &[RunReport]) -> Vec<LineStyle> {
     runs.iter().map(style).collect()
 }
 
-/// The how-manieth structure of the runs it is.
+/// The position of its structure among the structures of the runs.
 fn number_of(index: &str, runs: &[RunReport]) -> usize {
     let before = runs.iter().take_while(|run| run.index != index);
     before.map(|run| &run.index).collect::<BTreeSet<_>>().len()

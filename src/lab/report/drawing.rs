@@ -1,17 +1,17 @@
-/// What drawing the frames of a run took.
+/// The times of drawing the frames of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DrawReport {
     /// Submission to completion, nanoseconds.
     draw_ns: Vec<u64>,
-    /// Sending what is new, sorting, sending the list: nanoseconds.
+    /// Sending new polygons, sorting, sending the draw list: nanoseconds.
     send_ns: Vec<u64>,
-    /// Sums over the frames in which hidden polygons were looked for while drawing.
+    /// Sums over the frames that were culled while drawing.
     culling: Option<(u64, DrawnWhileCulling)>,
-    /// What the GPU says of such frames: depth of what was visible, test, colours; nanoseconds.
+    /// GPU times of such frames: depth pass, Hi-Z test, colour pass; nanoseconds.
     gpu_ns: [Vec<u64>; 3],
 }
 
-/// What looking for hidden polygons while drawing did in a frame.
+/// Counts and times of culling while drawing, for one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawnWhileCulling {
     /// Groups of polygons tested.
@@ -22,7 +22,7 @@ pub struct DrawnWhileCulling {
     pub second_pass: u64,
     /// Polygons found to be hidden.
     pub hidden: u64,
-    /// What the GPU took for depth, test and colours, nanoseconds, where it can tell.
+    /// GPU times of depth pass, test and colour pass, nanoseconds, where the adapter has time stamps.
     pub gpu_ns: Option<[u64; 3]>,
 }
 
@@ -32,13 +32,13 @@ impl DrawReport {
         Self::default()
     }
 
-    /// Adds a frame: from submission to completion, and what came before the submission, nanoseconds.
+    /// Adds a frame: the time from submission to completion, and the time before the submission, nanoseconds.
     pub fn add(&mut self, draw_ns: u64, send_ns: u64) {
         insert(&mut self.draw_ns, draw_ns);
         insert(&mut self.send_ns, send_ns);
     }
 
-    /// Adds what culling did in a frame.
+    /// Adds the counts of culling in a frame.
     pub fn add_culling(&mut self, frame: DrawnWhileCulling) {
         let (frames, sum) = self.culling.get_or_insert_default();
         *frames += 1;
@@ -56,13 +56,13 @@ impl DrawReport {
         self.culling.is_some()
     }
 
-    /// The mean of something that culling did, over the frames; 0 where there was none.
+    /// The mean of a count over the frames that were culled while drawing; 0 if there was none.
     pub fn culling_mean(&self, of: impl Fn(&DrawnWhileCulling) -> u64) -> f64 {
         self.culling.as_ref().map_or(0.0, |(frames, sum)| of(sum) as f64 / (*frames).max(1) as f64)
     }
 
-    /// What the GPU took for depth of what was visible, test, and colours, each the median, microseconds; `None` where
-    /// it cannot tell.
+    /// Median GPU times of depth pass, test and colour pass, microseconds; `None` where the adapter has no time
+    /// stamps.
     pub fn gpu_us(&self) -> Option<[f64; 3]> {
         (!self.gpu_ns[0].is_empty()).then(|| [0, 1, 2].map(|pass| at(&self.gpu_ns[pass], 0.5)))
     }
@@ -77,7 +77,7 @@ impl DrawReport {
         at(&self.draw_ns, quantile)
     }
 
-    /// What comes before the submission at a quantile from 0 to 1, microseconds; 0 where nothing was drawn.
+    /// The time before the submission at a quantile from 0 to 1, microseconds; 0 where nothing was drawn.
     pub fn send_us(&self, quantile: f64) -> f64 {
         at(&self.send_ns, quantile)
     }

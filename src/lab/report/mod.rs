@@ -1,4 +1,4 @@
-//! What a person reads: tables, CSV, JSON and charts of a replay.
+//! The report on a replay as tables, CSV, JSON and charts.
 
 mod chart;
 mod csv;

@@ -17,7 +17,7 @@ use plotters::{
 
 use crate::occlusion::Occlusion;
 
-/// The colour of `osp`, and of nothing else.
+/// The colour of `osp`; no other structure has it.
 const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
 pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
@@ -27,7 +27,7 @@ pub(crate) const SKY: RGBColor = RGBColor(86, 180, 233);
 pub(crate) const INK: RGBColor = RGBColor(0, 0, 0);
 const GRAY: RGBColor = RGBColor(130, 130, 130);
 
-/// What stands on a line in a few places.
+/// The mark that a line bears in a few places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Mark {
     None,
@@ -71,7 +71,7 @@ const STRUCTURES: [(&str, RGBColor, Mark); 25] = [
     ("obvhs-rebuilt", GRAY, Triangle),
 ];
 
-/// Of methods of culling by occlusion, when one structure is seen with several.
+/// The same for methods of occlusion culling, when one structure is shown with several.
 const METHOD_COLORS: [RGBColor; 7] = [VERMILION, GREEN, ORANGE, PURPLE, INK, SKY, GRAY];
 const METHOD_MARKS: [Mark; 4] = [Mark::Ring, Mark::HollowSquare, Mark::HollowTriangle, Mark::HollowDiamond];
 
@@ -82,7 +82,7 @@ const DASHES: [Option<(u32, u32)>; 3] = [None, Some((9, 5)), Some((2, 4))];
 pub(crate) const SAMPLE_PIXELS: i32 = 36;
 /// Marks on a line.
 const MARKS: usize = 8;
-/// Up to so many points each one can be seen.
+/// Up to this many points of a line are drawn as dots.
 const FEW_POINTS: usize = 12;
 
 type Point = (i32, i32);
@@ -106,7 +106,7 @@ impl LineStyle {
         Self { color, mark: Mark::None, dash: None }
     }
 
-    /// That of a structure; of one that is not known here, as of no other.
+    /// The look of a structure; a structure without an entry gets one that no other has.
     pub(crate) fn of_structure(name: &str) -> Self {
         match STRUCTURES.iter().find(|(other, ..)| *other == name) {
             Some(&(_, color, mark)) => Self { color, mark, dash: None },
@@ -114,7 +114,7 @@ impl LineStyle {
         }
     }
 
-    /// That of a structure with a method of culling by occlusion; `number` counts the structures of the chart.
+    /// The look of a structure with a method of occlusion culling; `number` counts the structures of the chart.
     pub(crate) fn of_method(structure: &str, number: usize, method: &str) -> Self {
         let methods: Vec<_> = Occlusion::all().chain([Occlusion::Pvs]).map(Occlusion::name).collect();
         match methods.iter().position(|other| *other == method) {

@@ -9,19 +9,19 @@ use thiserror::Error;
 use super::RunReport;
 use crate::{atomic_file::write_atomically, replay::SessionFingerprint, small_file};
 
-/// Parts into which a session's frames are cut, so that a difference can be placed.
+/// A session's frames are divided into this many parts, each with a fingerprint of its own, to say where two runs differ.
 const PARTS: u64 = 16;
 /// Largest file of pins that is read: those of 50,000 recordings.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// Fingerprints that replays must have: one entry for each recording and setting, kept in a file of RON text.
+/// The fingerprints that replays must give: one entry for each recording and setting, kept in a file of RON text.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pins {
     /// The entries, by recording.
     pub pins: Vec<Pin>,
 }
 
-/// What one recording's replay must give.
+/// The fingerprints that the replay of one recording must give.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pin {
     /// The recording, as a path from the folder of the pins with `/` between names (see [`pinned_name`]).
@@ -46,7 +46,7 @@ pub enum PinError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: io::Error,
     },
     /// It is not a list of pins.
@@ -54,13 +54,13 @@ pub enum PinError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The cause.
         cause: Box<ron::error::SpannedError>,
     },
 }
 
 impl Pin {
-    /// The pin of a run; `None` if the run did not look at every frame.
+    /// The pin of a run; `None` if the run skipped a frame.
     pub fn of(recording: &str, pace: &str, camera: &str, run: &RunReport) -> Option<Self> {
         if !run.is_complete() {
             return None;
@@ -145,7 +145,7 @@ impl Pins {
         self.pins.iter().find(|pin| pin.is_about(like))
     }
 
-    /// Puts a pin in, in place of an older one.
+    /// Adds a pin, or replaces the one for the same recording and settings.
     pub fn set(&mut self, pin: Pin) {
         self.pins.retain(|old| !old.is_about(&pin));
         self.pins.push(pin);

@@ -1,7 +1,8 @@
 use std::{borrow::Cow, fmt::Write};
 
-/// The text without what a terminal, a picture or a page would take for a command: control characters other than the
-/// line end, and those that turn the direction of text, as `\u001b`. In a JSON string that means the same character.
+/// Escapes what a terminal, a picture or a page would take for a command: control characters other than the
+/// line end, and those that change the direction of text, become `\u001b` and the like. In a JSON string that means the
+/// same character.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(is_command) {
         return text.into();

@@ -13,10 +13,10 @@ use crate::{
 /// Frames before which allocations count as warm-up, as a fraction of the session.
 const WARM_UP: (u64, u64) = (1, 2);
 
-/// One index's way through a session, gathered frame by frame.
+/// The replay of a session through one index, gathered frame by frame.
 ///
-/// An index out of its budget is measured on fewer frames of the late, expensive stretches than of the early ones; so
-/// every measured frame counts for its share of its stretch, and all rows of a table describe the same session.
+/// An index that exceeds its budget is measured on fewer frames of the late, expensive stretches than of the early ones. Hence
+/// each measured frame counts for its share of its stretch, and all rows of a table describe the same session.
 #[derive(Clone, Debug)]
 pub struct RunReport {
     /// Name of the index.
@@ -31,24 +31,24 @@ pub struct RunReport {
     pub bytes: usize,
     /// Changes that the index refused.
     pub refused: u64,
-    /// Culling by occlusion, where it was asked for.
+    /// Occlusion culling, if the run had it.
     pub occlusion: Option<OcclusionReport>,
-    /// Drawing, where it was asked for.
+    /// Drawing, if the run drew.
     pub draw: Option<DrawReport>,
 }
 
-/// What is reported of culling by occlusion.
+/// The report on occlusion culling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OcclusionReport {
     /// Name of the method.
     pub method: &'static str,
     /// How it tests nodes, and scores occluders.
     pub tests: (NodeTest, Score),
-    /// What drawing a polygon is taken to cost, nanoseconds.
+    /// The assumed cost of drawing a polygon, nanoseconds.
     pub polygon_ns: f64,
     /// Visible polygons that were culled, in the frames that were verified; `None` where none was.
     pub false_culls: Option<u64>,
-    /// Of what was drawn, in all frames looked at.
+    /// Fingerprint of the drawn polygons, over all frames that were replayed.
     pub fingerprint: SessionFingerprint,
 }
 
@@ -102,7 +102,7 @@ impl RunReport {
         }
     }
 
-    /// What the run is called among others: its index, and its method of occlusion culling if it has one.
+    /// The name of the run: its index, and its method of occlusion culling if it has one.
     pub fn name(&self) -> String {
         match &self.occlusion {
             Some(occlusion) => format!("{} + {}", self.index, occlusion.method),
@@ -177,7 +177,7 @@ impl RunReport {
         sum / weights.iter().sum::<f64>().max(1.0)
     }
 
-    /// Filing a polygon, a rebuild included: median over the frames that only inserted, nanoseconds.
+    /// Inserting a polygon, a rebuild included: median over the frames that only inserted, nanoseconds.
     pub fn insert_ns_per_polygon(&self) -> f64 {
         self.quantile(0.5, |m| m.insert_ns)
     }
@@ -225,7 +225,7 @@ impl RunReport {
         self.mean(|m| 100 * u64::from(m.occlusion().used))
     }
 
-    /// Share of the session's frames in which it was by what was visible in the last one, per cent.
+    /// Share of the session's frames whose occluders were the polygons visible in the last frame, per cent.
     pub fn occlusion_by_last_percent(&self) -> f64 {
         self.mean(|m| 100 * u64::from(m.occlusion().by_last))
     }
@@ -242,17 +242,17 @@ impl RunReport {
         self.allocations_steady
     }
 
-    /// Whether every frame of the session was looked at.
+    /// Whether every frame of the session was replayed.
     pub fn is_complete(&self) -> bool {
         self.frames.len() as u64 == self.session_frames
     }
 
-    /// Of all frames looked at.
+    /// Fingerprint of all frames that were replayed.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint.value()
     }
 
-    /// Number and fingerprint of each frame looked at.
+    /// Number and fingerprint of each frame that was replayed.
     pub fn frames(&self) -> &[(u64, u64)] {
         &self.frames
     }
@@ -337,7 +337,7 @@ struct JsonDrawnWhileCulling {
     gpu_us: Option<JsonGpu>,
 }
 
-/// What the passes took, medians.
+/// Median times of the passes.
 #[derive(Serialize)]
 struct JsonGpu {
     depth: f64,
@@ -376,7 +376,7 @@ struct JsonOcclusion {
     score: &'static str,
     occluded_mean: f64,
     occlusion_used_percent: f64,
-    /// What was visible in the last frame: `depth-last`, and `auto` where that takes least.
+    /// The polygons visible in the last frame: `depth-last`, and `auto` where that takes least time.
     occlusion_by_last_percent: f64,
     occlusion_us: f64,
     occlusion_select_us: f64,
@@ -463,7 +463,7 @@ impl ReplayReport {
         serde_json::to_string(&report).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
     }
 
-    /// Two indexes that saw different sets in a frame that both looked at, and the frame.
+    /// Two indexes that found different polygons in a frame that both replayed, and the frame.
     pub fn first_disagreement(&self) -> Option<(&str, &str, u64)> {
         let mut seen: BTreeMap<u64, (&str, u64)> = BTreeMap::new();
         for run in &self.runs {

@@ -33,7 +33,7 @@ const MOST_LABELS: usize = 24;
 /// A node of an index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StructureNode {
-    /// Holds every polygon of the node and below.
+    /// A box around every polygon of the node and of those below it.
     pub bounds: Aabb,
     /// 0 at the top.
     pub depth: u32,
@@ -51,7 +51,7 @@ pub struct Structure {
     nodes: Vec<StructureNode>,
 }
 
-/// From where the cells of an index are looked at, without perspective.
+/// The side from which a picture shows the cells of an index, without perspective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Along -z: x to the right, y up.
@@ -85,12 +85,12 @@ impl Side {
     }
 }
 
-/// What a picture shows.
+/// The two kinds of picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StructureView {
     /// Cells over the polygons, in projection.
     Space(Side),
-    /// The tree, the top above.
+    /// The tree, with the root at the top.
     Tree,
 }
 

@@ -46,7 +46,7 @@ static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
 ///
 /// # Errors
 /// The file cannot be read, or its head is damaged.
-pub fn open_apa(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(crate) fn open_apa(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let mut bytes = open_bytes(path)?;
     let (names, strokes) = read_head(&mut bytes)?;
     let (full_pressure, used) = first_pass(path);
@@ -128,7 +128,7 @@ fn first_pass(path: &Path) -> (f32, [bool; 256]) {
 
 struct Apa {
     full_pressure: f32,
-    /// What comes nearest to the brushes of the file, by their numbers.
+    /// The most similar brushes to those of the file, by their numbers.
     brushes: Vec<Option<&'static Brush>>,
     /// The brush of the stroke whose head was read last.
     brush: u8,

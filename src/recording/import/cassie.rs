@@ -36,7 +36,7 @@ use crate::{
 
 /// Width of a stroke's ribbon, metres: CASSIE draws thin tubes.
 const WIDTH_M: f32 = 0.005;
-/// What comes nearest to its tubes.
+/// The most similar brush to its tubes.
 const BRUSH: &str = "Wire";
 /// Colour of a stroke, sRGB.
 const COLOR: (f32, f32, f32, f32) = (0.20, 0.24, 0.36, 1.0);
@@ -55,7 +55,7 @@ const DELETE_STROKE: i64 = 2;
 ///
 /// # Errors
 /// A file cannot be read or (unless lenient) is damaged.
-pub fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(crate) fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let mut warnings = Vec::new();
     let first = cassie_json::read(path, options, &mut warnings)?;
     let folder = if matches!(first, Document::History(_)) { "raw_data" } else { "sketch_history" };

@@ -15,7 +15,7 @@ use crate::{
 /// Greatest time that is read, seconds: 30,000 years.
 const GREATEST_TIME_SECS: f64 = 1e12;
 
-/// What is in a file of either kind, as far as it was read.
+/// The contents of a file of either kind, as far as they were read.
 pub(super) enum Document {
     History(Vec<HistoryStroke>),
     Raw(RawData),

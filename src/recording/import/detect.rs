@@ -3,7 +3,7 @@ use std::path::Path;
 use super::{apa, open_apa, open_cassie, open_obj, open_poses, open_tilt, tilt};
 use crate::recording::{OpenOptions, RecordingError, Session};
 
-/// What can be read, for an error message.
+/// The formats that can be read, for an error message.
 pub(in crate::recording) const FORMATS: &[&str] =
     &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz"];
 

@@ -32,14 +32,14 @@ mod tilt;
 mod tilt_environment;
 mod tilt_metadata;
 
-pub use apa::open_apa;
+pub(crate) use apa::open_apa;
 #[cfg(feature = "cli")]
 pub(crate) use cassie::files_beside;
-pub use cassie::open_cassie;
+pub(crate) use cassie::open_cassie;
 pub(super) use detect::{FORMATS, by_mark, by_name};
-pub use obj::open_obj;
-pub use poses::open_poses;
-pub use tilt::open_tilt;
+pub(crate) use obj::open_obj;
+pub(crate) use poses::open_poses;
+pub(crate) use tilt::open_tilt;
 
 use std::path::Path;
 

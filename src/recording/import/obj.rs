@@ -42,7 +42,7 @@ const PALETTE: [[f32; 3]; 12] = [
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn open_obj(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(crate) fn open_obj(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let obj = Obj {
         lines: LineReader::open(path, options)?,
         vertices: Vec::new(),
@@ -62,7 +62,7 @@ struct Obj {
     most_vertices: u64,
 }
 
-/// What a line should have been, and what of it was not.
+/// What a line was expected to be, and where it differs.
 struct Fault {
     expected: String,
     found: String,

@@ -32,14 +32,14 @@ const LONGEST_STEP_M: f32 = 0.25;
 const WIDTH_M: f32 = 0.02;
 /// Its colour, sRGB.
 const COLOR: (f32, f32, f32, f32) = (0.25, 0.55, 0.85, 1.0);
-/// What a line must be.
+/// What a line is expected to be.
 const LINE: &str = "`time x y z qw qx qy qz`";
 
 /// Opens a file of tracker poses, packed with gzip or not.
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn open_poses(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(crate) fn open_poses(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let poses = Poses {
         lines: LineReader::open(path, options)?,
         up: Up::Z,

@@ -17,7 +17,7 @@ pub(super) trait StrokeFormat: Send {
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError>;
 }
 
-/// What a file says of a stroke before its points, in metres.
+/// The settings of a stroke, which a file has before its points; in metres.
 pub(super) struct StrokeHead {
     pub(super) width_m: f32,
     pub(super) color: [f32; 4],
@@ -175,7 +175,7 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
         }
         self.notes.skipped += 1;
         self.notes.warnings.push(format!("{error}; reading ended there, after {} strokes", self.next_stroke));
-        // What was read of the stroke is kept; its end makes it a whole stroke for whoever listens.
+        // The points read so far are kept; an end makes them a whole stroke.
         Ok(match state {
             State::Stroke { stroke, .. } => Some(Event::End { t: self.time_secs, stroke }),
             State::Between | State::Done => None,

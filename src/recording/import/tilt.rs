@@ -39,7 +39,7 @@ const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main
 ///
 /// # Errors
 /// The file cannot be read, or its head, its zip or (unless lenient) its metadata are damaged.
-pub fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(crate) fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let on_damage = OnDamage::of(options.lenient);
     let (mut sketch, metadata, mut warnings) =
         if path.is_dir() { open_folder(path)? } else { open_zip(path, on_damage, &options.limits)? };

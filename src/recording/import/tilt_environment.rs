@@ -37,7 +37,7 @@ struct Preset {
     #[serde(default)]
     light_2: Option<(Vec3, Vec3)>,
     reflection: f32,
-    /// What stands around the sketch.
+    /// The surroundings of the sketch.
     #[serde(default)]
     scenery: Option<String>,
 }
@@ -50,7 +50,7 @@ enum Sky {
         up: [u8; 3],
         tint: Vec3,
         exposure: f32,
-        /// What a gradient does not show.
+        /// Details of the sky that a gradient does not show.
         #[serde(default)]
         shows: Option<String>,
     },

@@ -19,6 +19,8 @@ use crate::{
 
 /// Vertical field of view of the (square) thumbnail; the file does not hold it, this one fits the pictures.
 const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
+/// Nothing nearer is in the picture, metres of the room.
+const THUMBNAIL_NEAR_M: f32 = 0.01;
 /// Most bytes that are read. Real ones have a few thousand.
 const MOST_BYTES: u64 = 16 << 20;
 /// Most characters of program and authors that go into a header, and of what a warning cites.
@@ -30,7 +32,7 @@ const MOST_LAYERS: usize = 1000;
 /// Most pictures, models and so on that are named.
 const MOST_NAMES: usize = 4;
 
-/// What a sketch names without holding it: field, what one and what several are called.
+/// Things that a sketch refers to without containing them: field, name of one, name of several.
 const MEDIA: [(&str, &str, &str); 8] = [
     ("ModelIndex", "model", "models"),
     ("Models", "model", "models"),
@@ -50,7 +52,7 @@ pub(super) struct Metadata {
     path: PathBuf,
 }
 
-/// What every sketch has.
+/// The fields that every sketch has.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "PascalCase")]
 struct Head {
@@ -171,10 +173,13 @@ impl Metadata {
         let (p, q) = scene_from_canvas.take_back(p, q);
         let (p, q) =
             (axes::position_from_unity(p * METERS_PER_UNIT), axes::rotation_from_unity(axes::unit(q)));
+        // What was large in the room is small in the canvas, and the other way round.
+        let near_m = THUMBNAIL_NEAR_M / (room_from_scene.2 * scene_from_canvas.2);
         let usable = room_from_scene.2 > 0.0
             && scene_from_canvas.2 > 0.0
             && Event::Head { t: 0.0, p, q }.check().is_ok();
-        usable.then_some(Camera { p, q, fov_degrees: THUMBNAIL_FOV_DEGREES })
+        let near_m = Some(near_m).filter(|near_m| (1.0e-5..=1.0).contains(near_m));
+        usable.then_some(Camera { p, q, fov_degrees: THUMBNAIL_FOV_DEGREES, near_m })
     }
 }
 

@@ -28,13 +28,13 @@ const ARM_M: f64 = 0.55;
 /// Part of the width left at pressure 0.
 const THINNEST: f32 = 0.2;
 
-/// What is drawn. Once the wanted number of polygons is reached, whatever the subject still asks for is not done.
+/// The subject of the session. Once the wanted number of polygons is reached, its further strokes are not drawn.
 pub(super) trait Subject: Send {
     /// Draws the next piece: a stroke, or the few things that belong together.
     fn work(&mut self, artist: &mut Artist);
 }
 
-/// Where the head should be, and what it looks at.
+/// The wanted position of the head, and the point that it looks at.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stance {
     pub(super) eye: DVec3,

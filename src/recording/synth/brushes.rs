@@ -53,7 +53,7 @@ impl Brushes {
             reflection: 0.3,
         };
         let eye = CENTER + Vec3::Z * (rows * CELL_M[1] * 1.5);
-        let camera = Camera { p: eye, q: Quat::IDENTITY, fov_degrees: 45.0 };
+        let camera = Camera { p: eye, q: Quat::IDENTITY, fov_degrees: 45.0, near_m: None };
         let header = Header::new(SynthKind::Brushes.name(), source);
         Header {
             root: Some(Root { center: CENTER, size: VOLUME_M }),

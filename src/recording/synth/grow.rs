@@ -11,7 +11,7 @@ const ADVANCE_M: f64 = 0.10;
 #[derive(Debug)]
 pub(super) struct Grow {
     tip: DVec3,
-    /// Where it goes in the long run.
+    /// Its direction in the long run.
     aim: DVec3,
     heading: DVec3,
     season: f64,

@@ -1,6 +1,6 @@
 //! Synthetic sessions: an artist with a hand, a head and a subject, drawn by rules from a seed.
 //!
-//! They stand in for recorded sessions where none is at hand, and grow to any length. The hand moves as hands do
+//! They replace recorded sessions where there are none, and can have any length. The hand moves as hands do
 //! (smooth strokes that slow down in bends, tremor, pauses), the head follows the work at arm's length and walks, and
 //! now and then something is undone, erased or moved. The same seed gives the same events, bit for bit, on every
 //! machine: transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
@@ -29,7 +29,7 @@ use thiserror::Error;
 
 use super::{Event, EventSource, Header, RecordingError, Root, Session};
 
-/// What a synthetic session shows.
+/// The kinds of synthetic sessions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SynthKind {
     /// A bust, larger than life: dense small strokes in thin layers; the artist walks around it.

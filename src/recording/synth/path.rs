@@ -1,4 +1,4 @@
-//! Where a stroke goes: a row of nodes with the surface normal, about a centimetre apart.
+//! The path of a stroke: a row of nodes with the surface normal, about a centimetre apart.
 
 use glam::DVec3;
 

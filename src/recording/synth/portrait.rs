@@ -20,7 +20,7 @@ pub(super) struct Portrait {
     region: Region,
 }
 
-/// What a patch belongs to.
+/// The part of the bust that a patch belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Region {
     Sketch,

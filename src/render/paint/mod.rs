@@ -2,6 +2,7 @@
 
 mod material;
 mod relief;
+mod shadow;
 mod surroundings;
 mod textures;
 
@@ -9,11 +10,13 @@ use wgpu::util::DeviceExt as _;
 
 use super::{
     Gpu,
+    gpu_scene::GpuScene,
     pipelines::{Pipelines, Shader, Sky},
     shaders,
     target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
 };
-use crate::recording::Environment;
+use crate::{recording::Environment, scene::Scene};
+use shadow::Shadow;
 use surroundings::Surroundings;
 
 /// What drawing the paint of brushes needs, for all views.
@@ -24,6 +27,7 @@ pub(super) struct Paint {
     /// What is in the buffer, and what should be.
     sent: Surroundings,
     wanted: Surroundings,
+    shadow: Shadow,
 }
 
 impl Paint {
@@ -80,9 +84,10 @@ impl Paint {
             label: Some("painted"),
             source: wgpu::ShaderSource::Wgsl(shaders::PAINTED.into()),
         });
+        let shadow_layout = Shadow::layout(gpu);
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("painted"),
-            bind_group_layouts: &[Some(view), Some(page), Some(&bind_layout)],
+            bind_group_layouts: &[Some(view), Some(page), Some(&bind_layout), Some(&shadow_layout)],
             immediate_size: 0,
         });
         let shader = Shader {
@@ -95,13 +100,16 @@ impl Paint {
         };
         let sky_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("sky"),
-            bind_group_layouts: &[Some(view), None, Some(&bind_layout)],
+            bind_group_layouts: &[Some(view), None, Some(&bind_layout), Some(&shadow_layout)],
             immediate_size: 0,
         });
         let pipeline = create_sky(device, &module, &sky_layout);
-        let sky = Sky { pipeline, paint: group, is_shown: environment.is_some() };
+        let layouts = [view, page, &bind_layout];
+        let shadow = Shadow::new(gpu, &module, shadow_layout, layouts, chunk_len);
+        let is_shown = environment.is_some();
+        let sky = Sky { pipeline, paint: group, shadow: shadow.group().clone(), is_shown };
         let pipelines = Pipelines::new(gpu, shader, Some(sky));
-        Self { pipelines, buffer, sent: wanted, wanted }
+        Self { pipelines, buffer, sent: wanted, wanted, shadow }
     }
 
     pub(super) fn pipelines(&self) -> &Pipelines {
@@ -112,6 +120,26 @@ impl Paint {
     pub(super) fn set_environment(&mut self, environment: Option<&Environment>) {
         self.wanted = Surroundings::of(environment);
         self.pipelines.show_sky(environment.is_some());
+    }
+
+    /// Says that polygons have come, moved or gone.
+    pub(super) fn note_change(&mut self) {
+        self.shadow.note_change();
+    }
+
+    /// Says whether shadows may be some frames older than what throws them.
+    pub(super) fn set_patient(&mut self, is_patient: bool) {
+        self.shadow.set_patient(is_patient);
+    }
+
+    /// Draws what the first light sees, where that has changed.
+    pub(super) fn cast(&mut self, gpu: &Gpu, view: &wgpu::BindGroupLayout, scene: &Scene, on_gpu: &GpuScene) {
+        let way = self.wanted.shining();
+        if let Some(paint) = self.pipelines.paint()
+            && self.shadow.send(gpu, view, paint, scene, on_gpu, way)
+        {
+            self.pipelines.set_shadow(self.shadow.group());
+        }
     }
 
     /// Sends light, sky and the moment where they have changed.

@@ -48,6 +48,12 @@ impl Surroundings {
         }
     }
 
+    /// The way of the first light, if it is not off.
+    pub(super) fn shining(&self) -> Option<Vec3> {
+        let ([x, y, z, _], [r, g, b, _]) = (self.ways[0], self.lights[0]);
+        (r.max(g).max(b) > 0.0).then_some(Vec3::new(x, y, z))
+    }
+
     pub(super) fn set_time(&mut self, time_s: f32) {
         self.moment[0] = time_s;
     }

@@ -76,18 +76,31 @@ fn bloom(color: vec4<f32>, gain: f32) -> vec4<f32> {
     return vec4(steep.rgb * 2.0 * exp(10.0 * gain), steep.a);
 }
 
+// Colours that wander along a stroke, 0 to 4.
+fn hypercolor(in: Painted, place: Place) -> vec3<f32> {
+    let phase = vec3(2.0, 3.3, 4.66) * place.texture.r + vec3(1.0, 2.0, 0.5) * seconds() - in.texture.x;
+    return 2.0 * (sin(phase) + 1.0);
+}
+
+// What is mirrored straight on.
+fn f0_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
+    switch material.kinds.y {
+        // The mirror of a disco ball has the colour of the paint, this one its own.
+        case DISCO: { return material.f0.rgb * in.color.rgb; }
+        case HYPERCOLOR: { return material.f0.rgb * hypercolor(in, place); }
+        default: { return material.f0.rgb; }
+    }
+}
+
 // The colour that light falls on.
 fn albedo_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let color = in.color.rgb * place.texture.rgb;
     switch material.kinds.y {
-        case HYPERCOLOR: {
-            let phase = vec3(2.0, 3.3, 4.66) * place.texture.r + vec3(1.0, 2.0, 0.5) * seconds() - in.texture.x;
-            return in.color.rgb * 2.0 * (sin(phase) + 1.0);
-        }
+        case HYPERCOLOR: { return in.color.rgb * hypercolor(in, place); }
         case LIGHT_WIRE: { return in.color.rgb * 0.2; }
         case PETAL: {
-            let darker = select(0.5 * in.texture.x, 0.0, place.is_front);
-            return in.color.rgb * (mix(0.6, 1.0, saturate(in.texture.x)) - darker);
+            let root_to_tip = saturate(in.texture.x);
+            return in.color.rgb * mix(0.6, 1.0, root_to_tip) * select(0.5 * root_to_tip, 1.0, place.is_front);
         }
         default: { return color; }
     }
@@ -100,6 +113,10 @@ fn glow_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
             // The black outline that the program draws around it, here on its rim.
             let is_rim = dot(place.normal, place.to_eye) < 0.35;
             return select(vec3(0.2 * place.normal.y), -in.color.rgb, is_rim);
+        }
+        case DISCO: {
+            // Facets that lie level blaze.
+            return in.color.rgb * 200.0 * pow(abs(place.normal.y), 100.0);
         }
         case LIGHT_WIRE: {
             let part = fract(2.0 * in.texture.x);
@@ -190,7 +207,7 @@ fn neon_pulse(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let ring = saturate(pow(10.0 * saturate(0.2 - x), 5.0));
     let straight = saturate(dot(place.normal, place.to_eye));
     let light = bloom(vec4(in.color.rgb, 1.0), material.numbers.y).rgb * ring * pow(straight, 5.0);
-    return light + highlight(material, material.f0.rgb, place.normal, place.to_eye);
+    return light + highlight(material, material.f0.rgb, place.normal, place.to_eye, 1.0);
 }
 
 fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
@@ -198,14 +215,12 @@ fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let u = in.texture.x;
     let v = in.texture.y;
     let layer = material.kinds.z;
-    let a = texture_of(material, layer, vec2(u * 0.5 - 0.7 * t, v), place.gradients).r;
-    let b = texture_of(material, layer, vec2(u - 1.1 * t, v + 0.3), place.gradients).g;
-    let c = texture_of(material, layer, vec2(u * 2.0 - 1.5 * t, v + 0.6), place.gradients).b;
-    let hot = saturate(1.2 - u) * (a + b + c) / 3.0;
-    let head = saturate(1.0 - u * 5.0);
-    let body = saturate(hot * 2.0 - u);
-    let color = mix(in.color.rgb, vec3(1.0), head * 0.5);
-    return bloom(vec4(color * (body + head), 1.0), material.numbers.y * 0.6).rgb;
+    let a = texture_of(material, layer, vec2(u - t, v - t), place.gradients).r;
+    let b = texture_of(material, layer, vec2(u - 1.5 * t, v), place.gradients).g;
+    let c = texture_of(material, layer, vec2(u - 0.5 * t, v), place.gradients).b;
+    let hot = (1.0 - u) * (a + b + c) / 3.0;
+    let head = max(1.0 - 5.0 * u, 0.0);
+    return in.color.rgb * smoothstep(0.3, 1.1, 3.0 * (hot * hot + 0.125) + head);
 }
 
 fn plasma(in: Painted) -> vec3<f32> {
@@ -219,16 +234,37 @@ fn plasma(in: Painted) -> vec3<f32> {
     return in.color.rgb * in.texture.z * sum * rim * rim * 0.6;
 }
 
+// How much a film of soap, this thick, mirrors of three colours of light, red, green and blue (nanometres all): light from
+// its two sides meets in or out of step.
+fn film(straight: f32, thickness: f32) -> vec3<f32> {
+    let index = 1.3;
+    let inside = sqrt(1.0 - (1.0 - straight * straight) / (index * index));
+    // Fresnel, for the two ways that light swings.
+    let upright = (straight - index * inside) / (straight + index * inside);
+    let level = (index * straight - inside) / (index * straight + inside);
+    let r = vec2(upright * upright, level * level);
+    let phase = cos(4.0 * PI * index * thickness * inside / vec3(650.0, 510.0, 475.0));
+    let across = (1.0 - r.x) * (1.0 - r.x) / (1.0 + r.x * r.x - 2.0 * r.x * phase);
+    let along = (1.0 - r.y) * (1.0 - r.y) / (1.0 + r.y * r.y - 2.0 * r.y * phase);
+    return 1.0 - 0.5 * (across + along);
+}
+
+// Both sides are seen, and lit as if they were the outer one.
 fn diamond_hull(material: Material, in: Painted, place: Place) -> vec3<f32> {
-    let straight = max(dot(place.normal, place.to_eye), 0.0);
+    let outwards = select(-place.normal, place.normal, place.is_front);
+    let straight = clamp(abs(dot(outwards, place.to_eye)), 1.0e-3, 1.0);
     var rim = 1.0 - straight;
     rim *= 1.0 - pow(rim, 5.0);
     // At grazing angles light runs along the edges.
-    let edge = 150.0 * saturate(1.0 - straight * 10.0);
-    let thickness = 6.0 * rim + dot(place.normal, vec3(0.7, 1.1, 0.9)) + 0.3 * seconds();
-    let film = 0.10 + 0.10 * (0.5 + 0.5 * cos(2.0 * PI * (thickness + vec3(0.0, 0.33, 0.67))));
-    let glass = 0.2 * in.color.rgb * light_on(place.normal);
-    return glass * 0.5 + (rim + edge) * (0.5 * in.color.rgb + 0.25) * film;
+    rim = mix(rim, 150.0, saturate(1.0 - 10.0 * straight));
+    let place_on_film = vec2(rim + outwards.x + 0.015 * seconds(), rim + outwards.y);
+    let grain = 0.5 + 0.35 * (noise(11.0 * place_on_film.x + 3.0) + noise(9.0 * place_on_film.y) - 0.75);
+    let colors = clamp(film(straight, mix(250.0, 400.0, grain)), vec3(0.0), vec3(1.0));
+    let shine = rim * colors * (0.5 * in.color.rgb + 0.25);
+    let f0 = in.color.rgb * colors;
+    let albedo = 0.2 * in.color.rgb * (1.0 - max(f0.r, max(f0.g, f0.b)));
+    let share = first_light_at(in.from_eye.xyz, outwards);
+    return shine + albedo * light_on(outwards, share) + highlight(material, f0, outwards, place.to_eye, share);
 }
 
 // What is added to what is behind.

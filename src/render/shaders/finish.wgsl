@@ -15,6 +15,8 @@
 const MOST: f32 = 30001.0;
 // How much of the light spreads.
 const SPREAD: f32 = 0.0513;
+// A sample counts as no brighter than this.
+const HALF_IS_WHITE: f32 = 2.0;
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
@@ -80,8 +82,8 @@ fn cut_off(in: Corner) -> @location(0) vec4<f32> {
     return vec4(saturate(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb), 1.0);
 }
 
-// The picture with what spreads. Each sample is cut at 1 before the mean of the pixel: a bright stroke that fills a quarter
-// of a pixel makes a quarter of it bright.
+// The picture with what spreads. A stroke that is brighter than the screen makes every pixel white that it covers half of:
+// thin strokes of light are as bold as in the program that the brushes come from, but not ragged.
 @fragment
 fn spread(in: Corner) -> @location(0) vec4<f32> {
     let octaves = 0.5 * textureSampleLevel(octave_0, smooth_sampler, in.uv, 0.0).rgb
@@ -91,8 +93,7 @@ fn spread(in: Corner) -> @location(0) vec4<f32> {
     var sum = vec3(0.0);
     let count = i32(textureNumSamples(samples));
     for (var i = 0; i < count; i++) {
-        let color = cut(textureLoad(samples, vec2<i32>(in.position.xy), i).rgb);
-        sum += saturate(mix(color, 0.34 * octaves, SPREAD));
+        sum += min(cut(textureLoad(samples, vec2<i32>(in.position.xy), i).rgb), vec3(HALF_IS_WHITE));
     }
-    return vec4(sum / f32(count), 1.0);
+    return vec4(saturate(mix(sum / f32(count), 0.34 * octaves, SPREAD)), 1.0);
 }

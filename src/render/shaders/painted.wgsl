@@ -172,9 +172,9 @@ fn fragment_cut(in: Cut) {
     }
 }
 
-// Light that a matte surface takes, whatever its colour.
-fn light_on(normal: vec3<f32>) -> vec3<f32> {
-    let first = max(dot(normal, -surroundings.ways[0].xyz), 0.0);
+// Light that a matte surface takes, whatever its colour; how much of the first light reaches it.
+fn light_on(normal: vec3<f32>, share: f32) -> vec3<f32> {
+    let first = max(dot(normal, -surroundings.ways[0].xyz), 0.0) * share;
     let y = dot(normal, -surroundings.ways[1].xyz);
     // The second light is kept as spherical harmonics by the program that the brushes come from.
     let second = max(0.094 + 0.5 * y + 0.469 * y * y, 0.0);
@@ -182,7 +182,7 @@ fn light_on(normal: vec3<f32>) -> vec3<f32> {
 }
 
 // The highlight of the first light and what is mirrored.
-fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>, share: f32) -> vec3<f32> {
     let gloss = material.f0.w;
     let roughness = (1.0 - gloss) * (1.0 - gloss);
     let to_light = -surroundings.ways[0].xyz;
@@ -195,22 +195,27 @@ fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<
     let distribution = roughness * roughness / (3.14159265 * d * d + 1.0e-7);
     let visibility = 0.5 / (n_l * (n_v * (1.0 - roughness) + roughness) + n_v * (n_l * (1.0 - roughness) + roughness) + 1.0e-5);
     let bright = sqrt(max(3.14159265 * visibility * distribution, 1.0e-4)) * n_l;
-    let lit = bright * surroundings.lights[0].rgb * (f0 + (1.0 - f0) * pow(1.0 - l_h, 5.0));
+    let lit = share * bright * surroundings.lights[0].rgb * (f0 + (1.0 - f0) * pow(1.0 - l_h, 5.0));
     let most = saturate(gloss + max(f0.r, max(f0.g, f0.b)));
     let mirrored = mix(f0, vec3(most), pow(1.0 - n_v, 5.0)) * (1.0 - 0.28 * roughness * (1.0 - gloss));
     return lit + 0.06 * surroundings.ambient.w * mirrored;
 }
 
-fn lit(material: Material, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+fn lit(
+    material: Material,
+    albedo: vec3<f32>,
+    f0: vec3<f32>,
+    normal: vec3<f32>,
+    to_eye: vec3<f32>,
+    share: f32,
+) -> vec3<f32> {
     let kind = material.kinds.x & 3u;
     if kind == LAMBERT {
-        return albedo * light_on(normal);
+        return albedo * light_on(normal, share);
     }
     if kind == SPECULAR {
-        // The mirror of a disco ball has the colour of the paint.
-        let f0 = material.f0.rgb * select(vec3(1.0), albedo, material.kinds.y == DISCO);
-        let most = max(f0.r, max(f0.g, f0.b));
-        return albedo * (1.0 - most) * light_on(normal) + highlight(material, f0, normal, to_eye);
+        let most = min(max(f0.r, max(f0.g, f0.b)), 1.0);
+        return albedo * (1.0 - most) * light_on(normal, share) + highlight(material, f0, normal, to_eye, share);
     }
     return albedo;
 }
@@ -272,7 +277,9 @@ fn surface_color(in: Painted, place: Place) -> vec3<f32> {
         return plain_color(in.color.rgb, style, place.normal, place.to_eye);
     }
     let albedo = albedo_of(material, in, place);
-    let color = styled(lit(material, albedo, place.normal, place.to_eye) + glow_of(material, in, place), style);
+    let share = first_light_at(in.from_eye.xyz, select(-1.0, 1.0, place.is_front) * normalize(in.normal));
+    let light = lit(material, albedo, f0_of(material, in, place), place.normal, place.to_eye, share);
+    let color = styled(light + glow_of(material, in, place), style);
     return fogged(color, in.from_eye.w);
 }
 
@@ -309,27 +316,4 @@ fn fragment_additive(in: Painted) -> @location(0) vec4<f32> {
     let color = emitted(material, in, place);
     // What goes on beyond every screen adds up to no number at all.
     return vec4(clamp(styled(color, style) * style.more.x, vec3(0.0), vec3(30001.0)), 0.0);
-}
-
-struct Sky {
-    @builtin(position) position: vec4<f32>,
-    @location(0) way: vec3<f32>,
-}
-
-// What is seen where nothing is, as far away as can be.
-@vertex
-fn vertex_sky(@builtin(vertex_index) index: u32) -> Sky {
-    let at = vec2(f32((index << 1u) & 2u), f32(index & 2u));
-    let way = view.corners[0].xyz + view.corners[1].xyz * at.x + view.corners[2].xyz * (1.0 - at.y);
-    return Sky(vec4(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0, 0.0, 1.0), way);
-}
-
-@fragment
-fn fragment_sky(in: Sky) -> @location(0) vec4<f32> {
-    let way = normalize(in.way);
-    if surroundings.sky_up.w > 0.0 && way.y < 0.0 {
-        return vec4(surroundings.floor.rgb, 1.0);
-    }
-    let high = 0.5 + 0.5 * dot(way, surroundings.sky_up.xyz);
-    return vec4(mix(surroundings.sky_low.rgb, surroundings.sky_high.rgb, high), 1.0);
 }

@@ -121,7 +121,8 @@ impl SplitPlane {
         if far.1 >= -far.0 { Side::Front } else { Side::Back }
     }
 
-    /// Cuts a polygon that lies on both sides.
+    /// Cuts a polygon that lies on both sides. Not by [`split_convex`](crate::math::split_convex): this plane has a
+    /// thickness, and a corner within it belongs to both parts.
     pub(super) fn cut(&self, corners: &[Vec3], front: &mut Vec<Vec3>, back: &mut Vec<Vec3>) {
         front.clear();
         back.clear();

@@ -5,11 +5,11 @@ use crate::{index::IndexConfig, math::Aabb};
 
 /// Binary levels below the root unless told otherwise: five full cycles, 65,535 nodes. More: smaller leaves, twice the
 /// memory for each level; fewer: more polygons a leaf.
-pub const DEFAULT_MAX_DEPTH: u32 = 15;
+pub(crate) const DEFAULT_MAX_DEPTH: u32 = 15;
 
 /// The deepest tree that is made; a larger wish is cut to it. All nodes exist from the start, and 21 levels are
 /// already four million of them.
-pub const MAX_MAX_DEPTH: u32 = 21;
+pub(crate) const MAX_MAX_DEPTH: u32 = 21;
 
 /// Where the splitting planes of an OSP tree lie (the paper's section 2.2, input ①: centre, size, maximum depth).
 ///

@@ -48,7 +48,8 @@ mod placement;
 mod state;
 mod tree;
 
-pub use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid};
+pub use grid::OspGrid;
+pub(crate) use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH};
 pub use placement::OspPlace;
 pub use tree::OspPaper;
 

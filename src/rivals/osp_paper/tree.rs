@@ -84,7 +84,7 @@ impl OspPaper {
         self.filing
     }
 
-    /// The tree over the root of `config`, [`super::DEFAULT_MAX_DEPTH`] levels deep.
+    /// The tree over the root of `config`, 15 levels deep.
     pub fn from_config(config: &IndexConfig) -> Self {
         Self::new(OspGrid::from_config(config), config.capacity)
     }

@@ -195,7 +195,7 @@ impl Maker<'_> {
             ..PassConfig::new(choice)
         };
         let index = IndexKind::Osp.create(&self.index());
-        let mut pipeline = Pipeline::new(index, capacity, StageClock::default()).with_choice(pass, capacity);
+        let mut pipeline = Pipeline::new(index, capacity, StageClock::default()).with_occlusion(pass);
         pipeline.load(self.input.scene);
         pipeline.commit();
         Way {

@@ -1,0 +1,79 @@
+use std::ops::Range;
+
+use super::simd::{IdWriter, Kernel};
+use crate::polygon::BLOCK;
+
+/// Where a pass over blocks of sixteen puts what it finds: a list of ids, or the masks of blocks.
+pub(crate) trait RunSink {
+    /// Polygons `first + bit` of a mask, all of one block.
+    fn push_run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
+
+    /// Polygons so far.
+    fn found(&self) -> usize;
+}
+
+impl RunSink for IdWriter<'_> {
+    #[inline(always)]
+    fn push_run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
+        if mask != 0 {
+            self.push(kernel, first, mask);
+        }
+    }
+
+    #[inline(always)]
+    fn found(&self) -> usize {
+        self.len()
+    }
+}
+
+/// Sets the masks of blocks, and notes which.
+pub(crate) struct MaskWriter<'a> {
+    masks: &'a mut [u16],
+    begin: usize,
+    end: usize,
+    found: usize,
+}
+
+impl<'a> MaskWriter<'a> {
+    /// Writes to the masks of an empty set that reaches to the highest number; see [`crate::polygon::VisibleBlocks::masks_for`].
+    pub(crate) fn new(masks: &'a mut [u16]) -> Self {
+        Self { masks, begin: usize::MAX, end: 0, found: 0 }
+    }
+
+    /// All masks, to be set by OR; [`MaskWriter::note`] says what was.
+    #[inline(always)]
+    pub(crate) fn masks(&mut self) -> &mut [u16] {
+        self.masks
+    }
+
+    /// So many polygons were set in these blocks.
+    #[inline(always)]
+    pub(crate) fn note(&mut self, blocks: Range<usize>, polygons: usize) {
+        self.begin = self.begin.min(blocks.start);
+        self.end = self.end.max(blocks.end);
+        self.found += polygons;
+    }
+
+    /// The set is complete: what [`crate::polygon::VisibleBlocks::note_filled`] is told.
+    #[inline(always)]
+    pub(crate) fn finish(self) -> (Range<usize>, usize) {
+        (self.begin..self.end, self.found)
+    }
+}
+
+impl RunSink for MaskWriter<'_> {
+    #[inline(always)]
+    fn push_run<K: Kernel>(&mut self, _kernel: K, first: u32, mask: u32) {
+        if mask != 0 {
+            let (block, bit) = (first as usize / BLOCK, first % BLOCK as u32);
+            debug_assert!(mask << bit <= 0xFFFF, "a run within its block");
+            self.masks[block] |= (mask << bit) as u16;
+            self.note(block..block + 1, mask.count_ones() as usize);
+        }
+    }
+
+    #[inline(always)]
+    fn found(&self) -> usize {
+        self.found
+    }
+}

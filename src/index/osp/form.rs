@@ -1,0 +1,65 @@
+//! From the plain list to the tree, and back.
+
+use super::{
+    index::{CHANGES_BETWEEN, Osp},
+    linear::Linear,
+    pool::NONE,
+};
+use crate::{
+    index::simd::Wide,
+    polygon::{BLOCK, ids_of},
+};
+
+/// The tree becomes a plain list again when it has fewer than this part of the blocks at which the list becomes a tree:
+/// erasing and drawing at the border does not build in turn.
+const BACK_TO_LINEAR: usize = 2;
+
+impl Osp {
+    /// Whether what is in the tree should be a plain list.
+    pub(super) fn is_small(&self) -> bool {
+        self.ids.blocks() < self.linear_blocks / BACK_TO_LINEAR
+    }
+
+    /// Moves all polygons from the plain list to the tree.
+    #[inline(never)]
+    pub(super) fn make_tree(&mut self) {
+        self.is_linear = false;
+        let mut linear = std::mem::replace(&mut self.linear, Linear::with_room_for(0));
+        for (number, lanes, boxes) in linear.blocks() {
+            self.open.begin_with(number, lanes, boxes);
+            self.close_block();
+        }
+        linear.clear();
+        self.linear = linear;
+        self.changes = CHANGES_BETWEEN;
+    }
+
+    /// Moves all polygons from the tree, which is one list of runs and small, to the plain list.
+    #[inline(never)]
+    pub(super) fn make_linear(&mut self) {
+        // What is open is not closed first: that could build a tree of the list.
+        for id in ids_of(self.open.block() as usize, self.open.lanes()) {
+            self.linear.insert(id.0, Wide::from_box(&self.open.bounds(id.index() % BLOCK)), usize::MAX);
+        }
+        let mut at = self.nodes[self.top].own;
+        while at != NONE {
+            let bucket = &self.buckets[at];
+            for &page in &bucket.pages[..bucket.page_count as usize] {
+                for lane in 0..usize::from(self.pages[page].runs) {
+                    let (run, bounds) = self.pages.run(page, lane);
+                    for id in ids_of(run.first as usize / BLOCK, run.lanes()) {
+                        let own = if run.is_exact() {
+                            bounds
+                        } else {
+                            self.ids.boxes(run.store).get(id.index() % BLOCK)
+                        };
+                        self.linear.insert(id.0, Wide::from_box(&own), usize::MAX);
+                    }
+                }
+            }
+            at = bucket.next;
+        }
+        self.clear_tree();
+        self.is_linear = true;
+    }
+}

@@ -1,0 +1,380 @@
+//! The linear form: as long as there are few blocks, they are kept as a plain list, and every query looks at all of them.
+//! A box around each block, sixteen blocks to a group, says which have to be tested polygon by polygon; a box around
+//! everything, whether any has to. Inserting, moving and erasing write a box, and nothing is built.
+
+use super::answer::Answer;
+use crate::{
+    index::{
+        WorkCounts,
+        simd::{Boxes, Kernel, PlaneSet, Wide, WithKernel},
+    },
+    math::{Aabb, Frustum},
+    polygon::BLOCK,
+};
+
+/// Blocks of sixteen numbers with the boxes of their polygons, in any order; none is empty.
+#[derive(Clone, Debug)]
+pub(super) struct Linear {
+    /// Per block its number, `id / 16`.
+    numbers: Vec<u32>,
+    /// Per block its polygons.
+    lanes: Vec<u16>,
+    /// Per block its polygons' boxes; lanes of nothing hold anything.
+    boxes: Vec<Boxes<BLOCK>>,
+    /// Per group of sixteen blocks a box around each.
+    around: Vec<Boxes<BLOCK>>,
+    /// Per group the blocks whose box may be too wide.
+    loose: Vec<u16>,
+    is_loose: bool,
+    /// Commits with boxes that may be too wide.
+    commits: u32,
+    /// Holds everything; may be too wide when other boxes are.
+    bounds: Wide,
+}
+
+/// Commits after which boxes that may be too wide are made to fit: whatever is drawn now changes again in the next frame.
+const COMMITS_BETWEEN: u32 = 16;
+
+/// What becomes of an insertion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Inserted {
+    Done,
+    /// It was there already.
+    Present,
+    /// It needs another block, and there is no room for one.
+    Full,
+}
+
+impl Linear {
+    /// An empty list with room for so many blocks. The memory is written to here, so that no frame waits for it.
+    pub(super) fn with_room_for(blocks: usize) -> Self {
+        let groups = blocks.div_ceil(BLOCK);
+        let mut linear = Self {
+            numbers: vec![0; blocks],
+            lanes: vec![0; blocks],
+            boxes: vec![Boxes::EMPTY; blocks],
+            around: vec![Boxes::EMPTY; groups],
+            loose: vec![0; groups],
+            is_loose: false,
+            commits: 0,
+            bounds: Wide::EMPTY,
+        };
+        std::hint::black_box(&mut linear).clear();
+        linear
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.numbers.clear();
+        self.lanes.clear();
+        self.boxes.clear();
+        self.around.clear();
+        self.loose.clear();
+        (self.is_loose, self.commits, self.bounds) = (false, 0, Wide::EMPTY);
+    }
+
+    /// Blocks in the list.
+    pub(super) fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    /// The blocks: number, polygons, boxes.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = (u32, u16, &Boxes<BLOCK>)> {
+        let blocks = self.numbers.iter().zip(&self.lanes).zip(&self.boxes);
+        blocks.map(|((&number, &lanes), boxes)| (number, lanes, boxes))
+    }
+
+    /// The box around the block at a place of [`Linear::blocks`].
+    pub(super) fn around(&self, at: usize) -> Aabb {
+        self.around[at / BLOCK].get(at % BLOCK)
+    }
+
+    /// The numbers of all polygons lie below.
+    pub(super) fn ids_end(&self) -> usize {
+        self.numbers.iter().max().map_or(0, |&last| (last as usize + 1) * BLOCK)
+    }
+
+    /// Memory reserved, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.numbers.capacity() * size_of::<u32>()
+            + (self.lanes.capacity() + self.loose.capacity()) * size_of::<u16>()
+            + (self.boxes.capacity() + self.around.capacity()) * size_of::<Boxes<BLOCK>>()
+    }
+
+    /// Where a block is.
+    #[inline]
+    fn find(&self, number: u32) -> Option<usize> {
+        // What is drawn is numbered in order.
+        let likely = number.wrapping_sub(*self.numbers.first()?) as usize;
+        if self.numbers.get(likely) == Some(&number) {
+            return Some(likely);
+        }
+        self.numbers.iter().rposition(|&other| other == number)
+    }
+
+    /// Where a polygon is, block and lane, if it is there.
+    #[inline]
+    fn place(&self, id: u32) -> Option<(usize, usize)> {
+        let (at, lane) = (self.find(id / 16)?, id as usize % BLOCK);
+        (self.lanes[at] >> lane & 1 == 1).then_some((at, lane))
+    }
+
+    /// Whether a polygon is there.
+    pub(super) fn holds(&self, id: u32) -> bool {
+        self.place(id).is_some()
+    }
+
+    /// The box of a polygon.
+    pub(super) fn bounds(&self, id: u32) -> Option<Aabb> {
+        self.place(id).map(|(at, lane)| self.boxes[at].get(lane))
+    }
+
+    /// Inserts a polygon if that does not make more than `most` blocks.
+    #[inline]
+    pub(super) fn insert(&mut self, id: u32, bounds: Wide, most: usize) -> Inserted {
+        let (number, lane) = (id / 16, id as usize % BLOCK);
+        let at = match self.find(number) {
+            Some(at) => at,
+            None if self.len() >= most => return Inserted::Full,
+            None => self.add_block(number),
+        };
+        if self.lanes[at] >> lane & 1 == 1 {
+            return Inserted::Present;
+        }
+        self.lanes[at] |= 1 << lane;
+        self.boxes[at].set_wide(lane, bounds);
+        self.widen(at, bounds);
+        Inserted::Done
+    }
+
+    fn add_block(&mut self, number: u32) -> usize {
+        let at = self.len();
+        self.numbers.push(number);
+        self.lanes.push(0);
+        self.boxes.push(Boxes::EMPTY);
+        if at.is_multiple_of(BLOCK) {
+            self.around.push(Boxes::EMPTY);
+            self.loose.push(0);
+        }
+        at
+    }
+
+    /// Gives a polygon that is there another box.
+    #[inline]
+    pub(super) fn update(&mut self, id: u32, bounds: Wide) {
+        if let Some((at, lane)) = self.place(id) {
+            self.boxes[at].set_wide(lane, bounds);
+            self.widen(at, bounds);
+            self.mark_loose(at);
+        }
+    }
+
+    /// Takes a polygon out; false if it is not there.
+    #[inline]
+    pub(super) fn remove(&mut self, id: u32) -> bool {
+        let Some((at, lane)) = self.place(id) else { return false };
+        self.lanes[at] &= !(1 << lane);
+        if self.lanes[at] == 0 {
+            self.remove_block(at)
+        } else {
+            self.mark_loose(at)
+        }
+        true
+    }
+
+    /// Makes the boxes around a block hold this one.
+    #[inline]
+    fn widen(&mut self, at: usize, bounds: Wide) {
+        self.around[at / BLOCK].widen(at % BLOCK, &bounds.to_box());
+        self.bounds = self.bounds.union(bounds);
+    }
+
+    #[inline]
+    fn mark_loose(&mut self, at: usize) {
+        self.loose[at / BLOCK] |= 1 << (at % BLOCK);
+        self.is_loose = true;
+    }
+
+    /// Takes an empty block out; the last one takes its place.
+    fn remove_block(&mut self, at: usize) {
+        let last = self.len() - 1;
+        self.numbers.swap_remove(at);
+        self.lanes.swap_remove(at);
+        self.boxes.swap_remove(at);
+        let bounds = self.around(last);
+        self.around[at / BLOCK].set(at % BLOCK, &bounds);
+        if self.loose[last / BLOCK] >> (last % BLOCK) & 1 == 1 {
+            self.mark_loose(at);
+        }
+        self.around[last / BLOCK].set(last % BLOCK, &Aabb::EMPTY);
+        self.loose[last / BLOCK] &= !(1 << (last % BLOCK));
+        let groups = last.div_ceil(BLOCK);
+        self.around.truncate(groups);
+        self.loose.truncate(groups);
+        self.is_loose = true;
+    }
+
+    /// Ends a batch of changes: from time to time, makes the boxes fit around what has lost something.
+    #[inline]
+    pub(super) fn commit(&mut self) {
+        if self.is_loose {
+            self.commits += 1;
+            if self.commits >= COMMITS_BETWEEN {
+                self.tighten();
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn tighten(&mut self) {
+        (self.is_loose, self.commits, self.bounds) = (false, 0, Wide::EMPTY);
+        for (group, loose) in self.loose.iter_mut().enumerate() {
+            let mut left = std::mem::take(loose);
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let at = group * BLOCK + lane;
+                // The bit of a block that is gone goes with it.
+                self.around[group].set(lane, &self.boxes[at].around(u32::from(self.lanes[at])));
+            }
+            self.bounds = self.bounds.union(Wide::from_box(&self.around[group].around(0xFFFF)));
+        }
+    }
+
+    /// What is wrong; for tests.
+    pub(super) fn check(&self, polygons: usize) -> Result<(), String> {
+        let counted: usize = self.lanes.iter().map(|lanes| lanes.count_ones() as usize).sum();
+        if counted != polygons {
+            return Err(format!("{counted} polygons in blocks, {polygons} counted"));
+        }
+        let blocks = self.len();
+        let groups = blocks.div_ceil(BLOCK);
+        if (self.lanes.len(), self.boxes.len(), self.around.len(), self.loose.len())
+            != (blocks, blocks, groups, groups)
+        {
+            return Err(format!("{blocks} blocks with other numbers of boxes"));
+        }
+        for (at, (number, lanes, boxes)) in self.blocks().enumerate() {
+            let bounds = boxes.around(u32::from(lanes));
+            let loose = self.loose[at / BLOCK] >> (at % BLOCK) & 1 == 1;
+            let around = self.around(at);
+            if lanes == 0 || self.find(number) != Some(at) {
+                return Err(format!("block {number} is empty or there twice"));
+            }
+            if !self.bounds.contains(Wide::from_box(&bounds)) {
+                return Err(format!("block {number} lies outside the box around everything"));
+            }
+            if !(around == bounds || loose && self.is_loose && around.contains(&bounds)) {
+                return Err(format!("the box around block {number} is {around:?}, not {bounds:?}"));
+            }
+        }
+        let unused = self.around.last().map_or(Aabb::EMPTY, |last| {
+            let used = (1 << ((blocks + BLOCK - 1) % BLOCK + 1)) - 1;
+            last.around(0xFFFF & !used)
+        });
+        if unused != Aabb::EMPTY { Err(format!("{unused:?} is around no block")) } else { Ok(()) }
+    }
+}
+
+/// The frustum query of the linear form.
+pub(super) struct Pass<'a, A> {
+    pub(super) linear: &'a Linear,
+    pub(super) frustum: &'a Frustum,
+    pub(super) answer: A,
+}
+
+impl<A: Answer> WithKernel for Pass<'_, A> {
+    type Output = (WorkCounts, A::Done);
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> Self::Output {
+        let mut work = WorkCounts::default();
+        if !self.linear.numbers.is_empty() {
+            let before = self.answer.count();
+            (work.nodes, work.boxes) = (1, 1);
+            let is_inside = is_inside(self.frustum, &self.linear.bounds.to_box());
+            if is_inside {
+                self.all(kernel)
+            } else {
+                self.each(kernel, &mut work)
+            }
+            work.planes = work.boxes * 6;
+            work.reported = (self.answer.count() - before) as u64;
+            work.taken_whole = if is_inside { work.reported } else { 0 };
+        }
+        (work, self.answer.finish())
+    }
+}
+
+/// Whether a box lies wholly inside every plane; looks no further than to the first that says no.
+#[inline(always)]
+fn is_inside(frustum: &Frustum, bounds: &Aabb) -> bool {
+    frustum.planes().iter().all(|plane| plane.signed_distance(plane.negative_vertex(bounds)) >= 0.0)
+}
+
+impl<A: Answer> Pass<'_, A> {
+    /// All blocks as they are.
+    #[inline(always)]
+    fn all<K: Kernel>(&mut self, kernel: K) {
+        for (number, lanes, _) in self.linear.blocks() {
+            self.answer.run(kernel, number * 16, u32::from(lanes));
+        }
+    }
+
+    /// The blocks that are not behind a plane, polygon by polygon. Which planes cut a block is not asked: that costs as much
+    /// as to test its polygons. Nor is it asked which blocks of a group are behind one where few would be: every
+    /// [`SAMPLE`]th group tells that.
+    #[inline(always)]
+    fn each<K: Kernel>(&mut self, kernel: K, work: &mut WorkCounts) {
+        let planes = PlaneSet::new(self.frustum);
+        let Linear { numbers, lanes, boxes, around, .. } = self.linear;
+        let mut tested = 0;
+        let mut is_worth_it = numbers.len() > FEW;
+        for (group, around) in around.iter().enumerate() {
+            let from = group * BLOCK;
+            let to = (from + BLOCK).min(numbers.len());
+            let (numbers, lanes, boxes) = (&numbers[from..to], &lanes[from..to], &boxes[from..to]);
+            let blocks = numbers.iter().zip(lanes).zip(boxes);
+            if !is_worth_it && (group % SAMPLE != 0 || group == 0) {
+                for ((&number, &lanes), boxes) in blocks {
+                    tested += self.look(kernel, &planes, number, lanes, boxes);
+                }
+                continue;
+            }
+            work.nodes += 1;
+            work.boxes += numbers.len() as u64;
+            let behind = planes.behind_any(kernel, around);
+            is_worth_it = behind.count_ones() >= WORTH_IT;
+            for (i, ((&number, &lanes), boxes)) in blocks.enumerate() {
+                if behind >> i & 1 == 0 {
+                    tested += self.look(kernel, &planes, number, lanes, boxes);
+                }
+            }
+        }
+        work.boxes += u64::from(tested);
+    }
+
+    /// Tests the polygons of a block; returns how many there are. A method, because a closure would not be compiled for the
+    /// kernel's instruction set.
+    #[inline(always)]
+    fn look<K: Kernel>(
+        &mut self,
+        kernel: K,
+        planes: &PlaneSet,
+        number: u32,
+        lanes: u16,
+        boxes: &Boxes<BLOCK>,
+    ) -> u32 {
+        let lanes = u32::from(lanes);
+        self.answer.run(kernel, number * 16, lanes & !planes.behind_any(kernel, boxes));
+        lanes.count_ones()
+    }
+}
+
+/// With no more blocks than these, each is tested at once.
+const FEW: usize = 32;
+
+/// One group of so many is tested for blocks behind a plane in any case.
+const SAMPLE: usize = 4;
+
+/// If a group has so many blocks behind a plane, the next is tested for some, too.
+const WORTH_IT: u32 = 3;

@@ -1,0 +1,120 @@
+//! Clipping of convex polygons by planes, after I. E. Sutherland and G. W. Hodgman, "Reentrant Polygon Clipping", 1974.
+
+use std::ops::{Add, Mul, Sub};
+
+/// Where a corner that [`split_convex`] reports lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// It is a corner of the polygon, in front of the plane or on it.
+    Front,
+    /// It is a corner of the polygon, behind the plane.
+    Back,
+    /// It is new: an edge crosses the plane there. It belongs to both parts.
+    Crossing,
+}
+
+/// A walk along the edges of a polygon, from one corner with its signed distance from a plane to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Edges<P> {
+    from: P,
+    distance: f64,
+}
+
+impl<P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>> Edges<P> {
+    /// The walk that begins at a polygon's last corner.
+    pub(crate) fn after(last: P, distance: f64) -> Self {
+        Self { from: last, distance }
+    }
+
+    /// Where the edge to the next corner crosses the plane, if it does, and on which side that corner lies.
+    #[inline]
+    pub(crate) fn next(&mut self, to: P, distance: f64) -> (Option<P>, Part) {
+        let (from, a, b) = (self.from, self.distance, distance);
+        let crossing = ((a < 0.0) != (b < 0.0)).then(|| from + (to - from) * (a / (a - b)));
+        *self = Self { from: to, distance };
+        (crossing, if b >= 0.0 { Part::Front } else { Part::Back })
+    }
+}
+
+/// Reports, in order, the corners of both parts into which a plane divides a convex polygon: at most two for each corner.
+/// `distance` is a corner's signed distance from the plane, in any unit, positive in front of it.
+#[inline]
+pub(crate) fn split_convex<P>(corners: &[P], distance: impl Fn(P) -> f64, mut report: impl FnMut(Part, P))
+where
+    P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>,
+{
+    let Some(&last) = corners.last() else { return };
+    let mut edges = Edges::after(last, distance(last));
+    for &to in corners {
+        let (crossing, part) = edges.next(to, distance(to));
+        if let Some(p) = crossing {
+            report(Part::Crossing, p);
+        }
+        report(part, to);
+    }
+}
+
+/// Reports, in order, the corners of the part of a convex polygon in front of a plane; see [`split_convex`].
+#[inline]
+pub(crate) fn clip_convex<P>(corners: &[P], distance: impl Fn(P) -> f64, mut keep: impl FnMut(P))
+where
+    P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>,
+{
+    split_convex(corners, distance, |part, p| {
+        if part != Part::Back {
+            keep(p);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn area(corners: &[DVec2]) -> f64 {
+        let next = corners.iter().cycle().skip(1);
+        corners.iter().zip(next).map(|(a, b)| 0.5 * a.perp_dot(*b)).sum()
+    }
+
+    proptest! {
+        #[test]
+        fn the_parts_lie_on_their_sides_and_make_up_the_whole(
+            count in 3usize..12,
+            turn in 0.0..6.3,
+            at in -1.5..1.5,
+        ) {
+            let corner = |i: usize| DVec2::from_angle(i as f64 / count as f64 * std::f64::consts::TAU);
+            let whole: Vec<DVec2> = (0..count).map(corner).collect();
+            let normal = DVec2::from_angle(turn);
+            let distance = |p: DVec2| normal.dot(p) - at;
+            let (mut front, mut back) = (Vec::new(), Vec::new());
+            split_convex(&whole, distance, |part, p| match part {
+                Part::Front => front.push(p),
+                Part::Back => back.push(p),
+                Part::Crossing => {
+                    front.push(p);
+                    back.push(p);
+                }
+            });
+            prop_assert!(front.iter().all(|&p| distance(p) >= -1.0e-12));
+            prop_assert!(back.iter().all(|&p| distance(p) <= 1.0e-12));
+            prop_assert!(front.len() + back.len() <= count + 4);
+            prop_assert!((area(&front) + area(&back) - area(&whole)).abs() < 1.0e-12);
+            let mut kept = Vec::new();
+            clip_convex(&whole, distance, |p| kept.push(p));
+            prop_assert_eq!(kept, front);
+        }
+    }
+
+    #[test]
+    fn a_corner_on_the_plane_is_in_front_and_nothing_is_added_there() {
+        let triangle = [DVec2::ZERO, DVec2::X, DVec2::Y];
+        let mut kept = Vec::new();
+        clip_convex(&triangle, |p| p.x, |p| kept.push(p));
+        assert_eq!(kept, triangle);
+        clip_convex(&[], |p: DVec2| p.x, |_| panic!("nothing has no corners"));
+    }
+}
