@@ -76,7 +76,10 @@ fn every_row_has_a_command_and_names_files_that_are_there() {
                     let is_there = sources_of(target).contains(filter);
                     assert!(is_there, "{}: no test of {target} is called {filter}", row.name);
                 }
-                _ => panic!("{}: expected `osp ...` or `cargo test ... --test TARGET NAME`: {command}", row.name),
+                _ => panic!(
+                    "{}: expected `osp ...` or `cargo test ... --test TARGET NAME`: {command}",
+                    row.name
+                ),
             }
         }
         for path in code(&row.line).filter(|text| text.starts_with("src/") || text.starts_with("docs/")) {
@@ -95,7 +98,8 @@ fn every_command_of_the_table_runs() {
         fs::copy(&path, recordings.join(path.file_name().expect("a name"))).expect("a copy");
     }
     let of_osp = |command: &String| command.starts_with("osp ");
-    let commands: BTreeSet<String> = table().into_iter().flat_map(|row| row.commands).filter(of_osp).collect();
+    let commands: BTreeSet<String> =
+        table().into_iter().flat_map(|row| row.commands).filter(of_osp).collect();
     for command in commands {
         let args: Vec<&str> = command.split_whitespace().skip(1).collect();
         let output = Command::new(env!("CARGO_BIN_EXE_osp"))
@@ -113,7 +117,8 @@ fn every_command_of_the_table_runs() {
 
 #[test]
 fn a_row_without_a_command_is_seen() {
-    let text = "| a | command |\n| --- | --- |\n| x | `osp info` |\n| y | |\n\ntext\n\n| b |\n| --- |\n| z |\n";
+    let text =
+        "| a | command |\n| --- | --- |\n| x | `osp info` |\n| y | |\n\ntext\n\n| b |\n| --- |\n| z |\n";
     let rows = rows(text);
     let found: Vec<_> = rows.iter().map(|row| (row.name.as_str(), row.commands.len())).collect();
     assert_eq!(found, [("x", 1), ("y", 0)]);

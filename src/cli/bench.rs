@@ -60,11 +60,12 @@ Parts of the report:
   growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
             frames that insert none
   flight    the finished sessions: frustum culling alone, and with occlusion culling
-  paper     with --paper: the paper's experiments as they are printed. Its tree and its octree while
-            the model grows (figures 19, 21 to 23), with the planes that filing asks and all
-            polygons of cut nodes drawn; a flight with every culler (figure 20), also the paper's own
-            that cull visible polygons: the column `conservative` says NO; and how deep and how large
-            its tree is best made. --node-test and --score are those of the conservative cullers
+  paper     with --paper: the paper's experiments as it is printed. Its tree and its octree while
+            the model grows (figures 19, 21 to 23): the planes that filing asks are counted, and
+            all polygons of cut nodes are drawn. A flight with every culler (figure 20), also the
+            paper's own that cull visible polygons: the column `conservative` says NO. How deep
+            and how large its tree is best made. --node-test and --score are those of the
+            conservative cullers
 The page (--html) has all parts with charts, and beside each what the paper found and what osp
 finds.
 `osp replay --help` describes the indexes.")]

@@ -54,7 +54,7 @@ pub struct GrowingRow {
     pub frame_us: Estimate,
     /// The slowest frame of a hundred.
     pub frame_p99_us: f64,
-    /// Planes that polygons were compared with for each polygon that came, where it is counted.
+    /// Planes that polygons were compared with, for each polygon that came, went or moved; where it is counted.
     pub planes_per_polygon: Option<f64>,
     /// Polygons drawn, mean.
     pub drawn: f64,
