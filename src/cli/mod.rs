@@ -15,6 +15,7 @@ mod outputs;
 mod parsers;
 mod pick;
 mod played;
+mod query;
 mod reading;
 mod session;
 mod version;
@@ -84,6 +85,7 @@ enum Command {
     Bench(bench::BenchArgs),
     DrawIndex(draw_index::DrawIndexArgs),
     Pick(pick::PickArgs),
+    Query(query::QueryArgs),
     Synth(synth::SynthArgs),
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
@@ -128,6 +130,7 @@ pub fn run() -> ExitCode {
         Command::Bench(args) => bench::run(&args),
         Command::DrawIndex(args) => draw_index::run(&args),
         Command::Pick(args) => pick::run(&args),
+        Command::Query(args) => query::run(&args),
         Command::Synth(args) => synth::run(&args),
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),
