@@ -15,5 +15,7 @@ mod keeping;
 mod limits;
 #[path = "studio/panel.rs"]
 mod panel;
+#[path = "studio/spans.rs"]
+mod spans;
 #[path = "studio/tracker.rs"]
 mod tracker;

@@ -23,7 +23,10 @@ use super::{
 };
 use crate::{
     index::IndexConfig,
-    lab::bench::{self, BenchReport, Contender, Flight, GrowthConfig, Machine, SessionInput, SessionResult},
+    lab::bench::{
+        self, BenchReport, Contender, Flight, GrowthConfig, Machine, RaysConfig, RaysModel, RaysResult,
+        SessionInput, SessionResult,
+    },
     occlusion::Occlusion,
     output_file::OutputKind,
     recording::Pace,
@@ -35,6 +38,8 @@ use crate::{
 const BATCH: u32 = 8;
 /// Frames of a flight.
 const FLIGHT_FRAMES: u64 = 360;
+/// Polygons of the synthetic model that rays are cast into, at most.
+const MOST_FOR_RAYS: u32 = 1_000_000;
 
 /// Compare all structures, on sessions of yours and on a synthetic one that grows to millions of polygons.
 ///
@@ -52,6 +57,9 @@ Parts of the report:
   growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
             frames that insert none
   flight    the finished sessions: frustum culling alone, and with occlusion culling
+  rays      the finished sessions, and the synthetic one at each of the sizes up to a million:
+            nearest hit, any hit, what is in a box, nearest polygons of a point; in order and
+            best first; while polygons arrive; refit against rebuild as polygons move
 The page (--html) has all parts with charts, and beside each what the paper found and what osp
 finds.
 `osp replay --help` describes the indexes.")]
@@ -73,6 +81,9 @@ pub(super) struct BenchArgs {
     /// Leave out the growing model.
     #[arg(long, conflicts_with = "sizes")]
     no_growth: bool,
+    /// Leave out rays, ranges and neighbours.
+    #[arg(long)]
+    no_rays: bool,
     /// How much of a session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
     /// the hand).
     #[arg(long, default_value = "samples:1")]
@@ -103,6 +114,15 @@ impl BenchArgs {
         if self.quick { 0.15 } else { 5.0 }
     }
 
+    /// Numbers of polygons of the growing model.
+    fn sizes(&self) -> Vec<u32> {
+        match (&self.sizes[..], self.quick) {
+            ([], true) => vec![1000, 10_000, 100_000],
+            ([], false) => vec![1000, 10_000, 100_000, 1_000_000],
+            (sizes, _) => sizes.to_vec(),
+        }
+    }
+
     /// Seconds for each index at a size.
     fn growth_secs(&self) -> f64 {
         if self.quick { 0.15 } else { 3.0 }
@@ -122,14 +142,20 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         kinds.insert(0, Contender::Own(args.reference));
     }
     let progress = progress();
-    let (mut sessions, mut flights) = (Vec::new(), Vec::new());
+    let (mut sessions, mut flights, mut rays) = (Vec::new(), Vec::new(), Vec::new());
     for file in &args.files {
-        let (session, more) = measure_session(args, &kinds, file, &progress)?;
+        let (session, more, model) = measure_session(args, &kinds, file, &progress)?;
         sessions.push(session);
         flights.extend(more);
+        rays.extend(model.and_then(|model| cast_rays(args, &kinds, &model, &progress)));
     }
     let (growth, skipped) =
         if args.no_growth { (Vec::new(), Vec::new()) } else { grow(args, &kinds, &progress)? };
+    if !args.no_growth && !args.no_rays {
+        for size in args.sizes().into_iter().filter(|&size| size <= MOST_FOR_RAYS) {
+            rays.extend(cast_rays(args, &kinds, &RaysModel::synthetic(size)?, &progress));
+        }
+    }
     progress.finish_and_clear();
 
     let report = BenchReport {
@@ -140,6 +166,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         growth,
         skipped,
         flights,
+        rays,
     };
     if let Some(output) = csv {
         output.write(report.to_csv().as_bytes())?;
@@ -149,7 +176,8 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         output.write(page.as_bytes())?;
     }
     say(&if args.json { report.to_json() } else { report.to_text() })?;
-    let agree = report.sessions.iter().all(|session| session.indexes_agree);
+    let agree = report.sessions.iter().all(|session| session.indexes_agree)
+        && report.rays.iter().all(|rays| rays.disagree.is_empty());
     Ok(if agree { Outcome::Done } else { Outcome::CheckFailed })
 }
 
@@ -180,7 +208,7 @@ fn measure_session(
     kinds: &[Contender],
     file: &Path,
     progress: &ProgressBar,
-) -> anyhow::Result<(SessionResult, Vec<Flight>)> {
+) -> anyhow::Result<(SessionResult, Vec<Flight>, Option<RaysModel>)> {
     let recording = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
     let shown = one_line(&recording);
     progress.set_message(format!("{shown}: reading"));
@@ -215,19 +243,31 @@ fn measure_session(
     })?;
     progress.set_message(format!("{shown}: flight"));
     let fly = |camera| bench::fly(&recording, &scene, config, camera, Occlusion::Msvbsp, FLIGHT_FRAMES);
-    Ok((result, cameras.map(fly).to_vec()))
+    let model = (!args.no_rays).then(|| RaysModel::of_scene(&recording, &scene, root));
+    Ok((result, cameras.map(fly).to_vec(), model))
+}
+
+fn cast_rays(
+    args: &BenchArgs,
+    kinds: &[Contender],
+    model: &RaysModel,
+    progress: &ProgressBar,
+) -> Option<RaysResult> {
+    let config = RaysConfig {
+        kinds: kinds.to_vec(),
+        reference: args.reference,
+        questions: if args.quick { 64 } else { 512 },
+        budget_secs: if args.quick { 0.004 } else { 0.15 },
+    };
+    let shown = one_line(&model.recording).into_owned();
+    bench::cast_rays(&config, model, |what| progress.set_message(format!("{shown}: rays, {what}")))
 }
 
 type Growth = (Vec<bench::GrowthRow>, Vec<bench::Skipped>);
 
 fn grow(args: &BenchArgs, kinds: &[Contender], progress: &ProgressBar) -> anyhow::Result<Growth> {
-    let sizes = match (&args.sizes[..], args.quick) {
-        ([], true) => vec![1000, 10_000, 100_000],
-        ([], false) => vec![1000, 10_000, 100_000, 1_000_000],
-        (sizes, _) => sizes.to_vec(),
-    };
     let config = GrowthConfig {
-        sizes,
+        sizes: args.sizes(),
         kinds: kinds.to_vec(),
         reference: args.reference,
         batch: BATCH,

@@ -112,31 +112,6 @@ pub(crate) fn ray_nearest<I: SpatialIndex + ?Sized>(
     visitor.nearest.found()
 }
 
-struct AnyVisitor<'a> {
-    ray: &'a Ray,
-    t_max: f32,
-    hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>,
-    found: Option<(PolygonId, f32)>,
-}
-
-impl Visitor for AnyVisitor<'_> {
-    fn node(&mut self, node: &Node<'_>) -> Visit {
-        match self.ray.enter_box(node.bounds, self.t_max) {
-            Some(_) if self.found.is_none() => Visit::Descend,
-            _ => Visit::Skip,
-        }
-    }
-
-    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
-        for &id in ids {
-            if self.found.is_some() {
-                return;
-            }
-            self.found = (self.hit)(id).filter(|&t| t <= self.t_max).map(|t| (id, t));
-        }
-    }
-}
-
 /// See [`SpatialIndex::ray_any`].
 pub(crate) fn ray_any<I: SpatialIndex + ?Sized>(
     index: &I,
@@ -144,9 +119,17 @@ pub(crate) fn ray_any<I: SpatialIndex + ?Sized>(
     t_max: f32,
     hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
 ) -> Option<(PolygonId, f32)> {
-    let mut visitor = AnyVisitor { ray, t_max, hit, found: None };
-    index.traverse(&Frustum::everything(), &mut visitor);
-    visitor.found
+    let mut found = None;
+    // A hit before everything: the search for the nearest has nothing left to look at.
+    let mut first = |id| {
+        if found.is_some() {
+            return None;
+        }
+        found = hit(id).filter(|&t| t <= t_max).map(|t| (id, t));
+        found.map(|_| f32::NEG_INFINITY)
+    };
+    index.ray_nearest(ray, t_max, &mut first);
+    found
 }
 
 struct SphereVisitor<'a> {

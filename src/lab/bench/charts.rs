@@ -8,7 +8,9 @@ use plotters::{
     prelude::*,
 };
 
-use super::{BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile, session::same_frames};
+use super::{
+    BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile, rays::show, session::same_frames,
+};
 use crate::{
     frame::FrameRecord,
     lab::report::{GREEN, INK, LineStyle, ORANGE, VERMILION, register_font, thousands},
@@ -43,18 +45,18 @@ pub(super) struct Chart {
     pub(super) title: String,
     /// What the paper found, and what is found here.
     pub(super) remarks: Vec<String>,
-    x: Axis,
-    y: Axis,
-    lines: Vec<Line>,
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+    pub(super) lines: Vec<Line>,
 }
 
 #[derive(Clone, Copy)]
-enum Axis {
+pub(super) enum Axis {
     Linear(&'static str),
     Log(&'static str),
 }
 
-struct Line {
+pub(super) struct Line {
     name: String,
     style: LineStyle,
     /// Points of the line itself, and of a thin one beside it (the slowest of a group).
@@ -64,11 +66,11 @@ struct Line {
 
 impl Line {
     /// The line of a structure.
-    fn of_structure(name: &str, points: Points) -> Self {
+    pub(super) fn of_structure(name: &str, points: Points) -> Self {
         Self::new(name, LineStyle::of_structure(name), points)
     }
 
-    fn new(name: &str, style: LineStyle, points: Points) -> Self {
+    pub(super) fn new(name: &str, style: LineStyle, points: Points) -> Self {
         Self { name: name.to_owned(), style, points, thin: Vec::new() }
     }
 }
@@ -90,7 +92,8 @@ pub(super) fn charts(report: &BenchReport) -> Vec<Chart> {
     });
     let growth = growth(&report.growth, &report.reference);
     let flights = report.flights.iter().flat_map(flight);
-    sessions.chain(growth).chain(flights).filter(|chart| !chart.is_empty()).collect()
+    let rays = show::charts(&report.rays, &report.reference);
+    sessions.chain(growth).chain(flights).chain(rays).filter(|chart| !chart.is_empty()).collect()
 }
 
 /// The middle of neighbouring values, with the slowest beside it.

@@ -1,12 +1,12 @@
 use std::fmt::Write;
 
-use super::{BenchReport, Estimate};
+use super::{BenchReport, Estimate, rays};
 
 /// Names of the columns; see [`BenchReport::to_csv`].
 const HEAD: &str = "part,recording,index,polygons,frames,figure,unit,value,low,high";
 
 impl BenchReport {
-    /// The report as CSV, one figure a line: the part of the report (`session`, `growth`, `flight`), what it is about,
+    /// The report as CSV, one figure a line: the part of the report (`session`, `growth`, `flight`, `rays`, `rays_moved`), what it is about,
     /// the figure with its unit, its value, and the ends of the interval where it has one.
     pub fn to_csv(&self) -> String {
         let mut lines = Lines(format!("{HEAD}\n"));
@@ -56,19 +56,20 @@ impl BenchReport {
                 lines.value(&of, "break_even", "ns/polygon", ns);
             }
         }
+        rays::show::csv(&self.rays, &mut lines);
         lines.0
     }
 }
 
-struct Lines(String);
+pub(super) struct Lines(String);
 
 impl Lines {
-    fn value(&mut self, of: &str, figure: &str, unit: &str, value: f64) {
+    pub(super) fn value(&mut self, of: &str, figure: &str, unit: &str, value: f64) {
         // Writing to a string does not fail.
         let _ = writeln!(self.0, "{of},{figure},{unit},{value},,");
     }
 
-    fn estimate(&mut self, of: &str, figure: &str, unit: &str, estimate: &Estimate) {
+    pub(super) fn estimate(&mut self, of: &str, figure: &str, unit: &str, estimate: &Estimate) {
         let Estimate { median, low, high, .. } = estimate;
         let _ = writeln!(self.0, "{of},{figure},{unit},{median},{low},{high}");
     }

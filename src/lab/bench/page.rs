@@ -3,6 +3,7 @@ use std::{error::Error, fmt::Write};
 use super::{
     BenchReport,
     charts::{Chart, charts},
+    rays::show,
     table::{Grid, flight_grid, growth_grid, session_grid},
 };
 use crate::lab::report::{printable, short, thousands};
@@ -67,6 +68,20 @@ pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
     if !report.flights.is_empty() {
         page.heading("Flight through the finished models");
         page.table(&flight_grid(&report.flights));
+    }
+    for result in &report.rays {
+        page.heading(&show::heading(result));
+        page.paragraph(&show::legend(&report.reference));
+        page.table(&show::times(result));
+        page.paragraph(show::WALKS);
+        page.table(&show::walks(result));
+        if !result.moved.is_empty() {
+            page.paragraph(show::MOVED);
+            page.table(&show::moved(result));
+        }
+        for remark in show::remarks(result, &report.reference) {
+            page.paragraph(&remark);
+        }
     }
     page.heading("Charts");
     for chart in charts(report) {

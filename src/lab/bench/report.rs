@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use super::{Flight, GrowthRow, Machine, SessionResult, Skipped};
+use super::{Flight, GrowthRow, Machine, RaysResult, SessionResult, Skipped};
 
 /// Everything that a run of `osp bench` found.
 #[derive(Clone, Debug, Serialize)]
@@ -19,6 +19,8 @@ pub struct BenchReport {
     pub skipped: Vec<Skipped>,
     /// Flights through the finished sessions.
     pub flights: Vec<Flight>,
+    /// Rays, ranges and neighbours in the finished sessions and in the synthetic one.
+    pub rays: Vec<RaysResult>,
 }
 
 impl BenchReport {

@@ -1,6 +1,6 @@
 use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 
-use super::{BenchReport, Estimate, Flight, GrowthRow, SessionResult};
+use super::{BenchReport, Estimate, Flight, GrowthRow, SessionResult, rays::show};
 use crate::lab::report::{one_line, short, thousands};
 
 /// A table before it is drawn, as text or as HTML.
@@ -178,6 +178,17 @@ impl BenchReport {
                 flight.index, flight.occlusion
             ));
             parts.push(flight_grid(&self.flights).text());
+        }
+        for result in &self.rays {
+            parts.push(format!("\n{}; {}", show::heading(result), show::legend(&self.reference)));
+            parts.push(show::times(result).text());
+            parts.push(format!("\n{}", show::WALKS));
+            parts.push(show::walks(result).text());
+            if !result.moved.is_empty() {
+                parts.push(format!("\n{}", show::MOVED));
+                parts.push(show::moved(result).text());
+            }
+            parts.extend(show::remarks(result, &self.reference));
         }
         parts.join("\n")
     }
