@@ -216,12 +216,21 @@ impl<'a> NearestPolygons<'a> {
         })
     }
 
-    /// The distance of a box, metres, if it is still of interest.
-    pub(crate) fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
-        let reach_m = match self.found.peek() {
+    pub(crate) fn point(&self) -> Vec3 {
+        self.point
+    }
+
+    /// How far boxes are still of interest, metres.
+    pub(crate) fn reach_m(&self) -> f32 {
+        match self.found.peek() {
             Some(last) if self.found.len() == self.count => last.distance_m * (1.0 + RAY_SLACK),
             _ => f32::INFINITY,
-        };
+        }
+    }
+
+    /// The distance of a box, metres, if it is still of interest.
+    pub(crate) fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
+        let reach_m = self.reach_m();
         // A root: the square of a short distance may be too small for an `f32`.
         Some(bounds.distance_squared(self.point).sqrt()).filter(|&distance_m| distance_m <= reach_m)
     }

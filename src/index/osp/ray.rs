@@ -1,11 +1,15 @@
-//! The nearest hit of a ray: down into the nearest child first, the boxes of a node, a bucket, a page or a run together.
+//! The nearest hit of a ray and the neighbours of a point: down into the nearest child first, the boxes of a node, a
+//! bucket, a page or a run together.
 
 use std::cmp::Ordering;
+
+use glam::Vec3;
 
 use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
     index::{
-        probe::{Nearest, is_wanted},
+        WorkCounts,
+        probe::{Nearest, NearestPolygons, is_wanted},
         simd::{Boxes, Kernel, WithKernel},
     },
     math::{Ray, is_no_later},
@@ -20,7 +24,7 @@ enum Place {
     Page(u32),
 }
 
-/// A place that the ray enters at `t`.
+/// A place at a distance: where the ray enters it, or from the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Waiting {
     t: f32,
@@ -42,26 +46,82 @@ impl Ord for Waiting {
     }
 }
 
-impl Osp {
-    /// Asks `nearest` about the polygons along a ray, near nodes first.
-    pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
-        self.backend.run(Along { osp: self, ray, nearest, stack: Vec::with_capacity(64) });
+/// What is looked for, nearest first: the hits of a ray, or the neighbours of a point.
+trait Search {
+    /// How far the boxes of the lanes in `used` are, and which of them are still of interest.
+    fn reach<const N: usize>(&self, boxes: &Boxes<N>, used: u32) -> Reached<N>;
+
+    /// Whether what is so far is still of interest.
+    fn wants(&self, t: f32) -> bool;
+
+    /// Asks a polygon.
+    fn ask(&mut self, id: PolygonId);
+}
+
+struct AlongRay<'a, 'h> {
+    ray: &'a Ray,
+    nearest: &'a mut Nearest<'h>,
+}
+
+impl Search for AlongRay<'_, '_> {
+    #[inline(always)]
+    fn reach<const N: usize>(&self, boxes: &Boxes<N>, used: u32) -> Reached<N> {
+        enter(self.ray, boxes, used, self.nearest.reach())
+    }
+
+    #[inline(always)]
+    fn wants(&self, t: f32) -> bool {
+        is_wanted(t, self.nearest.reach())
+    }
+
+    #[inline(always)]
+    fn ask(&mut self, id: PolygonId) {
+        self.nearest.ask(id);
     }
 }
 
-/// A walk along a ray; compiled for each instruction set, so that the loops over lanes use it.
-struct Along<'a, 'h> {
-    osp: &'a Osp,
-    ray: &'a Ray,
-    nearest: &'a mut Nearest<'h>,
-    stack: Vec<Waiting>,
-}
-
-impl WithKernel for Along<'_, '_> {
-    type Output = ();
+impl Search for &mut NearestPolygons<'_> {
+    #[inline(always)]
+    fn reach<const N: usize>(&self, boxes: &Boxes<N>, used: u32) -> Reached<N> {
+        distances(self.point(), boxes, used, self.reach_m())
+    }
 
     #[inline(always)]
-    fn run<K: Kernel>(mut self, _kernel: K) {
+    fn wants(&self, t: f32) -> bool {
+        t <= self.reach_m()
+    }
+
+    #[inline(always)]
+    fn ask(&mut self, id: PolygonId) {
+        NearestPolygons::ask(self, id);
+    }
+}
+
+impl Osp {
+    /// Asks `nearest` about the polygons along a ray, near nodes first.
+    pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
+        self.backend.run(Walk::new(self, AlongRay { ray, nearest }));
+    }
+
+    /// Asks `nearest` about the polygons around its point, near nodes first.
+    pub(super) fn ask_around(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
+        self.backend.run(Walk::new(self, nearest))
+    }
+}
+
+/// A walk to what is nearest; compiled for each instruction set, so that the loops over lanes use it.
+struct Walk<'a, S> {
+    osp: &'a Osp,
+    search: S,
+    stack: Vec<Waiting>,
+    work: WorkCounts,
+}
+
+impl<S: Search> WithKernel for Walk<'_, S> {
+    type Output = WorkCounts;
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, _kernel: K) -> WorkCounts {
         let osp = self.osp;
         let lanes = u32::from(osp.open.lanes());
         // With nothing open there is no block either.
@@ -73,23 +133,34 @@ impl WithKernel for Along<'_, '_> {
             self.stack.push(Waiting { t: 0.0, place: Place::Node(osp.top) });
         }
         while let Some(Waiting { t, place }) = self.stack.pop() {
-            if is_wanted(t, self.nearest.reach()) {
+            if self.search.wants(t) {
                 let before = self.stack.len();
                 self.look(place);
                 self.stack[before..].sort_unstable();
             }
         }
+        self.work
     }
 }
 
-impl Along<'_, '_> {
+impl<'a, S: Search> Walk<'a, S> {
+    fn new(osp: &'a Osp, search: S) -> Self {
+        Self { osp, search, stack: Vec::with_capacity(64), work: WorkCounts::default() }
+    }
+
+    #[inline(always)]
+    fn reach<const N: usize>(&mut self, boxes: &Boxes<N>, used: u32) -> Reached<N> {
+        self.work.boxes += u64::from(used.count_ones());
+        self.search.reach(boxes, used)
+    }
+
     #[inline(always)]
     fn look(&mut self, place: Place) {
+        self.work.nodes += 1;
         match place {
             Place::Node(number) => {
                 let node = &self.osp.nodes[number];
-                let entered = enter(self.ray, &node.boxes, 0xFF, self.nearest.reach());
-                for (slot, t) in entered.lanes() {
+                for (slot, t) in self.reach(&node.boxes, node.used()).lanes() {
                     let place = match node.children[slot].target() {
                         Target::Nothing => continue,
                         Target::Leaf(head) => Place::Leaf(head),
@@ -97,24 +168,25 @@ impl Along<'_, '_> {
                     };
                     self.stack.push(Waiting { t, place });
                 }
-                self.pages_along(node.own);
+                self.pages_of(node.own);
             }
-            Place::Leaf(head) => self.pages_along(head),
+            Place::Leaf(head) => self.pages_of(head),
             Place::Page(number) => self.ask_page(number),
         }
     }
 
     #[inline(always)]
-    fn pages_along(&mut self, head: u32) {
+    fn pages_of(&mut self, head: u32) {
+        let osp = self.osp;
         let mut at = head;
         while at != NONE {
-            let bucket = &self.osp.buckets[at];
+            let bucket = &osp.buckets[at];
             for (half, boxes) in bucket.boxes.0.iter().enumerate() {
                 let used = bucket.used() >> (8 * half) & 0xFF;
                 if used == 0 {
                     break;
                 }
-                for (lane, t) in enter(self.ray, boxes, used, self.nearest.reach()).lanes() {
+                for (lane, t) in self.reach(boxes, used).lanes() {
                     self.stack.push(Waiting { t, place: Place::Page(bucket.pages[8 * half + lane]) });
                 }
             }
@@ -125,12 +197,16 @@ impl Along<'_, '_> {
     /// The runs of a page, near ones first.
     #[inline(always)]
     fn ask_page(&mut self, number: u32) {
+        let osp = self.osp;
         let mut runs = [(0.0, 0); 16];
         let mut count = 0;
-        let used = self.osp.pages[number].used();
-        for (half, boxes) in self.osp.pages.boxes(number).0.iter().enumerate() {
+        let used = osp.pages[number].used();
+        for (half, boxes) in osp.pages.boxes(number).0.iter().enumerate() {
             let used = used >> (8 * half) & 0xFF;
-            for (lane, t) in enter(self.ray, boxes, used, self.nearest.reach()).lanes() {
+            if used == 0 {
+                break;
+            }
+            for (lane, t) in self.reach(boxes, used).lanes() {
                 runs[count] = (t, 8 * half + lane);
                 count += 1;
             }
@@ -138,37 +214,37 @@ impl Along<'_, '_> {
         let runs = &mut runs[..count];
         runs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for &(t, lane) in runs.iter() {
-            if !is_wanted(t, self.nearest.reach()) {
+            if !self.search.wants(t) {
                 return;
             }
-            let (run, _) = self.osp.pages.run(number, lane);
+            let (run, _) = osp.pages.run(number, lane);
             let (first, lanes) = (run.first & !15, u32::from(run.lanes()));
-            if run.is_exact() {
+            if !run.is_exact() {
+                self.ask_lanes(first, lanes, osp.ids.boxes(run.store));
+            } else if lanes != 0 {
                 // Its box is the run's.
-                (lanes != 0).then(|| self.nearest.ask(PolygonId(first + lanes.trailing_zeros())));
-            } else {
-                self.ask_lanes(first, lanes, self.osp.ids.boxes(run.store));
+                self.search.ask(PolygonId(first + lanes.trailing_zeros()));
             }
         }
     }
 
     #[inline(always)]
     fn ask_lanes(&mut self, first: u32, lanes: u32, boxes: &Boxes<16>) {
-        for (lane, t) in enter(self.ray, boxes, lanes, self.nearest.reach()).lanes() {
-            if is_wanted(t, self.nearest.reach()) {
-                self.nearest.ask(PolygonId(first + lane as u32));
+        for (lane, t) in self.reach(boxes, lanes).lanes() {
+            if self.search.wants(t) {
+                self.search.ask(PolygonId(first + lane as u32));
             }
         }
     }
 }
 
-/// Where a ray enters boxes, and which of them are still of interest.
-struct Entered<const N: usize> {
+/// How far boxes are, and which of them are still of interest.
+struct Reached<const N: usize> {
     t: [f32; N],
     mask: u32,
 }
 
-impl<const N: usize> Entered<N> {
+impl<const N: usize> Reached<N> {
     #[inline(always)]
     fn lanes(&self) -> impl Iterator<Item = (usize, f32)> + '_ {
         let mut left = self.mask;
@@ -182,7 +258,7 @@ impl<const N: usize> Entered<N> {
 
 /// [`Ray::enter_box`] of the lanes in `used`, with the same answers. Emptied places have no box.
 #[inline(always)]
-fn enter<const N: usize>(ray: &Ray, boxes: &Boxes<N>, used: u32, reach: f32) -> Entered<N> {
+fn enter<const N: usize>(ray: &Ray, boxes: &Boxes<N>, used: u32, reach: f32) -> Reached<N> {
     let (mut near, mut far, mut is_odd) = ([0.0f32; N], [reach; N], [0u32; N]);
     for axis in 0..3 {
         let (low, high) = (&boxes.rows[axis], &boxes.rows[axis + 3]);
@@ -213,5 +289,27 @@ fn enter<const N: usize>(ray: &Ray, boxes: &Boxes<N>, used: u32, reach: f32) -> 
             mask |= 1 << lane;
         }
     }
-    Entered { t: near, mask }
+    Reached { t: near, mask }
+}
+
+/// [`Aabb::distance_squared`](crate::math::Aabb::distance_squared), its root, of the lanes in `used`.
+#[inline(always)]
+fn distances<const N: usize>(point: Vec3, boxes: &Boxes<N>, used: u32, reach_m: f32) -> Reached<N> {
+    let mut squared = [0.0f32; N];
+    for axis in 0..3 {
+        let (low, high) = (&boxes.rows[axis], &boxes.rows[axis + 3]);
+        for i in 0..N {
+            let (below, above) = (low[i] - point[axis], point[axis] - high[i]);
+            let beside = if below > above { below } else { above };
+            let beside = if beside > 0.0 { beside } else { 0.0 };
+            squared[i] += beside * beside;
+        }
+    }
+    let mut mask = 0;
+    for i in 0..N {
+        // A root: the square of a short distance may be too small for an `f32`. An emptied place has no box.
+        squared[i] = squared[i].sqrt();
+        mask |= u32::from(squared[i] <= reach_m && boxes.rows[0][i] <= boxes.rows[3][i]) << i;
+    }
+    Reached { t: squared, mask: mask & used }
 }
