@@ -1,5 +1,8 @@
 //! `osp bench`: the report as text, JSON, CSV and page.
 
+#[path = "bench/rays.rs"]
+mod rays;
+
 use std::{fs, path::Path, process::Command, process::Output};
 
 use serde_json::Value;

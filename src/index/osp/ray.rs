@@ -306,10 +306,10 @@ fn distances<const N: usize>(point: Vec3, boxes: &Boxes<N>, used: u32, reach_m: 
         }
     }
     let mut mask = 0;
-    for i in 0..N {
+    for (i, distance_m) in squared.iter_mut().enumerate() {
         // A root: the square of a short distance may be too small for an `f32`. An emptied place has no box.
-        squared[i] = squared[i].sqrt();
-        mask |= u32::from(squared[i] <= reach_m && boxes.rows[0][i] <= boxes.rows[3][i]) << i;
+        *distance_m = distance_m.sqrt();
+        mask |= u32::from(*distance_m <= reach_m && boxes.rows[0][i] <= boxes.rows[3][i]) << i;
     }
     Reached { t: squared, mask: mask & used }
 }

@@ -47,7 +47,7 @@ pub(in crate::lab::bench) fn times(result: &RaysResult) -> Grid {
         "growing\nµs/frame",
         "ratio\n(95 %)",
     ];
-    let rays = |asked: &Asked| [short(asked.millions_a_second()), interval(&asked.ratio)];
+    let rays = |asked: &Asked| [millions(asked.millions_a_second()), interval(&asked.ratio)];
     let us = |asked: &Asked| [short(asked.us.median), interval(&asked.ratio)];
     let row = |row: &RayRow| {
         let cells = [
@@ -83,7 +83,8 @@ pub(in crate::lab::bench) fn walks(result: &RaysResult) -> Grid {
     let row = |row: &RayRow| {
         let walks = [row.in_order, row.best_first];
         let walked = walks.map(|walked| {
-            [walked.nodes, walked.boxes, walked.polygons_asked, walked.mrays_per_sec].map(short)
+            let [nodes, boxes, asked] = [walked.nodes, walked.boxes, walked.polygons_asked].map(short);
+            [nodes, boxes, asked, millions(walked.mrays_per_sec)]
         });
         let work = [row.range_work, row.neighbours_work].map(|work| work.map(short));
         let cells = walked.into_iter().flatten().chain(work.into_iter().flatten());
@@ -92,8 +93,14 @@ pub(in crate::lab::bench) fn walks(result: &RaysResult) -> Grid {
     Grid { head, rows: result.rows.iter().map(row).collect() }
 }
 
+/// Millions a second; [`short`] would make nothing of the slowest.
+fn millions(a_second: f64) -> String {
+    if a_second < 0.1 { format!("{a_second:.5}") } else { short(a_second) }
+}
+
 /// What the table of walks is about.
-pub(in crate::lab::bench) const WALKS: &str = "Nearest hit with one and the same walk over each tree, rays from outside and from inside: down into the nearest child \
+pub(in crate::lab::bench) const WALKS: &str = "\
+     Nearest hit with one and the same walk over each tree, rays from outside and from inside: down into the nearest child \
      first (in order), or always on with the nearest node that waits (best first); and the work of the structures' own range \
      and neighbour queries";
 
@@ -119,8 +126,12 @@ pub(in crate::lab::bench) fn moved(result: &RaysResult) -> Grid {
 }
 
 /// What the table of moves is about.
-pub(in crate::lab::bench) const MOVED: &str = "Refit against rebuild: every polygon drifts in its own direction. Refitted: the tree as it was built at first, its boxes \
+pub(in crate::lab::bench) const MOVED: &str = "\
+     Refit against rebuild: every polygon drifts in its own direction. Refitted: the tree as it was built at first, its boxes \
      made to fit; rebuilt: built after the last move; bvh-sah refits until its boxes have grown by half, then rebuilds";
+
+/// A question by its name.
+type Question = (&'static str, fn(&RayRow) -> &Asked);
 
 /// What is seen in a model.
 pub(in crate::lab::bench) fn remarks(result: &RaysResult, reference: &str) -> Vec<String> {
@@ -129,7 +140,7 @@ pub(in crate::lab::bench) fn remarks(result: &RaysResult, reference: &str) -> Ve
         remarks.push(format!("NOT THE SAME ANSWERS AS {reference}: {}.", result.disagree.join(", ")));
     }
     let row = |name: &str| result.rows.iter().find(|row| row.index == name);
-    let questions: [(&str, fn(&RayRow) -> &Asked); 6] = [
+    let questions: [Question; 6] = [
         ("nearest hit from outside", |row| &row.outside),
         ("nearest hit from inside", |row| &row.inside),
         ("any hit", |row| &row.any),
@@ -177,8 +188,8 @@ pub(in crate::lab::bench) fn charts(results: &[RaysResult], reference: &str) -> 
     names.sort_by_key(|name| *name != reference);
     type Figure = fn(&RayRow) -> f64;
     let figures: [(&str, &str, Figure); 6] = [
-        ("nearest hit, rays from inside", "MRays/s", |row| row.inside.millions_a_second()),
-        ("any hit, rays from inside", "MRays/s", |row| row.any.millions_a_second()),
+        ("nearest hit, rays from inside", "rays a second", |row| row.inside.millions_a_second() * 1.0e6),
+        ("any hit, rays from inside", "rays a second", |row| row.any.millions_a_second() * 1.0e6),
         ("what is in a box", "µs", |row| row.range.us.median),
         ("the nearest polygons of a point", "µs", |row| row.neighbours.us.median),
         ("a frame that inserts 8 polygons and casts 8 rays", "µs", |row| row.growing.us.median),
