@@ -94,7 +94,18 @@ impl Linear {
         group: usize,
     ) -> impl Iterator<Item = (usize, (u32, u16, &Boxes<BLOCK>))> + Clone {
         let places = group * BLOCK..((group + 1) * BLOCK).min(self.len());
-        places.map(|at| (at, (self.numbers[at], self.lanes[at], &self.boxes[at])))
+        places.map(|at| (at, self.block(at)))
+    }
+
+    /// The block at a place of [`Linear::blocks`].
+    pub(super) fn block(&self, at: usize) -> (u32, u16, &Boxes<BLOCK>) {
+        (self.numbers[at], self.lanes[at], &self.boxes[at])
+    }
+
+    /// The boxes around the blocks of a group, and which lanes there are.
+    pub(super) fn around_each(&self, group: usize) -> (&Boxes<BLOCK>, u32) {
+        let blocks = (self.len() - group * BLOCK).min(BLOCK);
+        (&self.around[group], (1 << blocks) - 1)
     }
 
     /// The box around a group.
