@@ -2,6 +2,8 @@
 
 #[path = "bench/paper.rs"]
 mod paper;
+#[path = "bench/rays.rs"]
+mod rays;
 
 use std::{fs, path::Path, process::Command, process::Output};
 

@@ -269,7 +269,7 @@ fn an_empty_session_is_no_error() {
 
 #[test]
 fn every_command_has_examples_in_its_help() {
-    for command in ["replay", "info", "import", "synth", "bench", "draw-index", "pick"] {
+    for command in ["replay", "info", "import", "synth", "bench", "draw-index", "pick", "query"] {
         let output = osp(&[command, "--help"]);
         assert!(output.status.success());
         assert!(stdout(&output).contains("Examples:\n  osp "), "{command}: {}", stdout(&output));

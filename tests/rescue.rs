@@ -19,7 +19,14 @@ fn damaged(folder: &Path, name: &str) {
 fn whoever_refuses_a_damaged_session_names_what_reads_the_rest() {
     let folder = tempfile::tempdir().expect("a folder");
     damaged(folder.path(), "my house.ron");
-    for command in [&["replay"][..], &["info"], &["pick", "--at", "1,1"], &["draw-index"], &["verify"]] {
+    for command in [
+        &["replay"][..],
+        &["info"],
+        &["pick", "--at", "1,1"],
+        &["query", "--nearest", "0,0,0", "1"],
+        &["draw-index"],
+        &["verify"],
+    ] {
         let mut arguments = command.to_vec();
         arguments.insert(1, "my house.ron");
         if command == ["draw-index"] {

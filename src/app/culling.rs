@@ -2,7 +2,7 @@ use std::{sync::Arc, time::Duration};
 
 use glam::Vec3;
 
-use super::{document::meet_polygon, draw_cost::DrawCost};
+use super::{document::meet_polygon, draw_cost::DrawCost, spans::Part};
 use crate::{
     frame::{FrameRecord, OcclusionPass, PassConfig, Pipeline, StageClock},
     index::{IndexConfig, SpatialIndex},
@@ -302,6 +302,32 @@ impl Culling {
         self.picks.tests += tests;
         self.picks.last = found.map(|(id, _)| id);
         found
+    }
+
+    /// The strokes with a polygon in a part of space. `waiting` is what no frame has brought to the index yet.
+    pub fn strokes_in(&mut self, scene: &Scene, waiting: &[Change], part: &Part) -> Vec<StrokeId> {
+        // The index may be a frame behind the scene.
+        let mut is_in = |id: PolygonId| {
+            let is_there = id.index() < scene.polygon_count() && scene.is_visible(id);
+            is_there && part.touches(&scene.polygon(id))
+        };
+        self.found.clear();
+        let index = self.pipeline.index();
+        match part {
+            Part::Box(bounds) => {
+                index.box_query(bounds, &mut self.found);
+                self.found.retain(|&id| is_in(id));
+            }
+            Part::Sphere(sphere) => {
+                index.sphere_query(sphere, &mut is_in, &mut self.found);
+            }
+        }
+        let late = waiting.iter().filter_map(|change| match *change {
+            Change::Insert(id) | Change::Update(id) => Some(id),
+            Change::Remove(_) | Change::Repaint(_) => None,
+        });
+        self.found.extend(late.filter(|&id| is_in(id)));
+        self.found.iter().filter_map(|&id| scene.stroke_of(id).id()).collect()
     }
 
     /// The polygon whose box is the nearest to a point, of those within `reach_m` along each axis; of several the first.

@@ -1,5 +1,7 @@
 use glam::{Vec2, Vec3};
 
+use super::tool::Span;
+
 /// A button of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Button {
@@ -50,6 +52,12 @@ pub(super) enum Gesture {
         from: Vec3,
         by: Vec3,
     },
+    /// Two points of the model: where it was pressed, and where the pointer is.
+    Span {
+        span: Span,
+        from: Vec3,
+        to: Vec3,
+    },
     /// A button is down and has not moved yet on nothing in particular.
     Click,
 }
@@ -74,6 +82,14 @@ impl Gestures {
     /// Whether something is being dragged.
     pub(super) fn is_dragging(&self) -> bool {
         self.gesture.is_some()
+    }
+
+    /// The two points that are being taken.
+    pub(super) fn span(&self) -> Option<(Span, Vec3, Vec3)> {
+        match self.gesture {
+            Some(Gesture::Span { span, from, to }) => Some((span, from, to)),
+            _ => None,
+        }
     }
 
     /// The movement of the selected strokes so far, metres.

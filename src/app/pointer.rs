@@ -81,6 +81,10 @@ impl Studio {
                 }
                 _ => Some(Gesture::Click),
             },
+            ToolChoice::Span(span) => {
+                let from = self.span_point(at, size_px, None)?;
+                Some(Gesture::Span { span, from, to: from })
+            }
         }
     }
 
@@ -104,6 +108,10 @@ impl Studio {
                 let to = on_plane_through(&view, on_screen, from);
                 self.gestures.gesture = Some(Gesture::Move { from, by: to - from });
             }
+            Gesture::Span { span, from, .. } => {
+                let Some(to) = self.span_point(at, size_px, Some(from)) else { return };
+                self.gestures.gesture = Some(Gesture::Span { span, from, to });
+            }
             Gesture::Click => {}
         }
     }
@@ -122,6 +130,10 @@ impl Studio {
                     None if held.shift => {}
                     None => self.selection.clear(),
                 }
+            }
+            Gesture::Span { span, from, to } => {
+                self.gestures.gesture = None;
+                self.end_span(span, from, to, held.shift);
             }
             _ => {}
         }
@@ -193,7 +205,7 @@ impl Studio {
     }
 
     /// The stroke under a point of the window or close beside it, and where on it.
-    fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
+    pub(super) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
         /// The point itself, then around it.
         const BESIDE: [(f32, f32); 9] = [
             (0.0, 0.0),
@@ -244,7 +256,7 @@ impl Studio {
     }
 }
 
-fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
+pub(super) fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
     let ray = view.ray_through(at);
     let distance_m = (anchor - ray.origin).dot(view.forward_in_world()).max(view.projection.near_m * 2.0);
     ray.origin + ray.direction * distance_m

@@ -17,6 +17,7 @@ use super::{
     question::Question,
     room::{Room, RoomView},
     selection::Selection,
+    spans::Part,
     subject::Subject,
     tool::ToolChoice,
     tracker::{Hands, Tracker},
@@ -80,6 +81,7 @@ pub struct Studio {
     pub(super) snap: Snap,
     pub(super) pen: Pen,
     pub(super) selection: Selection,
+    pub(super) measured: Option<(Vec3, Vec3)>,
     pub(super) gestures: Gestures,
     pub(super) layers: LayerChoice,
     pub(super) follows_replay_camera: bool,
@@ -131,6 +133,7 @@ impl Studio {
             snap: Snap::default(),
             pen: Pen::default(),
             selection: Selection::default(),
+            measured: None,
             gestures: Gestures::default(),
             layers: LayerChoice::default(),
             follows_replay_camera: true,
@@ -169,6 +172,7 @@ impl Studio {
         }
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
         self.selection = Selection::default();
+        self.measured = None;
         self.pen = Pen::default();
         self.gestures = Gestures::default();
         self.frozen = None;
@@ -465,6 +469,15 @@ impl Studio {
             Subject::Replay(_) => &[],
         };
         self.culling.pick(self.subject.scene(), waiting, ray, without)
+    }
+
+    /// The strokes with a polygon in a part of space.
+    pub(super) fn strokes_in(&mut self, part: &Part) -> Vec<StrokeId> {
+        let waiting = match &self.subject {
+            Subject::Sketch(document) => document.changes(),
+            Subject::Replay(_) => &[],
+        };
+        self.culling.strokes_in(self.subject.scene(), waiting, part)
     }
 
     /// One frame for a window of this size in pixels: takes the input, updates the index, culls, and leaves the

@@ -9,4 +9,17 @@ pub enum ToolChoice {
     Erase,
     /// Selects strokes and moves them.
     Select,
+    /// Takes two points of the model, from where it is pressed to where it is let go.
+    Span(Span),
+}
+
+/// What two picked points make.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Span {
+    /// The distance between them.
+    Distance,
+    /// The box with both in opposite corners: strokes in it are selected.
+    Box,
+    /// The sphere around the first through the second: strokes in it are selected.
+    Sphere,
 }

@@ -46,6 +46,7 @@ impl Trace {
             ToolChoice::Draw(tool) => format!("{tool:?}").to_lowercase(),
             ToolChoice::Erase => "erase".to_owned(),
             ToolChoice::Select => "select".to_owned(),
+            ToolChoice::Span(span) => format!("{span:?}").to_lowercase(),
         };
         let while_drawing = studio.while_drawing().map(|(counts, times)| {
             json!({

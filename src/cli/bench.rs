@@ -26,7 +26,7 @@ use crate::{
     index::IndexConfig,
     lab::bench::{
         self, Adapter, BenchReport, Contender, Flight, GrowthConfig, Machine, PaperInput, PaperResult,
-        SessionInput, SessionResult,
+        RaysConfig, RaysModel, RaysResult, SessionInput, SessionResult,
     },
     math::Aabb,
     occlusion::{CullConfig, Occlusion, OcclusionConfig, SelectConfig},
@@ -41,6 +41,8 @@ use crate::{
 const BATCH: u32 = 8;
 /// Frames of a flight.
 const FLIGHT_FRAMES: u64 = 360;
+/// Polygons of the synthetic model that rays are cast into, at most.
+const MOST_FOR_RAYS: u32 = 1_000_000;
 
 /// Compare all structures, on sessions of yours and on a synthetic one that grows to millions of polygons.
 ///
@@ -60,6 +62,9 @@ Parts of the report:
   growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
             frames that insert none
   flight    the finished sessions: frustum culling alone, and with occlusion culling
+  rays      the finished sessions, and the synthetic one at each of the sizes up to a million:
+            nearest hit, any hit, what is in a box, nearest polygons of a point; in order and
+            best first; while polygons arrive; refit against rebuild as polygons move
   paper     with --paper: the paper's experiments as it is printed. Its tree and its octree while
             the model grows (figures 19, 21 to 23): the planes that filing asks are counted, and
             all polygons of cut nodes are drawn. A flight with every culler (figure 20), also the
@@ -87,6 +92,9 @@ pub(super) struct BenchArgs {
     /// Leave out the growing model.
     #[arg(long, conflicts_with = "sizes")]
     no_growth: bool,
+    /// Leave out rays, ranges and neighbours.
+    #[arg(long)]
+    no_rays: bool,
     /// How much of a session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
     /// the hand).
     #[arg(long, default_value = "samples:1")]
@@ -119,6 +127,15 @@ impl BenchArgs {
         if self.quick { 0.15 } else { 5.0 }
     }
 
+    /// Numbers of polygons of the growing model.
+    fn sizes(&self) -> Vec<u32> {
+        match (&self.sizes[..], self.quick) {
+            ([], true) => vec![1000, 10_000, 100_000],
+            ([], false) => vec![1000, 10_000, 100_000, 1_000_000],
+            (sizes, _) => sizes.to_vec(),
+        }
+    }
+
     /// Seconds for each index at a size.
     fn growth_secs(&self) -> f64 {
         if self.quick { 0.15 } else { 3.0 }
@@ -139,13 +156,17 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     }
     let progress = progress();
     let adapter = args.paper.adapter();
-    let (mut sessions, mut flights, mut paper) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut sessions, mut flights, mut rays, mut paper) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for file in &args.files {
         let opened = read(args, file, &progress)?;
         if !args.paper.is_alone() {
             let (session, more) = measure_session(args, &kinds, &opened, &progress)?;
             sessions.push(session);
             flights.extend(more);
+            if !args.no_rays {
+                let model = RaysModel::of_scene(&opened.name(), &opened.scene, opened.root());
+                rays.extend(cast_rays(args, &kinds, &model, &progress));
+            }
         }
         if args.paper.is_asked() {
             let events = OpenSession::open(file, &args.reading)?;
@@ -164,6 +185,11 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         true => (Vec::new(), Vec::new()),
         false => grow(args, &kinds, &progress)?,
     };
+    if !args.no_growth && !args.no_rays && !args.paper.is_alone() {
+        for size in args.sizes().into_iter().filter(|&size| size <= MOST_FOR_RAYS) {
+            rays.extend(cast_rays(args, &kinds, &RaysModel::synthetic(size)?, &progress));
+        }
+    }
     progress.finish_and_clear();
 
     let report = BenchReport {
@@ -174,6 +200,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         growth,
         skipped,
         flights,
+        rays,
         paper,
     };
     if let Some(output) = csv {
@@ -184,7 +211,8 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         output.write(page.as_bytes())?;
     }
     say(&if args.json { report.to_json() } else { report.to_text() })?;
-    let agree = report.sessions.iter().all(|session| session.indexes_agree);
+    let agree = report.sessions.iter().all(|session| session.indexes_agree)
+        && report.rays.iter().all(|rays| rays.disagree.is_empty());
     Ok(if agree { Outcome::Done } else { Outcome::CheckFailed })
 }
 
@@ -303,16 +331,27 @@ fn measure_session(
     Ok((result, cameras.map(fly).to_vec()))
 }
 
+fn cast_rays(
+    args: &BenchArgs,
+    kinds: &[Contender],
+    model: &RaysModel,
+    progress: &ProgressBar,
+) -> Option<RaysResult> {
+    let config = RaysConfig {
+        kinds: kinds.to_vec(),
+        reference: args.reference,
+        questions: if args.quick { 64 } else { 512 },
+        budget_secs: if args.quick { 0.004 } else { 0.15 },
+    };
+    let shown = one_line(&model.recording).into_owned();
+    bench::cast_rays(&config, model, |what| progress.set_message(format!("{shown}: rays, {what}")))
+}
+
 type Growth = (Vec<bench::GrowthRow>, Vec<bench::Skipped>);
 
 fn grow(args: &BenchArgs, kinds: &[Contender], progress: &ProgressBar) -> anyhow::Result<Growth> {
-    let sizes = match (&args.sizes[..], args.quick) {
-        ([], true) => vec![1000, 10_000, 100_000],
-        ([], false) => vec![1000, 10_000, 100_000, 1_000_000],
-        (sizes, _) => sizes.to_vec(),
-    };
     let config = GrowthConfig {
-        sizes,
+        sizes: args.sizes(),
         kinds: kinds.to_vec(),
         reference: args.reference,
         batch: BATCH,

@@ -16,6 +16,7 @@ mod outputs;
 mod parsers;
 mod pick;
 mod played;
+mod query;
 mod reading;
 mod session;
 mod version;
@@ -86,6 +87,7 @@ enum Command {
     Bench(bench::BenchArgs),
     DrawIndex(draw_index::DrawIndexArgs),
     Pick(pick::PickArgs),
+    Query(query::QueryArgs),
     Synth(synth::SynthArgs),
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
@@ -130,6 +132,7 @@ pub fn run() -> ExitCode {
         Command::Bench(args) => bench::run(&args),
         Command::DrawIndex(args) => draw_index::run(&args),
         Command::Pick(args) => pick::run(&args),
+        Command::Query(args) => query::run(&args),
         Command::Synth(args) => synth::run(&args),
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),

@@ -112,31 +112,6 @@ pub(crate) fn ray_nearest<I: SpatialIndex + ?Sized>(
     visitor.nearest.found()
 }
 
-struct AnyVisitor<'a> {
-    ray: &'a Ray,
-    t_max: f32,
-    hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>,
-    found: Option<(PolygonId, f32)>,
-}
-
-impl Visitor for AnyVisitor<'_> {
-    fn node(&mut self, node: &Node<'_>) -> Visit {
-        match self.ray.enter_box(node.bounds, self.t_max) {
-            Some(_) if self.found.is_none() => Visit::Descend,
-            _ => Visit::Skip,
-        }
-    }
-
-    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
-        for &id in ids {
-            if self.found.is_some() {
-                return;
-            }
-            self.found = (self.hit)(id).filter(|&t| t <= self.t_max).map(|t| (id, t));
-        }
-    }
-}
-
 /// See [`SpatialIndex::ray_any`].
 pub(crate) fn ray_any<I: SpatialIndex + ?Sized>(
     index: &I,
@@ -144,9 +119,17 @@ pub(crate) fn ray_any<I: SpatialIndex + ?Sized>(
     t_max: f32,
     hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
 ) -> Option<(PolygonId, f32)> {
-    let mut visitor = AnyVisitor { ray, t_max, hit, found: None };
-    index.traverse(&Frustum::everything(), &mut visitor);
-    visitor.found
+    let mut found = None;
+    // A hit before everything: the search for the nearest has nothing left to look at.
+    let mut first = |id| {
+        if found.is_some() {
+            return None;
+        }
+        found = hit(id).filter(|&t| t <= t_max).map(|t| (id, t));
+        found.map(|_| f32::NEG_INFINITY)
+    };
+    index.ray_nearest(ray, t_max, &mut first);
+    found
 }
 
 struct SphereVisitor<'a> {
@@ -233,12 +216,21 @@ impl<'a> NearestPolygons<'a> {
         })
     }
 
-    /// The distance of a box, metres, if it is still of interest.
-    pub(crate) fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
-        let reach_m = match self.found.peek() {
+    pub(crate) fn point(&self) -> Vec3 {
+        self.point
+    }
+
+    /// How far boxes are still of interest, metres.
+    pub(crate) fn reach_m(&self) -> f32 {
+        match self.found.peek() {
             Some(last) if self.found.len() == self.count => last.distance_m * (1.0 + RAY_SLACK),
             _ => f32::INFINITY,
-        };
+        }
+    }
+
+    /// The distance of a box, metres, if it is still of interest.
+    pub(crate) fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
+        let reach_m = self.reach_m();
         // A root: the square of a short distance may be too small for an `f32`.
         Some(bounds.distance_squared(self.point).sqrt()).filter(|&distance_m| distance_m <= reach_m)
     }

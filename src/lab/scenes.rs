@@ -55,10 +55,15 @@ impl TestScene {
 }
 
 /// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014.
-struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
-    fn unit(&mut self) -> f64 {
+    #[cfg(feature = "cli")]
+    pub(super) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub(super) fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let x = self.0;
         let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -70,11 +75,11 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    fn within(&mut self, low: DVec3, high: DVec3) -> DVec3 {
+    pub(super) fn within(&mut self, low: DVec3, high: DVec3) -> DVec3 {
         DVec3::new(self.range(low.x, high.x), self.range(low.y, high.y), self.range(low.z, high.z))
     }
 
-    fn direction(&mut self) -> DVec3 {
+    pub(super) fn direction(&mut self) -> DVec3 {
         loop {
             let v = self.within(DVec3::NEG_ONE, DVec3::ONE);
             if (0.01..=1.0).contains(&v.length_squared()) {

@@ -25,6 +25,12 @@ impl Ray {
         Self { origin, direction, inverse }
     }
 
+    /// See the field.
+    #[inline]
+    pub(crate) fn inverse(&self) -> Vec3 {
+        self.inverse
+    }
+
     /// The slab test: the `t` at which the ray enters the box (0 if it starts inside), if that is at most `t_max`. Faces,
     /// edges and corners belong to the box, and it may be flat. What is decided for a box holds for every box inside it.
     pub fn enter_box(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {

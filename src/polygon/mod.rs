@@ -11,6 +11,7 @@ mod change;
 mod convex;
 mod geometry;
 mod id;
+mod near;
 mod paged;
 mod visible_blocks;
 

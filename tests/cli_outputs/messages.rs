@@ -5,6 +5,7 @@ use std::{error::Error, fs, io, path::PathBuf};
 use crate::{osp, session_text, stderr, stdout, temp, write_session};
 use osp::{
     lab::{
+        bench::PaperError,
         pvs::PvsError,
         report::{ChartError, PinError, Pins},
     },
@@ -44,6 +45,8 @@ fn errors() -> Vec<(&'static str, Box<dyn Error + Send + Sync>)> {
         ("PvsError", Box::new(PvsError::Io { path, cause: system() })),
         ("RigError", Box::new(RigError::Io { path: "some/file".to_owned(), cause: system() })),
         ("RigError", Box::new(Rig::open("no such rig").expect_err("no rig"))),
+        ("PaperError", Box::new(PaperError::Recording(RecordingError::io("some/file".as_ref(), system())))),
+        ("PaperError", Box::new(PaperError::Drawing(Box::new(system())))),
         ("ExportError", Box::new(osp::export::ExportError::Io(system()))),
     ];
     #[cfg(feature = "window")]

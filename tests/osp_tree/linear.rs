@@ -57,7 +57,7 @@ impl Thinner for HalfHidden {
 
 /// Every query, against brute force.
 fn assert_all_same(osp: &Osp, reference: &BruteForce, boxes: &[Aabb], seed: u64) {
-    osp.validate().unwrap();
+    osp.validate().expect("a sound index");
     let mut frusta = views(&root(), 2, Place::Outside, seed);
     frusta.extend(views(&root(), 3, Place::Inside, seed + 1));
     assert_same(osp, reference, &frusta);
@@ -183,8 +183,8 @@ fn the_border_is_crossed_once() {
             osp.commit();
             assert!(!is_linear(&osp));
         }
-        for i in border - 20..border {
-            osp.insert(PolygonId(i as u32), &boxes[i]).unwrap();
+        for (i, bounds) in boxes.iter().enumerate().take(border).skip(border - 20) {
+            osp.insert(PolygonId(i as u32), bounds).unwrap();
             osp.commit();
         }
     }

@@ -44,7 +44,18 @@ impl Table {
         self.frame();
     }
 
-    fn click(&mut self, place: (f32, f32), held: Held) {
+    /// Drags with keys held.
+    pub(crate) fn drag_held(&mut self, places: &[(f32, f32)], held: Held) {
+        self.input(Input::Move(Vec2::from(places[0])));
+        self.input(Input::Press(Button::Primary));
+        for &place in &places[1..] {
+            self.input(Input::Move(Vec2::from(place)));
+        }
+        self.studio.input(Input::Release(Button::Primary), held, SIZE_PX);
+        self.frame();
+    }
+
+    pub(crate) fn click(&mut self, place: (f32, f32), held: Held) {
         self.studio.input(Input::Move(Vec2::from(place)), held, SIZE_PX);
         self.studio.input(Input::Press(Button::Primary), held, SIZE_PX);
         self.studio.input(Input::Release(Button::Primary), held, SIZE_PX);

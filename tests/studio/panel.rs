@@ -5,8 +5,8 @@ use egui_kittest::{
 };
 use osp::{
     app::{
-        Autosaves, Command, Document, FrameReport, FrameStage, FrameTimes, Player, Room, Studio, Subject,
-        ToolChoice,
+        Autosaves, Command, Document, FrameReport, FrameStage, FrameTimes, Player, Room, Span, Studio,
+        Subject, ToolChoice,
         ui::{Interface, SHORTCUTS},
     },
     glam,
@@ -59,7 +59,7 @@ fn button(at: Pos2, pressed: bool) -> Event {
 }
 
 /// Drags through these places of the model's part of the window (0 to 1), a frame for each; what each frame was.
-fn drag(harness: &mut Harness<'_, Window>, places: &[(f32, f32)]) -> Vec<FrameReport> {
+pub(crate) fn drag(harness: &mut Harness<'_, Window>, places: &[(f32, f32)]) -> Vec<FrameReport> {
     let model = harness.state().model;
     let place = |(x, y): (f32, f32)| model.min + model.size() * Vec2::new(x, y);
     let mut reports = Vec::new();
@@ -99,6 +99,9 @@ fn every_tool_has_a_button_and_a_key() {
         ("Tube (3)", Key::Num3, ToolChoice::Draw(Tool::Tube)),
         ("Erase (X)", Key::X, ToolChoice::Erase),
         ("Select (V)", Key::V, ToolChoice::Select),
+        ("Select in a box (R)", Key::R, ToolChoice::Span(Span::Box)),
+        ("Select in a sphere (G)", Key::G, ToolChoice::Span(Span::Sphere)),
+        ("Measure (M)", Key::M, ToolChoice::Span(Span::Distance)),
         ("Ribbon (1)", Key::Num1, ToolChoice::Draw(Tool::Ribbon)),
     ] {
         let before = harness.state().studio.tool();

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::Studio;
 use crate::{
-    app::{layers, tool::ToolChoice},
+    app::{layers, spans::draw_span, tool::ToolChoice},
     render::Depth,
     view::View,
 };
@@ -58,6 +58,9 @@ impl Studio {
                 layers::draw_outlines(scene, stroke.polygon_ids(), by, [255, 220, 90, 220], &mut self.lines);
             }
         }
+        if let Some((span, from, to)) = self.shown_span() {
+            draw_span(span, from, to, &mut self.lines);
+        }
         self.draw_pen(&view, size_px);
         if let Some((p, _, pressure)) = self.hands.state().hand {
             let p = self.room.to_world(&self.navigator, p);
@@ -85,7 +88,7 @@ impl Studio {
                 let radius_m = self.navigator.distance_m() * 0.012;
                 layers::draw_cursor(view, aim, radius_m, [255, 90, 90, 255], &mut self.lines);
             }
-            ToolChoice::Select => {}
+            ToolChoice::Select | ToolChoice::Span(_) => {}
         }
     }
 }

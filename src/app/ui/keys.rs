@@ -1,7 +1,10 @@
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::{
-    app::{command::Command, tool::ToolChoice},
+    app::{
+        command::Command,
+        tool::{Span, ToolChoice},
+    },
     recording::Tool,
 };
 
@@ -70,6 +73,9 @@ pub const SHORTCUTS: &[Shortcut] = &[
     key(Key::Num3, "draw tubes", Action::Do(|| Command::Tool(ToolChoice::Draw(Tool::Tube)))),
     key(Key::X, "erase", Action::Do(|| Command::Tool(ToolChoice::Erase))),
     key(Key::V, "select and move", Action::Do(|| Command::Tool(ToolChoice::Select))),
+    key(Key::M, "measure a distance", Action::Do(|| Command::Tool(ToolChoice::Span(Span::Distance)))),
+    key(Key::R, "select in a box", Action::Do(|| Command::Tool(ToolChoice::Span(Span::Box)))),
+    key(Key::G, "select in a sphere", Action::Do(|| Command::Tool(ToolChoice::Span(Span::Sphere)))),
     key(Key::B, "choose a brush", Action::ToggleBrushes),
     key(Key::OpenBracket, "narrower brush", Action::Do(|| Command::Widen(-1.0))),
     key(Key::CloseBracket, "wider brush", Action::Do(|| Command::Widen(1.0))),

@@ -8,7 +8,7 @@ use crate::{
         pen::{Brush, Snap},
         studio::Studio,
         subject::Subject,
-        tool::ToolChoice,
+        tool::{Span, ToolChoice},
     },
     recording::Tool,
 };
@@ -69,6 +69,17 @@ fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         (ToolChoice::Draw(Tool::Tube), "Tube (3)", "drag to draw a round tube"),
         (ToolChoice::Erase, "Erase (X)", "touch a stroke to erase it"),
         (ToolChoice::Select, "Select (V)", "click strokes, then drag them; Delete erases them"),
+        (
+            ToolChoice::Span(Span::Box),
+            "Select in a box (R)",
+            "drag from one corner on the model to the other",
+        ),
+        (
+            ToolChoice::Span(Span::Sphere),
+            "Select in a sphere (G)",
+            "drag from its middle on the model outwards",
+        ),
+        (ToolChoice::Span(Span::Distance), "Measure (M)", "drag from one point of the model to another"),
     ];
     for (tool, name, hint) in tools {
         let button =
@@ -76,6 +87,9 @@ fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         if ui.add(button).on_hover_text(hint).clicked() {
             wishes.commands.push(Command::Tool(tool));
         }
+    }
+    if let Some((from, to)) = studio.measured() {
+        ui.label(format!("distance {:.4} m", from.distance(to)));
     }
 }
 

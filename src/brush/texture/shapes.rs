@@ -277,8 +277,8 @@ pub(super) fn tape(u: f32, v: f32) -> [f32; 4] {
 /// Slabs of a palette knife with cracks, without ends.
 pub(super) fn thick_paint(u: f32, v: f32) -> f32 {
     let rim = octaves(u, (v > 0.5) as u8 as f32 * 0.5, (7, 2), 2, 23) - 0.5;
-    let cracks = octaves(u + 0.4 * v, v, (9, 13), 3, 24) - 0.29;
-    solid((0.72 + 0.4 * rim - aside(v)).min(cracks), 0.5)
+    let cracks = octaves(u + 0.4 * v, v, (9, 13), 3, 24) - 0.36;
+    solid((0.76 + 0.4 * rim - aside(v)).min(cracks), 0.5)
 }
 
 /// Chips with ragged rims, without ends.

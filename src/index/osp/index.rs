@@ -1,3 +1,5 @@
+use glam::Vec3;
+
 use super::{
     grid::{FLAT_ENTRIES, Grid, ROOT_SHIFT},
     ids::IdMap,
@@ -12,7 +14,7 @@ use crate::{
     index::{
         DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Visitor, WorkCounts,
         admission::admit_id,
-        probe::Nearest,
+        probe::{Nearest, NearestPolygons},
         simd::{Backend, Wide},
     },
     math::{Aabb, Frustum, Ray},
@@ -303,6 +305,22 @@ impl SpatialIndex for Osp {
         let mut nearest = Nearest::new(t_max, hit);
         self.ask_along(ray, &mut nearest);
         nearest.found()
+    }
+
+    fn nearest(
+        &self,
+        point: Vec3,
+        count: usize,
+        distance_m: &mut dyn FnMut(PolygonId) -> f32,
+        out: &mut Vec<(PolygonId, f32)>,
+    ) -> WorkCounts {
+        out.clear();
+        let Some(mut nearest) = NearestPolygons::new(point, count, self.len(), distance_m) else {
+            return WorkCounts::default();
+        };
+        let work = self.ask_around(&mut nearest);
+        out.extend(nearest.into_found());
+        WorkCounts { reported: out.len() as u64, ..work }
     }
 
     fn validate(&self) -> Result<(), String> {

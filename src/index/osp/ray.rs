@@ -1,11 +1,18 @@
-//! The nearest hit of a ray: down into the nearest child first.
+//! The nearest hit of a ray and the neighbours of a point: down into the nearest child first, the boxes of a node, a
+//! bucket, a page or a run together.
 
 use std::cmp::Ordering;
 
+use glam::Vec3;
+
 use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
-    index::probe::{Nearest, is_wanted},
-    math::{Aabb, Ray},
+    index::{
+        WorkCounts,
+        probe::{Nearest, NearestPolygons, is_wanted},
+        simd::{Boxes, Kernel, WithKernel},
+    },
+    math::{Ray, is_no_later},
     polygon::PolygonId,
 };
 
@@ -15,9 +22,11 @@ enum Place {
     /// The first bucket of a leaf.
     Leaf(u32),
     Page(u32),
+    /// A block of the linear form.
+    Block(u32),
 }
 
-/// A place that the ray enters at `t`.
+/// A place at a distance: where the ray enters it, or from the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Waiting {
     t: f32,
@@ -39,78 +48,168 @@ impl Ord for Waiting {
     }
 }
 
+/// What is looked for, nearest first: the hits of a ray, or the neighbours of a point.
+trait Search {
+    /// How far the boxes of the lanes in `used` are, and which of them are still of interest.
+    fn reach<const N: usize>(&self, boxes: &Boxes<N>, used: u32) -> Reached<N>;
+
+    /// Whether what is so far is still of interest.
+    fn wants(&self, t: f32) -> bool;
+
+    /// Asks a polygon.
+    fn ask(&mut self, id: PolygonId);
+}
+
+struct AlongRay<'a, 'h> {
+    ray: &'a Ray,
+    nearest: &'a mut Nearest<'h>,
+}
+
+impl Search for AlongRay<'_, '_> {
+    #[inline(always)]
+    fn reach<const N: usize>(&self, boxes: &Boxes<N>, used: u32) -> Reached<N> {
+        enter(self.ray, boxes, used, self.nearest.reach())
+    }
+
+    #[inline(always)]
+    fn wants(&self, t: f32) -> bool {
+        is_wanted(t, self.nearest.reach())
+    }
+
+    #[inline(always)]
+    fn ask(&mut self, id: PolygonId) {
+        self.nearest.ask(id);
+    }
+}
+
+impl Search for &mut NearestPolygons<'_> {
+    #[inline(always)]
+    fn reach<const N: usize>(&self, boxes: &Boxes<N>, used: u32) -> Reached<N> {
+        distances(self.point(), boxes, used, self.reach_m())
+    }
+
+    #[inline(always)]
+    fn wants(&self, t: f32) -> bool {
+        t <= self.reach_m()
+    }
+
+    #[inline(always)]
+    fn ask(&mut self, id: PolygonId) {
+        NearestPolygons::ask(self, id);
+    }
+}
+
 impl Osp {
     /// Asks `nearest` about the polygons along a ray, near nodes first.
     pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
-        if self.is_linear {
-            return self.ask_blocks(ray, nearest);
-        }
-        let mut stack = Vec::with_capacity(64);
-        self.start(ray, nearest, &mut |waiting| stack.push(waiting));
-        while let Some(Waiting { t, place }) = stack.pop() {
-            if is_wanted(t, nearest.reach()) {
-                let before = stack.len();
-                self.look(place, ray, nearest, &mut |waiting| stack.push(waiting));
-                stack[before..].sort_unstable();
-            }
-        }
+        self.backend.run(Walk::new(self, AlongRay { ray, nearest }));
     }
 
-    /// [`Osp::ask_along`] for the linear form: near blocks first.
-    fn ask_blocks(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
-        let blocks = self.linear.blocks().enumerate();
-        let entered =
-            blocks.filter_map(|(at, block)| Some((enter(ray, &self.linear.around(at), nearest)?, block)));
-        let mut waiting: Vec<_> = entered.collect();
-        waiting.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.0.cmp(&b.1.0)));
-        for (t, (number, lanes, boxes)) in waiting {
-            if !is_wanted(t, nearest.reach()) {
-                return;
-            }
-            self.ask_lanes(number * 16, u32::from(lanes), ray, nearest, |lane| boxes.get(lane));
-        }
+    /// Asks `nearest` about the polygons around its point, near nodes first.
+    pub(super) fn ask_around(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
+        self.backend.run(Walk::new(self, nearest))
     }
+}
 
-    fn start(&self, ray: &Ray, nearest: &mut Nearest<'_>, wait: &mut impl FnMut(Waiting)) {
-        let lanes = u32::from(self.open.lanes());
+/// A walk to what is nearest; compiled for each instruction set, so that the loops over lanes use it.
+struct Walk<'a, S> {
+    osp: &'a Osp,
+    search: S,
+    stack: Vec<Waiting>,
+    work: WorkCounts,
+}
+
+impl<S: Search> WithKernel for Walk<'_, S> {
+    type Output = WorkCounts;
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, _kernel: K) -> WorkCounts {
+        let osp = self.osp;
+        if osp.is_linear {
+            self.blocks();
+        }
+        let lanes = u32::from(osp.open.lanes());
         // With nothing open there is no block either.
         if lanes != 0 {
-            self.ask_lanes(self.open.block() * 16, lanes, ray, nearest, |lane| self.open.bounds(lane));
+            self.ask_lanes(osp.open.block() * 16, lanes, osp.open.rows());
         }
-        if self.len > 0 {
+        if !osp.is_linear && osp.len > 0 {
             // The box of the top is looked at with those of its children.
-            wait(Waiting { t: 0.0, place: Place::Node(self.top) });
+            self.stack.push(Waiting { t: 0.0, place: Place::Node(osp.top) });
         }
+        while let Some(Waiting { t, place }) = self.stack.pop() {
+            if self.search.wants(t) {
+                let before = self.stack.len();
+                self.look(place);
+                self.stack[before..].sort_unstable();
+            }
+        }
+        self.work
+    }
+}
+
+impl<'a, S: Search> Walk<'a, S> {
+    fn new(osp: &'a Osp, search: S) -> Self {
+        Self { osp, search, stack: Vec::with_capacity(64), work: WorkCounts::default() }
     }
 
-    fn look(&self, place: Place, ray: &Ray, nearest: &mut Nearest<'_>, wait: &mut impl FnMut(Waiting)) {
+    #[inline(always)]
+    fn reach<const N: usize>(&mut self, boxes: &Boxes<N>, used: u32) -> Reached<N> {
+        self.work.boxes += u64::from(used.count_ones());
+        self.search.reach(boxes, used)
+    }
+
+    #[inline(always)]
+    fn look(&mut self, place: Place) {
+        self.work.nodes += 1;
         match place {
             Place::Node(number) => {
-                let node = &self.nodes[number];
-                for (slot, link) in node.children.iter().enumerate() {
-                    let place = match link.target() {
+                let node = &self.osp.nodes[number];
+                for (slot, t) in self.reach(&node.boxes, node.used()).lanes() {
+                    let place = match node.children[slot].target() {
                         Target::Nothing => continue,
                         Target::Leaf(head) => Place::Leaf(head),
                         Target::Node(below) => Place::Node(below),
                     };
-                    if let Some(t) = enter(ray, &node.boxes.get(slot), nearest) {
-                        wait(Waiting { t, place });
-                    }
+                    self.stack.push(Waiting { t, place });
                 }
-                self.pages_along(node.own, ray, nearest, wait);
+                self.pages_of(node.own);
             }
-            Place::Leaf(head) => self.pages_along(head, ray, nearest, wait),
-            Place::Page(number) => self.ask_page(number, ray, nearest),
+            Place::Leaf(head) => self.pages_of(head),
+            Place::Page(number) => self.ask_page(number),
+            Place::Block(at) => {
+                let (number, lanes, boxes) = self.osp.linear.block(at as usize);
+                self.ask_lanes(number * 16, u32::from(lanes), boxes);
+            }
         }
     }
 
-    fn pages_along(&self, head: u32, ray: &Ray, nearest: &Nearest<'_>, wait: &mut impl FnMut(Waiting)) {
+    /// All blocks of the linear form.
+    #[inline(always)]
+    fn blocks(&mut self) {
+        let linear = &self.osp.linear;
+        for group in 0..linear.groups() {
+            let (boxes, used) = linear.around_each(group);
+            for (lane, t) in self.reach(boxes, used).lanes() {
+                self.stack.push(Waiting { t, place: Place::Block((group * 16 + lane) as u32) });
+            }
+        }
+        self.stack.sort_unstable();
+    }
+
+    #[inline(always)]
+    fn pages_of(&mut self, head: u32) {
+        let osp = self.osp;
         let mut at = head;
         while at != NONE {
-            let bucket = &self.buckets[at];
-            for (i, &page) in bucket.pages[..bucket.page_count as usize].iter().enumerate() {
-                if let Some(t) = enter(ray, &bucket.boxes.get(i), nearest) {
-                    wait(Waiting { t, place: Place::Page(page) });
+            let bucket = &osp.buckets[at];
+            for (half, boxes) in bucket.boxes.0.iter().enumerate() {
+                let used = bucket.used() >> (8 * half) & 0xFF;
+                if used == 0 {
+                    break;
+                }
+                for (lane, t) in self.reach(boxes, used).lanes() {
+                    self.stack.push(Waiting { t, place: Place::Page(bucket.pages[8 * half + lane]) });
                 }
             }
             at = bucket.next;
@@ -118,53 +217,121 @@ impl Osp {
     }
 
     /// The runs of a page, near ones first.
-    fn ask_page(&self, number: u32, ray: &Ray, nearest: &mut Nearest<'_>) {
+    #[inline(always)]
+    fn ask_page(&mut self, number: u32) {
+        let osp = self.osp;
         let mut runs = [(0.0, 0); 16];
         let mut count = 0;
-        for lane in 0..usize::from(self.pages[number].runs) {
-            let (_, bounds) = self.pages.run(number, lane);
-            if let Some(t) = enter(ray, &bounds, nearest) {
-                runs[count] = (t, lane);
+        let used = osp.pages[number].used();
+        for (half, boxes) in osp.pages.boxes(number).0.iter().enumerate() {
+            let used = used >> (8 * half) & 0xFF;
+            if used == 0 {
+                break;
+            }
+            for (lane, t) in self.reach(boxes, used).lanes() {
+                runs[count] = (t, 8 * half + lane);
                 count += 1;
             }
         }
         let runs = &mut runs[..count];
         runs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for &(t, lane) in runs.iter() {
-            if !is_wanted(t, nearest.reach()) {
+            if !self.search.wants(t) {
                 return;
             }
-            let (run, bounds) = self.pages.run(number, lane);
+            let (run, _) = osp.pages.run(number, lane);
             let (first, lanes) = (run.first & !15, u32::from(run.lanes()));
-            if run.is_exact() {
-                self.ask_lanes(first, lanes, ray, nearest, |_| bounds);
-            } else {
-                let boxes = self.ids.boxes(run.store);
-                self.ask_lanes(first, lanes, ray, nearest, |lane| boxes.get(lane));
+            if !run.is_exact() {
+                self.ask_lanes(first, lanes, osp.ids.boxes(run.store));
+            } else if lanes != 0 {
+                // Its box is the run's.
+                self.search.ask(PolygonId(first + lanes.trailing_zeros()));
             }
         }
     }
 
-    fn ask_lanes(
-        &self,
-        first: u32,
-        lanes: u32,
-        ray: &Ray,
-        nearest: &mut Nearest<'_>,
-        bounds: impl Fn(usize) -> Aabb,
-    ) {
-        let mut left = lanes;
-        while left != 0 {
-            let lane = left.trailing_zeros();
-            left &= left - 1;
-            if enter(ray, &bounds(lane as usize), nearest).is_some() {
-                nearest.ask(PolygonId(first + lane));
+    #[inline(always)]
+    fn ask_lanes(&mut self, first: u32, lanes: u32, boxes: &Boxes<16>) {
+        for (lane, t) in self.reach(boxes, lanes).lanes() {
+            if self.search.wants(t) {
+                self.search.ask(PolygonId(first + lane as u32));
             }
         }
     }
 }
 
-/// Where a ray enters a box, if that is still of interest. Emptied places have no box.
-fn enter(ray: &Ray, bounds: &Aabb, nearest: &Nearest<'_>) -> Option<f32> {
-    if bounds.is_empty() { None } else { ray.enter_box(bounds, nearest.reach()) }
+/// How far boxes are, and which of them are still of interest.
+struct Reached<const N: usize> {
+    t: [f32; N],
+    mask: u32,
+}
+
+impl<const N: usize> Reached<N> {
+    #[inline(always)]
+    fn lanes(&self) -> impl Iterator<Item = (usize, f32)> + '_ {
+        let mut left = self.mask;
+        std::iter::from_fn(move || {
+            let lane = (left != 0).then(|| left.trailing_zeros() as usize)?;
+            left &= left - 1;
+            Some((lane, self.t[lane % N]))
+        })
+    }
+}
+
+/// [`Ray::enter_box`] of the lanes in `used`, with the same answers. Emptied places have no box.
+#[inline(always)]
+fn enter<const N: usize>(ray: &Ray, boxes: &Boxes<N>, used: u32, reach: f32) -> Reached<N> {
+    let (mut near, mut far, mut is_odd) = ([0.0f32; N], [reach; N], [0u32; N]);
+    for axis in 0..3 {
+        let (low, high) = (&boxes.rows[axis], &boxes.rows[axis + 3]);
+        let (origin, inverse) = (ray.origin[axis], ray.inverse()[axis]);
+        for i in 0..N {
+            let (a, b) = ((low[i] - origin) * inverse, (high[i] - origin) * inverse);
+            let (first, last) = if a < b { (a, b) } else { (b, a) };
+            near[i] = if first > near[i] { first } else { near[i] };
+            far[i] = if last < far[i] { last } else { far[i] };
+            is_odd[i] |= u32::from(!(a.abs() < f32::INFINITY && b.abs() < f32::INFINITY));
+        }
+    }
+    let (mut odd, mut mask) = (0, 0);
+    for i in 0..N {
+        odd |= is_odd[i] << i;
+        mask |= u32::from(is_no_later(near[i], far[i])) << i;
+    }
+    odd &= used;
+    mask &= used & !odd;
+    // What these numbers cannot decide: a ray along an axis, or no box.
+    let mut left = odd;
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let bounds = boxes.get(lane % N);
+        if let Some(t) = (!bounds.is_empty()).then(|| ray.enter_box(&bounds, reach)).flatten() {
+            near[lane % N] = t;
+            mask |= 1 << lane;
+        }
+    }
+    Reached { t: near, mask }
+}
+
+/// [`Aabb::distance_squared`](crate::math::Aabb::distance_squared), its root, of the lanes in `used`.
+#[inline(always)]
+fn distances<const N: usize>(point: Vec3, boxes: &Boxes<N>, used: u32, reach_m: f32) -> Reached<N> {
+    let mut squared = [0.0f32; N];
+    for axis in 0..3 {
+        let (low, high) = (&boxes.rows[axis], &boxes.rows[axis + 3]);
+        for i in 0..N {
+            let (below, above) = (low[i] - point[axis], point[axis] - high[i]);
+            let beside = if below > above { below } else { above };
+            let beside = if beside > 0.0 { beside } else { 0.0 };
+            squared[i] += beside * beside;
+        }
+    }
+    let mut mask = 0;
+    for (i, distance_m) in squared.iter_mut().enumerate() {
+        // A root: the square of a short distance may be too small for an `f32`. An emptied place has no box.
+        *distance_m = distance_m.sqrt();
+        mask |= u32::from(*distance_m <= reach_m && boxes.rows[0][i] <= boxes.rows[3][i]) << i;
+    }
+    Reached { t: squared, mask: mask & used }
 }

@@ -1,7 +1,7 @@
 //! Taking out of what a query found what is hidden. Only what lies in the frustum and is partly hidden is gone down into:
 //! what is wholly hidden is taken out of the answer, what is not at all stays in it, unread.
 
-use super::{index::Osp, layout::Target, pool::NONE};
+use super::{index::Osp, layout::Target, linear::Linear, pool::NONE};
 use crate::{
     index::{
         Thinner, Visit,
@@ -37,9 +37,7 @@ impl WithKernel for Thin<'_> {
     fn run<K: Kernel>(mut self, kernel: K) {
         let osp = self.osp;
         if osp.is_linear {
-            for (at, (number, lanes, boxes)) in osp.linear.blocks().enumerate() {
-                self.block(number, lanes, || osp.linear.around(at), boxes);
-            }
+            self.linear(&osp.linear);
             return;
         }
         let (open, lanes) = (osp.open.block(), osp.open.lanes());
@@ -60,6 +58,24 @@ impl Thin<'_> {
             return Visit::Take;
         }
         self.thinner.node(bounds, polygons)
+    }
+
+    fn linear(&mut self, linear: &Linear) {
+        for group in 0..linear.groups() {
+            let blocks = linear.group(group);
+            let polygons = blocks.clone().map(|(_, (_, lanes, _))| lanes.count_ones() as usize).sum();
+            match self.ask(&linear.around_group(group), polygons) {
+                Visit::Take => {}
+                Visit::Skip => {
+                    blocks.for_each(|(_, (number, lanes, _))| {
+                        self.visible.remove_block(number as usize, lanes)
+                    });
+                }
+                Visit::Descend => blocks.for_each(|(at, (number, lanes, boxes))| {
+                    self.block(number, lanes, || linear.around(at), boxes);
+                }),
+            }
+        }
     }
 
     /// A block of which these polygons lie at the top.

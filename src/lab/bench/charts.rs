@@ -8,7 +8,9 @@ use plotters::{
     prelude::*,
 };
 
-use super::{BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile, session::same_frames};
+use super::{
+    BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile, rays::show, session::same_frames,
+};
 use crate::{
     frame::FrameRecord,
     lab::report::{GREEN, INK, LineStyle, ORANGE, VERMILION, register_font, thousands},
@@ -90,7 +92,8 @@ pub(super) fn charts(report: &BenchReport) -> Vec<Chart> {
     });
     let growth = growth(&report.growth, &report.reference);
     let flights = report.flights.iter().flat_map(flight);
-    sessions.chain(growth).chain(flights).filter(|chart| !chart.is_empty()).collect()
+    let rays = show::charts(&report.rays, &report.reference);
+    sessions.chain(growth).chain(flights).chain(rays).filter(|chart| !chart.is_empty()).collect()
 }
 
 /// The middle of neighbouring values, with the slowest beside it.

@@ -133,14 +133,14 @@ pub fn grow(
 }
 
 /// A synthetic session's polygons in order of drawing.
-struct Drawing {
+pub(super) struct Drawing {
     boxes: Vec<Aabb>,
     /// Of the first ones, the corners.
-    shapes: Vec<ConvexPolygon>,
+    pub(super) shapes: Vec<ConvexPolygon>,
 }
 
 impl Drawing {
-    fn new(polygons: u32, shapes: usize) -> Result<Self, RecordingError> {
+    pub(super) fn new(polygons: u32, shapes: usize) -> Result<Self, RecordingError> {
         let mut scene = Scene::new();
         let mut changes = Vec::new();
         let mut drawing = Self { boxes: Vec::with_capacity(polygons as usize), shapes: Vec::new() };

@@ -14,6 +14,7 @@ mod growth;
 mod machine;
 mod page;
 mod paper;
+mod rays;
 mod report;
 mod session;
 mod table;
@@ -27,5 +28,6 @@ pub use page::page;
 pub use paper::{
     Adapter, CubeRow, FlightRow, GrowingRow, PaperConfig, PaperError, PaperInput, PaperResult, run_paper,
 };
+pub use rays::{Asked, MovedRow, RayRow, RaysConfig, RaysModel, RaysResult, Walked, cast_rays};
 pub use report::BenchReport;
 pub use session::{SessionInput, SessionResult, SessionRow, run_session};

@@ -4,6 +4,7 @@ use super::{
     BenchReport,
     charts::{Chart, charts},
     paper::{charts as paper_charts, notes, tables},
+    rays::show,
     table::{Grid, flight_grid, growth_grid, session_grid},
 };
 use crate::lab::report::{printable, short, thousands};
@@ -71,6 +72,20 @@ pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
     if !report.flights.is_empty() {
         page.heading("Flight through the finished models");
         page.table(&flight_grid(&report.flights));
+    }
+    for result in &report.rays {
+        page.heading(&show::heading(result));
+        page.paragraph(&show::legend(&report.reference));
+        page.table(&show::times(result));
+        page.paragraph(show::WALKS);
+        page.table(&show::walks(result));
+        if !result.moved.is_empty() {
+            page.paragraph(show::MOVED);
+            page.table(&show::moved(result));
+        }
+        for remark in show::remarks(result, &report.reference) {
+            page.paragraph(&remark);
+        }
     }
     let charts = charts(report);
     if !charts.is_empty() {

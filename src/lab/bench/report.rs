@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use super::{Flight, GrowthRow, Machine, PaperResult, SessionResult, Skipped};
+use super::{Flight, GrowthRow, Machine, PaperResult, RaysResult, SessionResult, Skipped};
 
 /// Everything that a run of `osp bench` found.
 #[derive(Clone, Debug, Serialize)]
@@ -21,6 +21,8 @@ pub struct BenchReport {
     pub flights: Vec<Flight>,
     /// The experiments of the paper.
     pub paper: Vec<PaperResult>,
+    /// Rays, ranges and neighbours in the finished sessions and in the synthetic one.
+    pub rays: Vec<RaysResult>,
 }
 
 impl BenchReport {

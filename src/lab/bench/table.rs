@@ -3,6 +3,7 @@ use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 use super::{
     BenchReport, Estimate, Flight, GrowthRow, SessionResult,
     paper::{notes, tables},
+    rays::show,
 };
 use crate::lab::report::{one_line, short, thousands};
 
@@ -216,6 +217,17 @@ impl BenchReport {
                 parts.push(format!("\n{}", one_line(&title)));
                 parts.push(grid.text());
             }
+        }
+        for result in &self.rays {
+            parts.push(format!("\n{}; {}", show::heading(result), show::legend(&self.reference)));
+            parts.push(show::times(result).text());
+            parts.push(format!("\n{}", show::WALKS));
+            parts.push(show::walks(result).text());
+            if !result.moved.is_empty() {
+                parts.push(format!("\n{}", show::MOVED));
+                parts.push(show::moved(result).text());
+            }
+            parts.extend(show::remarks(result, &self.reference));
         }
         parts.join("\n")
     }

@@ -147,7 +147,8 @@ impl Shadow {
         let has_turned = self.way != way;
         self.frames_waited += 1;
         let is_due = !self.is_patient || self.frames_waited > self.casters.len() / PATIENCE;
-        if !(has_turned || self.is_stale && is_due) {
+        let is_wanted = has_turned || self.is_stale && is_due;
+        if !is_wanted {
             return false;
         }
         (self.way, self.is_stale, self.frames_waited) = (way, false, 0);
