@@ -123,7 +123,8 @@ fn the_tables_name_the_machine_and_what_was_compared() {
 fn several_sessions_are_listed_with_the_fastest_other_index() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = session(folder.path());
-    let args = ["--quick", "--no-growth", "--index", "osp,brute-simd,bsp", "--pace", "samples:32"];
+    let args =
+        ["--quick", "--no-growth", "--no-rays", "--index", "osp,brute-simd,bsp", "--pace", "samples:32"];
     let output = osp(&[&["bench", &file, &file][..], &args].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let report = text(&output.stdout);
