@@ -154,12 +154,8 @@ pub(in crate::lab::bench) fn remarks(result: &RaysResult, reference: &str) -> Ve
             let best = others.min_by(|a, b| asked(a).ratio.median.total_cmp(&asked(b).ratio.median));
             best.map_or(String::new(), |best| {
                 let ratio = asked(best).ratio.median;
-                let words = if ratio < 1.0 {
-                    format!("{reference} LOSES to")
-                } else {
-                    "the best other is".to_owned()
-                };
-                format!("{name}: {words} {} ({ratio:.2} times its time)", best.index)
+                let words = if ratio < 1.0 { "FASTER is" } else { "the fastest other is" };
+                format!("{name}: {words} {}, with {ratio:.2} times the time of {reference}", best.index)
             })
         });
         remarks.push(format!("{}.", best.join("; ")));
