@@ -18,7 +18,7 @@ fn nodes_are_tested_and_occluders_scored_as_asked() {
     let counts = |node_test: NodeTest, score: Score| {
         let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
         let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-        let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+        let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::OctreeRebuild);
         studio.set_tests(node_test, score);
         studio.command(Command::Occlusion(Occlusion::Msvbsp));
         studio.command(Command::Occluders(Some(8)));
