@@ -88,29 +88,14 @@ impl Linear {
         self.around.len()
     }
 
-    /// The blocks of a group: each with its place in [`Linear::blocks`].
-    pub(super) fn group(
-        &self,
-        group: usize,
-    ) -> impl Iterator<Item = (usize, (u32, u16, &Boxes<BLOCK>))> + Clone {
-        let places = group * BLOCK..((group + 1) * BLOCK).min(self.len());
-        places.map(|at| (at, self.block(at)))
-    }
-
     /// The block at a place of [`Linear::blocks`].
     pub(super) fn block(&self, at: usize) -> (u32, u16, &Boxes<BLOCK>) {
         (self.numbers[at], self.lanes[at], &self.boxes[at])
     }
 
-    /// The boxes around the blocks of a group, and which lanes there are.
-    pub(super) fn around_each(&self, group: usize) -> (&Boxes<BLOCK>, u32) {
-        let blocks = (self.len() - group * BLOCK).min(BLOCK);
-        (&self.around[group], (1 << blocks) - 1)
-    }
-
-    /// The box around a group.
-    pub(super) fn around_group(&self, group: usize) -> Aabb {
-        self.around[group].around(0xFFFF)
+    /// The boxes around the blocks of a group.
+    pub(super) fn around_each(&self, group: usize) -> &Boxes<BLOCK> {
+        &self.around[group]
     }
 
     /// The box around the block at a place of [`Linear::blocks`].

@@ -189,8 +189,8 @@ impl<'a, S: Search> Walk<'a, S> {
     fn blocks(&mut self) {
         let linear = &self.osp.linear;
         for group in 0..linear.groups() {
-            let (boxes, used) = linear.around_each(group);
-            for (lane, t) in self.reach(boxes, used).lanes() {
+            let blocks = (linear.len() - group * 16).min(16);
+            for (lane, t) in self.reach(linear.around_each(group), (1 << blocks) - 1).lanes() {
                 self.stack.push(Waiting { t, place: Place::Block((group * 16 + lane) as u32) });
             }
         }

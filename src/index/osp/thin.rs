@@ -1,6 +1,8 @@
 //! Taking out of what a query found what is hidden. Only what lies in the frustum and is partly hidden is gone down into:
 //! what is wholly hidden is taken out of the answer, what is not at all stays in it, unread.
 
+use std::ops::Range;
+
 use super::{index::Osp, layout::Target, linear::Linear, pool::NONE};
 use crate::{
     index::{
@@ -8,7 +10,7 @@ use crate::{
         simd::{Boxes, Kernel, PlaneSet, WithKernel},
     },
     math::{Aabb, Frustum},
-    polygon::VisibleBlocks,
+    polygon::{BLOCK, VisibleBlocks},
 };
 
 /// Polygons of a run at most.
@@ -60,20 +62,42 @@ impl Thin<'_> {
         self.thinner.node(bounds, polygons)
     }
 
+    /// Groups of blocks, then as many neighbouring blocks together as are worth a test.
     fn linear(&mut self, linear: &Linear) {
+        let together = self.least.div_ceil(RUN).next_power_of_two();
         for group in 0..linear.groups() {
-            let blocks = linear.group(group);
-            let polygons = blocks.clone().map(|(_, (_, lanes, _))| lanes.count_ones() as usize).sum();
-            match self.ask(&linear.around_group(group), polygons) {
-                Visit::Take => {}
-                Visit::Skip => {
-                    blocks.for_each(|(_, (number, lanes, _))| {
-                        self.visible.remove_block(number as usize, lanes)
-                    });
+            let blocks = (linear.len() - group * BLOCK).min(BLOCK);
+            let each = linear.around_each(group);
+            let hide = |visible: &mut VisibleBlocks, places: Range<usize>| {
+                for at in places {
+                    let (number, lanes, _) = linear.block(group * BLOCK + at);
+                    visible.remove_block(number as usize, lanes);
                 }
-                Visit::Descend => blocks.for_each(|(at, (number, lanes, boxes))| {
-                    self.block(number, lanes, || linear.around(at), boxes);
-                }),
+            };
+            let ask = |thin: &mut Self, places: Range<usize>| {
+                let polygons =
+                    places.clone().map(|at| linear.block(group * BLOCK + at).1.count_ones() as usize);
+                let lanes = ((1u32 << places.end) - 1) & !((1 << places.start) - 1);
+                let polygons = polygons.sum();
+                thin.ask(&each.around(lanes), polygons)
+            };
+            match ask(self, 0..blocks) {
+                Visit::Take => {}
+                Visit::Skip => hide(self.visible, 0..blocks),
+                Visit::Descend if together == 1 => {
+                    for at in group * BLOCK..group * BLOCK + blocks {
+                        let (number, lanes, boxes) = linear.block(at);
+                        self.block(number, lanes, || linear.around(at), boxes);
+                    }
+                }
+                Visit::Descend => {
+                    for start in (0..blocks).step_by(together) {
+                        let places = start..(start + together).min(blocks);
+                        if ask(self, places.clone()) == Visit::Skip {
+                            hide(self.visible, places);
+                        }
+                    }
+                }
             }
         }
     }
