@@ -447,6 +447,36 @@ mod tests {
     }
 
     #[test]
+    fn osp_looks_at_few_boxes_for_neighbours_and_at_few_polygons_for_any_hit() {
+        let model = model();
+        let questions = Questions::new(&model, 60);
+        let index = model.filled(Contender::Own(IndexKind::Osp), model.boxes.len());
+        let mut boxes = 0;
+        for &point in &questions.points {
+            let mut distance_m = |id: PolygonId| model.polygons[id.index()].distance_m(point);
+            boxes += index.nearest(point, NEIGHBOURS, &mut distance_m, &mut Vec::new()).boxes;
+        }
+        let all = (questions.points.len() * model.boxes.len()) as u64;
+        assert!(boxes > 0 && boxes * 10 < all, "{boxes} of {all}");
+        for ray in &questions.outside {
+            let asked = |any: bool| {
+                let mut asked = 0;
+                let mut hit = |id: PolygonId| {
+                    asked += 1;
+                    model.polygons[id.index()].meet(ray)
+                };
+                let found = match any {
+                    true => index.ray_any(ray, f32::INFINITY, &mut hit),
+                    false => index.ray_nearest(ray, f32::INFINITY, &mut hit),
+                };
+                (asked, found.is_some())
+            };
+            let ((any, is_any), (nearest, is_hit)) = (asked(true), asked(false));
+            assert!(is_any == is_hit && any <= nearest, "{any} {nearest}");
+        }
+    }
+
+    #[test]
     fn all_structures_give_the_same_answers_and_a_model_without_polygons_none() {
         let config = RaysConfig {
             kinds: Contender::all(),
