@@ -255,7 +255,10 @@ impl Pass for OcclusionPass {
         record.used = true;
         let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
         record.occluded = seen - drawn.min(seen);
-        self.rest.note(record.occluded, seen, views);
+        // After a jump in a replay the best occluders may not have been considered yet.
+        if !self.stage.is_behind(geometry) {
+            self.rest.note(record.occluded, seen, views);
+        }
         self.note(&record, work_cost_ns);
         record
     }

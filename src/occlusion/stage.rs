@@ -95,6 +95,11 @@ impl OcclusionStage {
         self.pool.follow_in_steps(geometry, changes, OFFERS_A_STEP);
     }
 
+    /// Whether there are polygons that were not considered as occluders yet.
+    pub(crate) fn is_behind(&self, geometry: &dyn Geometry) -> bool {
+        self.pool.is_behind(geometry)
+    }
+
     /// Whether one of the polygons that these changes bring may fill enough of a view to be an occluder, or they are too
     /// many to look at.
     pub(crate) fn comes_large(&self, geometry: &dyn Geometry, changes: &[Change], views: &[View]) -> bool {

@@ -377,6 +377,16 @@ fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
     assert!(most > 50, "{most} polygons hidden");
 }
 
+/// With few polygons considered as occluders in each frame.
+#[test]
+fn occluders_are_found_soon_after_a_jump() {
+    let (_folder, mut studio) = rooms();
+    studio.command(Command::Occlusion(Occlusion::Msvbsp));
+    studio.command(Command::Seek(301));
+    let found = (0..40).position(|_| studio.frame(SIZE_PX, 0.016).record.occlusion.occluded > 0);
+    assert!(found.is_some(), "nothing found in 40 frames");
+}
+
 #[test]
 fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
     let (_folder, mut studio) = rooms();
