@@ -83,6 +83,10 @@ mod tests {
         for text in ["0x5", "5x0", "5", "x", "5x16385", "4294967296x1", "NaNxNaN", "5x5x5"] {
             assert!(sides(text, &(1..=16_384)).is_err(), "{text}");
         }
+        for text in ["0", "-1", "NaN", "101", ""] {
+            assert!(multiple(text).is_err(), "{text}");
+        }
+        #[cfg(feature = "render")]
         for text in ["-1", "NaN", "10001", "x"] {
             assert!(moment_s(text).is_err(), "{text}");
         }

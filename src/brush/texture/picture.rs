@@ -229,6 +229,7 @@ mod tests {
     use crate::brush::{self, Draw};
 
     #[test]
+    #[cfg(feature = "render")]
     fn every_picture_has_the_layer_of_its_place() {
         for (place, picture) in Picture::ALL.iter().enumerate() {
             assert_eq!(picture.layer(), place);
