@@ -139,6 +139,7 @@ impl AtomicFile {
     ///
     /// # Errors
     /// As [`AtomicFile::commit`], or the target exists.
+    #[cfg(any(feature = "cli", test))]
     pub(crate) fn commit_new(self) -> io::Result<Option<u64>> {
         self.finish(|unfinished, target| unfinished.persist_noclobber(target))
     }

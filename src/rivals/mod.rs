@@ -42,7 +42,7 @@ pub use kind::IndexKind;
 pub use loose_octree::{LooseOctree, LooseOctreeConfig};
 pub use octree_paper::{OctreePaper, OctreePaperConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
-#[cfg(any(feature = "lab", feature = "cli"))]
+#[cfg(feature = "cli")]
 pub(crate) use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH};
 pub use osp_paper::{OspGrid, OspPaper, OspPlace};
 #[cfg(feature = "peers")]
