@@ -49,6 +49,7 @@ mod state;
 mod tree;
 
 pub use grid::OspGrid;
+#[cfg(feature = "cli")]
 pub(crate) use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH};
 pub use placement::OspPlace;
 pub use tree::OspPaper;
