@@ -140,11 +140,17 @@ fn the_list_of_brushes_opens_by_key_and_click_and_chooses() {
     harness.get_by_label("plain").click();
     harness.run_steps(3);
     assert_eq!(harness.state().studio.brush().paint(), None);
-    // The key closes, too.
-    for is_open in [true, false] {
-        harness.key_press(Key::B);
+    // The key closes, too, and Escape.
+    for (key, is_open) in [(Key::B, true), (Key::B, false), (Key::B, true), (Key::Escape, false)] {
+        harness.key_press(key);
         harness.run_steps(3);
-        assert_eq!(harness.query_by_label("MatteHull").is_some(), is_open);
+        assert_eq!(harness.query_by_label("MatteHull").is_some(), is_open, "{key:?}");
+    }
+    // And the help.
+    for (key, is_open) in [(Key::F1, true), (Key::Escape, false)] {
+        harness.key_press(key);
+        harness.run_steps(3);
+        assert_eq!(harness.query_by_label("choose a brush").is_some(), is_open, "{key:?}");
     }
 }
 

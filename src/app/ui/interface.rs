@@ -143,7 +143,16 @@ impl Interface {
             return;
         }
         for shortcut in SHORTCUTS {
+            // Escape closes what is on top: an open list by itself, then the help.
+            let is_escape = shortcut.keys.logical_key == egui::Key::Escape;
+            if is_escape && egui::Popup::is_any_open(ui.ctx()) {
+                continue;
+            }
             if !ui.input_mut(|input| input.consume_shortcut(&shortcut.keys)) {
+                continue;
+            }
+            if is_escape && wishes.help {
+                wishes.help = false;
                 continue;
             }
             match shortcut.action {
