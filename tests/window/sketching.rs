@@ -71,7 +71,7 @@ fn a_session_from_the_first_stroke_to_the_last_click() {
     // Other indexes hold the same, and so does another way to find what is hidden.
     assert_eq!(window.last()["index"], "osp");
     let shown = window.number("drawn");
-    for next in ["octree-rebuild", "bvh-midpoint"] {
+    for next in ["octree-rebuild", "octree-paper"] {
         window.key("i");
         window.until_last(next, |frame| frame["index"] == next && frame["drawn"] == shown);
     }
