@@ -15,6 +15,7 @@ pub(crate) mod probe;
 #[cfg_attr(not(feature = "rivals"), expect(dead_code, reason = "kernels that only other structures run"))]
 pub(crate) mod simd;
 mod spatial_index;
+pub(crate) mod waiting;
 mod work;
 
 pub use brute_force::BruteForce;

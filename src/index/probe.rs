@@ -274,11 +274,25 @@ pub(crate) fn nearest<I: SpatialIndex + ?Sized>(
     distance_m: &mut dyn FnMut(PolygonId) -> f32,
     out: &mut Vec<(PolygonId, f32)>,
 ) -> WorkCounts {
+    nearest_by(point, count, index.len(), distance_m, out, |nearest| {
+        index.traverse(&Frustum::everything(), nearest)
+    })
+}
+
+/// [`SpatialIndex::nearest`] of an index of `len` polygons that looks for them in its own way.
+pub(crate) fn nearest_by(
+    point: Vec3,
+    count: usize,
+    len: usize,
+    distance_m: &mut dyn FnMut(PolygonId) -> f32,
+    out: &mut Vec<(PolygonId, f32)>,
+    search: impl FnOnce(&mut NearestPolygons<'_>) -> WorkCounts,
+) -> WorkCounts {
     out.clear();
-    let Some(mut visitor) = NearestPolygons::new(point, count, index.len(), distance_m) else {
+    let Some(mut nearest) = NearestPolygons::new(point, count, len, distance_m) else {
         return WorkCounts::default();
     };
-    let work = index.traverse(&Frustum::everything(), &mut visitor);
-    out.extend(visitor.into_found());
+    let work = search(&mut nearest);
+    out.extend(nearest.into_found());
     WorkCounts { reported: out.len() as u64, ..work }
 }

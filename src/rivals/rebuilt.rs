@@ -8,7 +8,7 @@ use super::{
 use crate::{
     index::{
         DrawList, IndexError, SpatialIndex, Visitor, WorkCounts,
-        probe::{Nearest, NearestPolygons},
+        probe::{Nearest, nearest_by},
     },
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
@@ -188,13 +188,7 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
         distance_m: &mut dyn FnMut(PolygonId) -> f32,
         out: &mut Vec<(PolygonId, f32)>,
     ) -> WorkCounts {
-        out.clear();
-        let Some(mut nearest) = NearestPolygons::new(point, count, self.len(), distance_m) else {
-            return WorkCounts::default();
-        };
-        let work = self.tree.ask_nearest(&mut nearest);
-        out.extend(nearest.into_found());
-        WorkCounts { reported: out.len() as u64, ..work }
+        nearest_by(point, count, self.len(), distance_m, out, |nearest| self.tree.ask_nearest(nearest))
     }
 
     fn validate(&self) -> Result<(), String> {

@@ -14,7 +14,7 @@ use crate::{
     index::{
         DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Visitor, WorkCounts,
         admission::admit_id,
-        probe::{Nearest, NearestPolygons},
+        probe::{Nearest, nearest_by},
         simd::{Backend, Wide},
     },
     math::{Aabb, Frustum, Ray},
@@ -314,13 +314,7 @@ impl SpatialIndex for Osp {
         distance_m: &mut dyn FnMut(PolygonId) -> f32,
         out: &mut Vec<(PolygonId, f32)>,
     ) -> WorkCounts {
-        out.clear();
-        let Some(mut nearest) = NearestPolygons::new(point, count, self.len(), distance_m) else {
-            return WorkCounts::default();
-        };
-        let work = self.ask_around(&mut nearest);
-        out.extend(nearest.into_found());
-        WorkCounts { reported: out.len() as u64, ..work }
+        nearest_by(point, count, self.len(), distance_m, out, |nearest| self.ask_around(nearest))
     }
 
     fn validate(&self) -> Result<(), String> {

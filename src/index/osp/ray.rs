@@ -1,8 +1,6 @@
 //! The nearest hit of a ray and the neighbours of a point: down into the nearest child first, the boxes of a node, a
 //! bucket, a page or a run together.
 
-use std::cmp::Ordering;
-
 use glam::Vec3;
 
 use super::{index::Osp, layout::Target, pool::NONE};
@@ -11,6 +9,7 @@ use crate::{
         WorkCounts,
         probe::{Nearest, NearestPolygons, is_wanted},
         simd::{Boxes, Kernel, WithKernel},
+        waiting::Waiting,
     },
     math::{Ray, is_no_later},
     polygon::PolygonId,
@@ -24,28 +23,6 @@ enum Place {
     Page(u32),
     /// A block of the linear form.
     Block(u32),
-}
-
-/// A place at a distance: where the ray enters it, or from the point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Waiting {
-    t: f32,
-    place: Place,
-}
-
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    /// The nearest is the greatest, so that a sorted stack has it on top.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.t.total_cmp(&self.t).then(other.place.cmp(&self.place))
-    }
 }
 
 /// What is looked for, nearest first: the hits of a ray, or the neighbours of a point.
@@ -115,7 +92,7 @@ impl Osp {
 struct Walk<'a, S> {
     osp: &'a Osp,
     search: S,
-    stack: Vec<Waiting>,
+    stack: Vec<Waiting<Place>>,
     work: WorkCounts,
 }
 

@@ -1,33 +1,10 @@
-use std::{cmp::Ordering, collections::BinaryHeap};
+use std::collections::BinaryHeap;
 
 use super::FlatTree;
 use crate::{
-    index::{WorkCounts, probe::NearestPolygons},
+    index::{WorkCounts, probe::NearestPolygons, waiting::Waiting},
     rivals::by_id::NO_POLYGON,
 };
-
-/// A node that waits, with its distance from the point and the place of its first polygon.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Waiting {
-    pub(super) distance_m: f32,
-    pub(super) node: usize,
-    pub(super) first: usize,
-}
-
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    /// The nearest is the greatest, so that the heap gives it first.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.distance_m.total_cmp(&self.distance_m).then(other.node.cmp(&self.node))
-    }
-}
 
 impl FlatTree {
     /// Asks about the polygons around a point, always those of the nearest node first: no order of nodes asks fewer
@@ -36,12 +13,9 @@ impl FlatTree {
         let mut work = WorkCounts::default();
         let mut heap = BinaryHeap::new();
         let Some(top) = self.nodes.first() else { return work };
-        heap.extend(nearest.distance_of(&top.bounds).map(|distance_m| Waiting {
-            distance_m,
-            node: 0,
-            first: 0,
-        }));
-        while let Some(Waiting { node, first, .. }) = heap.pop() {
+        // A node, and the place of its first polygon.
+        heap.extend(nearest.distance_of(&top.bounds).map(|t| Waiting { t, place: (0, 0) }));
+        while let Some(Waiting { place: (node, first), .. }) = heap.pop() {
             // Others may have come nearer since it was put in; then all that wait are too far.
             if nearest.distance_of(&self.nodes[node].bounds).is_none() {
                 break;
@@ -61,7 +35,7 @@ impl FlatTree {
             for child in self.children(node) {
                 work.boxes += 1;
                 let distance_m = nearest.distance_of(&self.nodes[child].bounds);
-                heap.extend(distance_m.map(|distance_m| Waiting { distance_m, node: child, first }));
+                heap.extend(distance_m.map(|t| Waiting { t, place: (child, first) }));
                 first += self.nodes[child].polygons as usize;
             }
         }

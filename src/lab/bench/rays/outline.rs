@@ -1,11 +1,12 @@
 //! The tree that any structure is, as its traversal shows it: the same code walks all of them, in two orders, and counts.
 
-use std::{cmp::Ordering, collections::BinaryHeap, ops::Range};
+use std::{collections::BinaryHeap, ops::Range};
 
 use crate::{
     index::{
         Node, SpatialIndex, Visit, Visitor,
         probe::{Nearest, is_wanted},
+        waiting::Waiting,
     },
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
@@ -175,8 +176,8 @@ impl Outline {
 
     fn in_order(&self, ray: &Ray, nearest: &mut Nearest<'_>, steps: &mut Steps) {
         let mut stack = Vec::with_capacity(64);
-        stack.push(Waiting { t: 0.0, node: 0 });
-        while let Some(Waiting { t, node }) = stack.pop() {
+        stack.push(Waiting { t: 0.0, place: 0 });
+        while let Some(Waiting { t, place: node }) = stack.pop() {
             if is_wanted(t, nearest.reach()) {
                 let before = stack.len();
                 self.look(node, ray, nearest, steps, |waiting| stack.push(waiting));
@@ -187,8 +188,8 @@ impl Outline {
 
     fn best_first(&self, ray: &Ray, nearest: &mut Nearest<'_>, steps: &mut Steps) {
         let mut heap = BinaryHeap::with_capacity(64);
-        heap.push(Waiting { t: 0.0, node: 0 });
-        while let Some(Waiting { t, node }) = heap.pop() {
+        heap.push(Waiting { t: 0.0, place: 0 });
+        while let Some(Waiting { t, place: node }) = heap.pop() {
             // All others that wait are farther.
             if !is_wanted(t, nearest.reach()) {
                 return;
@@ -204,7 +205,7 @@ impl Outline {
         ray: &Ray,
         nearest: &mut Nearest<'_>,
         steps: &mut Steps,
-        mut wait: impl FnMut(Waiting),
+        mut wait: impl FnMut(Waiting<u32>),
     ) {
         // The one around everything is none of the structure's.
         steps.nodes += u64::from(at > 0);
@@ -219,30 +220,8 @@ impl Outline {
         for child in self.children(at) {
             steps.boxes += 1;
             if let Some(t) = ray.enter_box(&self.nodes[child as usize].bounds, nearest.reach()) {
-                wait(Waiting { t, node: child });
+                wait(Waiting { t, place: child });
             }
         }
-    }
-}
-
-/// A node that the ray enters at `t`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Waiting {
-    t: f32,
-    node: u32,
-}
-
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    /// The nearest is the greatest: a heap gives it first, and a sorted stack has it on top.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.t.total_cmp(&self.t).then(other.node.cmp(&self.node))
     }
 }

@@ -1,0 +1,24 @@
+use std::cmp::Ordering;
+
+/// A place that a search for what is nearest has still to look at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Waiting<P> {
+    /// Where the ray enters it, or its distance from the point.
+    pub(crate) t: f32,
+    pub(crate) place: P,
+}
+
+impl<P: PartialEq> Eq for Waiting<P> {}
+
+impl<P: Ord> PartialOrd for Waiting<P> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<P: Ord> Ord for Waiting<P> {
+    /// The nearest is the greatest: a heap gives it first, and a sorted stack has it on top.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.t.total_cmp(&self.t).then_with(|| other.place.cmp(&self.place))
+    }
+}
