@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::order::{Blend, Classes, Handle, HandleRun, Run};
 use crate::{
-    polygon::{BLOCK, PolygonId, VisibleBlocks, ids_of},
+    polygon::{BLOCK, PolygonId, VisibleBlocks, bits::bits_of},
     scene::Scene,
 };
 
@@ -16,8 +16,14 @@ const NO_PAGE: u32 = u32::MAX;
 /// Polygons that are looked at together.
 const WORD: usize = 64;
 
-/// Words that are looked at together, where all of their polygons are to be drawn or none.
+/// Words that are looked at together.
 const CHUNK_WORDS: usize = 8;
+
+/// Of a chunk in a span, at least so many polygons are drawn: for the others the vertex shader runs in vain.
+const LEAST_OF_CHUNK: u32 = (CHUNK_WORDS * WORD * 3 / 4) as u32;
+
+/// As many polygons are a span, a run of their own that sends a bit a polygon in place of a list. Fewer: more draw calls.
+pub(super) const LEAST_SPAN: usize = 2048;
 
 /// A list on its way into the order.
 pub(super) struct List<'a, F> {
@@ -35,10 +41,12 @@ pub(super) trait Sink {
     /// Polygons `first + bit`, of one page.
     fn add(&mut self, first: usize, opaque: u64);
 
-    /// All polygons of a range of whole words, of one page.
+    /// Those polygons of a chunk, of one page, that `words` has.
     #[inline(always)]
-    fn add_full(&mut self, polygons: Range<usize>) {
-        polygons.step_by(WORD).for_each(|first| self.add(first, u64::MAX));
+    fn add_chunk(&mut self, first: usize, words: &[u64]) {
+        for (first, opaque) in (first..).step_by(WORD).zip(words) {
+            self.add(first, *opaque);
+        }
     }
 
     /// What was added since the page before is all of this page.
@@ -63,21 +71,24 @@ impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
         'words: for (i, chunk) in words.chunks(CHUNK_WORDS).enumerate() {
             let start = begin + i * CHUNK_WORDS * WORD;
             let end = start + chunk.len() * WORD;
-            let (all, any) =
-                chunk.as_flattened().iter().fold((u16::MAX, 0), |(all, any), mask| (all & mask, any | mask));
+            let mut seen_of = [0; CHUNK_WORDS];
+            let seen_of = &mut seen_of[..chunk.len()];
+            for (seen, masks) in seen_of.iter_mut().zip(chunk) {
+                *seen = word_of(masks);
+            }
             let is_opaque = |first| {
                 let Classes { additive, transparent } = (list.classes_of)(first);
                 additive | transparent == 0
             };
-            if any == 0 {
+            if seen_of.iter().all(|seen| *seen == 0) {
                 continue;
             }
-            if all == u16::MAX && end <= page_end.min(count) && (start..end).step_by(WORD).all(is_opaque) {
-                sink.add_full(start..end);
+            if end <= page_end.min(count) && (start..end).step_by(WORD).all(is_opaque) {
+                sink.add_chunk(start, seen_of);
                 continue;
             }
-            for (first, masks) in (start..).step_by(WORD).zip(chunk) {
-                let seen = masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask));
+            for (first, seen) in (start..).step_by(WORD).zip(&*seen_of) {
+                let seen = *seen;
                 if seen == 0 {
                     continue;
                 }
@@ -113,6 +124,42 @@ impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
     }
 }
 
+#[inline(always)]
+fn word_of(masks: &[u16; WORD / BLOCK]) -> u64 {
+    masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask))
+}
+
+/// A bit for each polygon, of those spans that are runs: word `i` has the polygons from 64 `i` on.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SpanBits {
+    words: Vec<u64>,
+    /// What a run reaches to, in words.
+    used: Range<usize>,
+}
+
+impl SpanBits {
+    /// Starts a new frame.
+    pub(super) fn clear(&mut self) {
+        self.used = 0..0;
+    }
+
+    fn reach(&mut self, words: usize) {
+        if words > self.words.len() {
+            self.words.resize(words.next_power_of_two(), 0);
+        }
+    }
+
+    fn use_words(&mut self, words: Range<usize>) {
+        let start = if self.used.is_empty() { words.start } else { self.used.start.min(words.start) };
+        self.used = start..self.used.end.max(words.end);
+    }
+
+    /// The number of the first word that a run of the frame reaches to, and the words from there on.
+    pub(super) fn used(&self) -> (usize, &[u64]) {
+        (self.used.start, &self.words[self.used.clone()])
+    }
+}
+
 /// Takes the polygons as numbers.
 pub(super) struct Numbers<'a> {
     ids: &'a mut Vec<PolygonId>,
@@ -121,32 +168,54 @@ pub(super) struct Numbers<'a> {
     blend: Blend,
     /// What is listed from here on is of no run yet.
     start: usize,
-    /// A span of so many is not listed.
-    least_span: usize,
-    /// All polygons of this range came last, and are of no run yet.
-    full: Range<usize>,
+    /// None where everything is listed.
+    bits: Option<&'a mut SpanBits>,
+    /// The polygons of this range whose bits are set came last, and are of no run yet.
+    span: Range<usize>,
 }
 
 impl<'a> Numbers<'a> {
+    /// `polygons`: the numbers are below.
     pub(super) fn new(
         ids: &'a mut Vec<PolygonId>,
         runs: &'a mut Vec<Run>,
         style: u32,
         blend: Blend,
-        least_span: usize,
+        bits: Option<(&'a mut SpanBits, usize)>,
     ) -> Self {
         let start = ids.len();
-        Self { ids, runs, style, blend, start, least_span, full: 0..0 }
+        let bits = bits.map(|(bits, polygons)| {
+            bits.reach(polygons.div_ceil(WORD));
+            bits
+        });
+        Self { ids, runs, style, blend, start, bits, span: 0..0 }
     }
 
     #[inline(always)]
     fn end_span(&mut self) {
-        let Range { start, end } = std::mem::take(&mut self.full);
-        if end - start >= self.least_span {
+        let span = std::mem::take(&mut self.span);
+        let Some(bits) = self.bits.as_deref_mut() else { return };
+        if span.len() >= LEAST_SPAN {
+            bits.use_words(span.start / WORD..span.end / WORD);
             self.end_listed();
-            self.push_run(start..end, false);
-        } else if start < end {
-            self.ids.extend((start as u32..end as u32).map(PolygonId));
+            self.push_run(span, false);
+        } else {
+            for (first, word) in span.clone().step_by(WORD).zip(&bits.words[span.start / WORD..]) {
+                list(self.ids, first, *word);
+            }
+        }
+    }
+
+    /// Appends words of one page to the span, or starts another with them.
+    #[inline(always)]
+    fn extend_span(&mut self, first: usize, words: &[u64]) {
+        if self.span.end != first || self.span.is_empty() {
+            self.end_span();
+            self.span = first..first;
+        }
+        self.span.end += words.len() * WORD;
+        if let Some(bits) = self.bits.as_deref_mut() {
+            bits.words[first / WORD..][..words.len()].copy_from_slice(words);
         }
     }
 
@@ -165,14 +234,33 @@ impl<'a> Numbers<'a> {
     }
 }
 
+/// Appends the polygons of a word.
+#[inline(always)]
+fn list(ids: &mut Vec<PolygonId>, first: usize, word: u64) {
+    if word == u64::MAX {
+        ids.extend((first as u32..(first + WORD) as u32).map(PolygonId));
+        return;
+    }
+    // Appended at once: the room is looked at once.
+    let (mut some, mut count) = ([PolygonId(0); WORD], 0);
+    for (id, bit) in some.iter_mut().zip(bits_of(word)) {
+        *id = PolygonId((first + bit) as u32);
+        count += 1;
+    }
+    ids.extend_from_slice(&some[..count]);
+}
+
 impl Sink for Numbers<'_> {
     #[inline(always)]
-    fn add_full(&mut self, polygons: Range<usize>) {
-        if self.full.end != polygons.start || self.full.is_empty() {
-            self.end_span();
-            self.full.start = polygons.start;
+    fn add_chunk(&mut self, first: usize, words: &[u64]) {
+        let polygons = words.iter().map(|word| word.count_ones()).sum::<u32>();
+        if polygons >= LEAST_OF_CHUNK && self.bits.is_some() {
+            self.extend_span(first, words);
+        } else {
+            for (first, opaque) in (first..).step_by(WORD).zip(words) {
+                self.add(first, *opaque);
+            }
         }
-        self.full.end = polygons.end;
     }
 
     #[inline(always)]
@@ -180,17 +268,12 @@ impl Sink for Numbers<'_> {
         if opaque == 0 {
             return;
         }
-        if opaque == u64::MAX {
-            self.add_full(first..first + WORD);
+        if opaque == u64::MAX && self.bits.is_some() {
+            self.extend_span(first, &[opaque]);
             return;
         }
         self.end_span();
-        for block in 0..WORD / BLOCK {
-            let mask = opaque >> (block * BLOCK) & 0xFFFF;
-            if mask != 0 {
-                self.ids.extend(ids_of(first / BLOCK + block, mask as u16));
-            }
-        }
+        list(self.ids, first, opaque);
     }
 
     #[inline(always)]

@@ -3,7 +3,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use super::listing::{Handles, List, Numbers, Walk};
+use super::listing::{Handles, List, Numbers, SpanBits, Walk};
 use crate::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
     scene::Scene,
@@ -34,8 +34,8 @@ pub struct Classes {
 pub struct Run {
     /// Places in [`DrawOrder::ids`], or numbers of polygons.
     pub range: Range<u32>,
-    /// Whether the range is of places in the list. If not, it is of numbers: every polygon from the first to the last is
-    /// drawn.
+    /// Whether the range is of places in the list. If not, it is of numbers: of the polygons from the first to the last
+    /// those are drawn whose bit is set in [`DrawOrder::span_bits`].
     pub is_listed: bool,
     /// Which polygons of the scene it reaches: those from `page` times the page's length.
     pub page: u32,
@@ -48,7 +48,7 @@ pub struct Run {
 /// What is kept of a list of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Listing {
-    /// The number of every polygon, but for long spans without a gap.
+    /// The number of every polygon, but for long spans with few gaps.
     #[default]
     Ids,
     /// Blocks with a mask for the opaque polygons, the numbers of the transparent ones.
@@ -78,9 +78,6 @@ pub(super) struct HandleRun {
     pub(super) polygons: u32,
 }
 
-/// As many polygons without a gap are a run of their own, which sends no list. Fewer: more draw calls.
-const LEAST_SPAN: usize = 2048;
-
 /// The order in which polygons are drawn, rebuilt every frame in memory that is kept.
 ///
 /// Opaque polygons go by number, then those whose light is added by number, then transparent ones by distance, farthest
@@ -92,8 +89,7 @@ pub struct DrawOrder {
     ids: Vec<PolygonId>,
     runs: Vec<Run>,
     listing: Listing,
-    /// Whether every run is listed.
-    lists_all: bool,
+    span_bits: SpanBits,
     /// In the order of numbers.
     handles: Vec<Handle>,
     handle_runs: Vec<HandleRun>,
@@ -120,6 +116,12 @@ impl DrawOrder {
         &self.runs
     }
 
+    /// For the runs that are not listed: a bit for each polygon, from the lowest on, and the number of the first word. Word
+    /// `i` has the polygons from 64 `i` on.
+    pub fn span_bits(&self) -> (usize, &[u64]) {
+        self.span_bits.used()
+    }
+
     /// The opaque polygons as blocks, in the order of numbers; empty if every polygon is listed.
     pub(super) fn handles(&self) -> &[Handle] {
         &self.handles
@@ -140,12 +142,6 @@ impl DrawOrder {
         self.listing
     }
 
-    /// Says whether every run is to be listed, long spans, too: for who cannot draw them without a list. From the next
-    /// frame on.
-    pub fn list_all(&mut self, lists_all: bool) {
-        self.lists_all = lists_all;
-    }
-
     /// Starts a new frame.
     pub fn clear(&mut self) {
         self.clear_for(Listing::Ids);
@@ -156,6 +152,7 @@ impl DrawOrder {
         self.listing = listing;
         self.ids.clear();
         self.runs.clear();
+        self.span_bits.clear();
         self.handles.clear();
         self.handle_runs.clear();
         self.additive.clear();
@@ -175,16 +172,17 @@ impl DrawOrder {
         classes_of: impl Fn(usize) -> Classes,
     ) {
         debug_assert!(page_len.is_multiple_of(BLOCK));
-        let Self { ids, runs, listing, lists_all, handles, handle_runs, .. } = self;
+        let Self { ids, runs, listing, span_bits, handles, handle_runs, .. } = self;
         let Self { additive, additive_runs, transparent, .. } = self;
         let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
-        // What is tested while drawing has to be listed.
-        let least_span = if *lists_all || *listing == Listing::Blocks { usize::MAX } else { LEAST_SPAN };
-        let numbers = |ids, runs, blend| Numbers::new(ids, runs, style, blend, least_span);
-        let additive = numbers(additive, additive_runs, Blend::Additive);
+        // What is tested while drawing has to be listed. There is one set of bits: of what may be in several lists only the
+        // first is drawn by it.
+        let spans = (*listing == Listing::Ids && style == 0).then_some(span_bits);
+        let additive = Numbers::new(additive, additive_runs, style, Blend::Additive, None);
         match listing {
             Listing::Ids => {
-                let sink = numbers(ids, runs, Blend::Opaque);
+                let bits = spans.map(|bits| (bits, scene.polygon_count()));
+                let sink = Numbers::new(ids, runs, style, Blend::Opaque, bits);
                 Walk { list, sink, additive }.run();
             }
             Listing::Blocks => {
@@ -226,7 +224,7 @@ impl DrawOrder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Event;
+    use crate::{recording::Event, render::listing::LEAST_SPAN};
 
     /// Polygon `i` lies `i + 1` metres in front of the origin.
     fn scene_of(count: u32) -> Scene {
@@ -356,32 +354,58 @@ mod tests {
 
     /// What a run draws.
     fn drawn(order: &DrawOrder, run: &Run) -> Vec<u32> {
+        let (first, bits) = order.span_bits();
+        let is_set = |id: &u32| bits[*id as usize / 64 - first] >> (id % 64) & 1 == 1;
         match run.is_listed {
             true => order.ids()[run.range.start as usize..run.range.end as usize].to_vec(),
-            false => run.range.clone().collect(),
+            false => run.range.clone().filter(is_set).collect(),
         }
     }
 
     #[test]
-    fn long_spans_without_a_gap_are_not_listed() {
+    fn long_spans_with_few_gaps_are_not_listed() {
         let count = 4 * LEAST_SPAN as u32;
         let scene = scene_of(count);
-        let (gap, page_len) = (LEAST_SPAN as u32 + 1000, 3 * LEAST_SPAN);
-        let polygons: VisibleBlocks = (0..count).filter(|&i| i != gap && i != 7).map(PolygonId).collect();
+        let page_len = 3 * LEAST_SPAN;
+        let all: Vec<u32> = (0..count).collect();
+        let few = |id: &u32| id % 600 > 100 && *id != 7;
+        let many = |id: &u32| id % 3 == 1;
+        let one_page = |id: &u32| id / page_len as u32 == 1 || id % 9 == 0;
         let mut order = DrawOrder::new();
-        for lists_all in [false, true] {
-            order.list_all(lists_all);
+        let sets: [(&dyn Fn(&u32) -> bool, bool); 4] =
+            [(&|_| true, true), (&few, true), (&many, false), (&one_page, true)];
+        for (is_in, has_spans) in sets {
+            let wanted: Vec<u32> = all.iter().copied().filter(|id| is_in(id)).collect();
+            let polygons: VisibleBlocks = wanted.iter().copied().map(PolygonId).collect();
             order.clear();
             order.add(&scene, &polygons, 0, Vec3::ZERO, page_len, |_| Classes::default());
             order.finish(page_len);
-            let all: Vec<u32> = order.runs().iter().flat_map(|run| drawn(&order, run)).collect();
-            assert_eq!(all, (0..count).filter(|&i| i != gap && i != 7).collect::<Vec<_>>());
+            let drawn_all: Vec<u32> = order.runs().iter().flat_map(|run| drawn(&order, run)).collect();
+            assert_eq!(drawn_all, wanted);
             for run in order.runs() {
                 assert!(drawn(&order, run).iter().all(|id| id / page_len as u32 == run.page));
             }
             let listed = order.ids().len();
-            assert_eq!(listed == all.len(), lists_all, "{listed} of {} are listed", all.len());
-            assert!(lists_all || listed < LEAST_SPAN, "{listed} of {}", all.len());
+            assert_eq!(listed < wanted.len(), has_spans, "{listed} of {} are listed", wanted.len());
+        }
+    }
+
+    #[test]
+    fn what_is_in_two_lists_is_drawn_once_by_each() {
+        let count = 2 * LEAST_SPAN as u32;
+        let scene = scene_of(count);
+        let without_some = |gap: u32| (0..count).filter(move |id| id % 64 != gap);
+        let mut order = DrawOrder::new();
+        order.clear();
+        for style in 0..2 {
+            let polygons: VisibleBlocks = without_some(style).map(PolygonId).collect();
+            order.add(&scene, &polygons, style, Vec3::ZERO, 1 << 20, |_| Classes::default());
+        }
+        order.finish(1 << 20);
+        for style in 0..2 {
+            let of_style = order.runs().iter().filter(|run| run.style == style);
+            let ids: Vec<u32> = of_style.flat_map(|run| drawn(&order, run)).collect();
+            assert_eq!(ids, without_some(style).collect::<Vec<_>>());
         }
     }
 

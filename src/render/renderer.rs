@@ -310,7 +310,6 @@ impl Renderer {
         let in_view = layers.first().map_or(0, |layer| layer.polygons.len());
         let culls = can_cull && slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
         slot.order.clear_for(if culls { Listing::Blocks } else { Listing::Ids });
-        slot.order.list_all(!ViewSlot::can_hold_all(&self.gpu, scene.polygon_count()));
         for (i, layer) in layers.iter().enumerate() {
             let style = i.min(MAX_STYLES - 1);
             styles[style] = layer.style;

@@ -11,11 +11,12 @@ use crate::{math::rotate, occlusion::Occlusion, view::View};
 #[derive(Debug)]
 pub struct ViewSlot {
     uniforms: wgpu::Buffer,
-    /// The numbers that a frame lists, and behind them all numbers in order: a run that is not listed reads them there.
+    /// The numbers that a frame lists, and behind them a bit a polygon for the runs that are not listed.
     ids: wgpu::Buffer,
-    /// Where all numbers begin, and how many there are.
+    /// Room for listed numbers: where the bits begin.
     all_from: u32,
-    all_len: u32,
+    /// Room for bits, in words of 32.
+    bit_words: u32,
     bind_group: wgpu::BindGroup,
     pub(super) order: DrawOrder,
     pub(super) hzb: Option<Box<HzbView>>,
@@ -31,6 +32,8 @@ pub(super) struct Uniforms {
     styles: [[[f32; 4]; 2]; MAX_STYLES],
     up_in_world: [f32; 4],
     corners: [[f32; 4]; 3],
+    /// First: the places from here on stand for a polygon each, number 0 first.
+    all_from: [u32; 4],
 }
 
 impl Uniforms {
@@ -52,7 +55,7 @@ impl ViewSlot {
         let ids = create_ids(gpu, u64::from(all_from));
         let bind_group = bind(gpu, layout, &uniforms, &ids);
         let order = DrawOrder::new();
-        Self { uniforms, ids, all_from, all_len: 0, bind_group, order, hzb: None, switch: None }
+        Self { uniforms, ids, all_from, bit_words: 0, bind_group, order, hzb: None, switch: None }
     }
 
     pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
@@ -92,16 +95,9 @@ impl ViewSlot {
         &self.ids
     }
 
-    /// Where all numbers begin in the list, for runs that are not listed.
+    /// For runs that are not listed: the place that stands for polygon 0.
     pub(super) fn all_from(&self) -> u32 {
         self.all_from
-    }
-
-    /// Before the order of a frame: whether the device can hold all numbers of so many polygons beside what is listed.
-    pub(super) fn can_hold_all(gpu: &Gpu, polygons: usize) -> bool {
-        let limits = gpu.device().limits();
-        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        (polygons as u64).next_power_of_two() * 4 * 4 <= most
     }
 
     /// The method by which this view is culled on the GPU.
@@ -156,8 +152,9 @@ impl ViewSlot {
             styles: styles.map(|style| style.words()),
             up_in_world: rotate(view.world_from_view, Vec3::Y).extend(0.0).to_array(),
             corners: [from, right - from, up - from].map(|way| way.extend(0.0).to_array()),
+            ..Uniforms::zeroed()
         };
-        self.send_uniforms(gpu, layout, &uniforms)
+        self.send_uniforms(gpu, layout, uniforms)
     }
 
     /// The same, of what is drawn with other numbers than a view's.
@@ -165,44 +162,37 @@ impl ViewSlot {
         &mut self,
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
-        uniforms: &Uniforms,
+        uniforms: Uniforms,
     ) -> u64 {
-        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(uniforms));
         // Opaque polygons that are handed over as blocks are listed on the GPU, before the others.
         let before = u64::from(self.order.opaque_count());
-        let bytes_of_room = self.make_room(gpu, layout, before + self.order.ids().len() as u64);
         let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
+        let (first_word, bits) = self.order.span_bits();
+        let listed = before + self.order.ids().len() as u64;
+        let bit_words = if bits.is_empty() { 0 } else { (first_word + bits.len()) as u64 * 2 };
+        if listed > u64::from(self.all_from) || bit_words > u64::from(self.bit_words) {
+            // Both are written anew every frame: the old ones need not be copied.
+            let grown = |room: u32, wanted: u64| u64::from(room).max(wanted.next_power_of_two()) as u32;
+            self.all_from = grown(self.all_from, listed);
+            self.bit_words = if bit_words == 0 { self.bit_words } else { grown(self.bit_words, bit_words) };
+            self.ids = create_ids(gpu, u64::from(self.all_from) + u64::from(self.bit_words));
+            self.bind_group = bind(gpu, layout, &self.uniforms, &self.ids);
+        }
         if !ids.is_empty() {
             gpu.queue().write_buffer(&self.ids, before * 4, ids);
         }
-        bytes_of_room + ids.len() as u64 + size_of::<Uniforms>() as u64
-    }
-
-    /// Makes room for so many listed numbers and for all numbers that are not listed; returns the bytes sent.
-    fn make_room(&mut self, gpu: &Gpu, layout: &wgpu::BindGroupLayout, listed: u64) -> u64 {
-        let not_listed = self.order.runs().iter().filter(|run| !run.is_listed);
-        let all = not_listed.map(|run| run.range.end).max().unwrap_or(0);
-        if listed <= u64::from(self.all_from) && all <= self.all_len {
-            return 0;
+        let bits: &[u8] = bytemuck::cast_slice(bits);
+        // Where nothing is drawn by its bit, no place stands for a polygon: other lists may be longer than this one.
+        let mut all_from = u32::MAX;
+        if !bits.is_empty() {
+            all_from = self.all_from;
+            gpu.queue().write_buffer(&self.ids, u64::from(all_from) * 4 + first_word as u64 * 8, bits);
         }
-        // The list is written anew every frame: the old one need not be copied.
-        self.all_from = u64::from(self.all_from).max(listed.next_power_of_two()) as u32;
-        self.all_len = self.all_len.max(if all > 0 { all.next_power_of_two() } else { 0 });
-        self.ids = create_ids(gpu, u64::from(self.all_from) + u64::from(self.all_len));
-        self.bind_group = bind(gpu, layout, &self.uniforms, &self.ids);
-        let mut numbers = Vec::new();
-        for first in (0..self.all_len).step_by(NUMBERS_A_TRANSFER) {
-            numbers.clear();
-            numbers.extend(first..self.all_len.min(first + NUMBERS_A_TRANSFER as u32));
-            let at = (u64::from(self.all_from) + u64::from(first)) * 4;
-            gpu.queue().write_buffer(&self.ids, at, bytemuck::cast_slice(&numbers));
-        }
-        u64::from(self.all_len) * 4
+        let uniforms = Uniforms { all_from: [all_from; 4], ..uniforms };
+        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
+        (ids.len() + bits.len() + size_of::<Uniforms>()) as u64
     }
 }
-
-/// Numbers that are sent at once (1 MiB), when all are.
-const NUMBERS_A_TRANSFER: usize = 1 << 18;
 
 fn create_ids(gpu: &Gpu, count: u64) -> wgpu::Buffer {
     gpu.device().create_buffer(&wgpu::BufferDescriptor {

@@ -181,11 +181,10 @@ impl Shadow {
         gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&shade));
 
         self.slot.order.clear();
-        self.slot.order.list_all(!ViewSlot::can_hold_all(gpu, scene.polygon_count()));
         self.slot.order.add(scene, &self.casters, 0, middle, on_gpu.page_len(), |_| Classes::default());
         self.slot.order.finish(on_gpu.page_len());
         let uniforms = Uniforms::of_matrix(shade.clip_from_middle, shade.middle);
-        self.slot.send_uniforms(gpu, view_layout, &uniforms);
+        self.slot.send_uniforms(gpu, view_layout, uniforms);
         self.draw(gpu, paint, on_gpu);
         is_other
     }

@@ -96,7 +96,7 @@ fn unpack_normal(word: u32) -> vec3<f32> {
 @vertex
 fn vertex_painted(@builtin(vertex_index) index: u32, @builtin(instance_index) style: u32) -> Painted {
     var out: Painted;
-    let id = draw_list[index / 6u];
+    let id = polygon_at(index / 6u);
     if id == NOTHING {
         out.position = NOWHERE;
         return out;

@@ -22,6 +22,8 @@ struct View {
     up_in_world: vec4<f32>,
     // From the eye to the lower left corner of the picture, from there to the lower right one, and to the upper left one.
     corners: array<vec4<f32>, 3>,
+    // x: the places from here on stand for a polygon each, number 0 first; from here on the draw list has a bit for each.
+    all_from: vec4<u32>,
 }
 
 struct Polygon {
@@ -43,6 +45,16 @@ struct Polygon {
 @group(1) @binding(4) var<storage, read> chunk_4: array<Polygon>;
 @group(1) @binding(5) var<storage, read> chunk_5: array<Polygon>;
 @group(1) @binding(6) var<storage, read> chunk_6: array<Polygon>;
+
+// The number of the polygon that is drawn at a place, or NOTHING.
+fn polygon_at(place: u32) -> u32 {
+    if place < view.all_from.x {
+        return draw_list[place];
+    }
+    let id = place - view.all_from.x;
+    let bits = draw_list[view.all_from.x + id / 32u];
+    return select(NOTHING, id, ((bits >> (id % 32u)) & 1u) == 1u);
+}
 
 // Stands in the draw list for a polygon that is left out.
 const NOTHING: u32 = 0xffffffffu;
@@ -117,7 +129,7 @@ fn flat_normal(polygon: Polygon) -> vec3<f32> {
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_index: u32) -> Corner {
     var out: Corner;
-    let id = draw_list[index / 6u];
+    let id = polygon_at(index / 6u);
     if id == NOTHING {
         out.position = NOWHERE;
         return out;
