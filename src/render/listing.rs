@@ -234,6 +234,15 @@ impl<'a> Numbers<'a> {
     }
 }
 
+/// Whether enough polygons of a chunk are drawn for a span.
+#[inline(always)]
+fn is_dense(words: &[u64]) -> bool {
+    // Counting bits takes longer than the rest: it is left out where it is not needed.
+    let full = words.iter().filter(|word| **word == u64::MAX).count();
+    let polygons = || words.iter().map(|word| word.count_ones()).sum::<u32>();
+    (full * WORD) as u32 >= LEAST_OF_CHUNK || polygons() >= LEAST_OF_CHUNK
+}
+
 /// Appends the polygons of a word.
 #[inline(always)]
 fn list(ids: &mut Vec<PolygonId>, first: usize, word: u64) {
@@ -253,8 +262,7 @@ fn list(ids: &mut Vec<PolygonId>, first: usize, word: u64) {
 impl Sink for Numbers<'_> {
     #[inline(always)]
     fn add_chunk(&mut self, first: usize, words: &[u64]) {
-        let polygons = words.iter().map(|word| word.count_ones()).sum::<u32>();
-        if polygons >= LEAST_OF_CHUNK && self.bits.is_some() {
+        if self.bits.is_some() && is_dense(words) {
             self.extend_span(first, words);
         } else {
             for (first, opaque) in (first..).step_by(WORD).zip(words) {
