@@ -8,6 +8,9 @@ use crate::{
     view::{View, ViewWindow},
 };
 
+/// A frame that brings more changes is a jump in a replay, or a file that was opened.
+const FEW_CHANGES: usize = 1024;
+
 /// What [`Occlusion::Auto`] compares to find the cheapest method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AutoBasis {
@@ -79,6 +82,8 @@ pub struct OcclusionPass {
     switch: Option<AutoSwitch>,
     /// Where there is no switch.
     rest: Rest,
+    /// Whether many polygons came while no occluders were looked for: the best may not have been considered yet.
+    came_unseen: bool,
     /// What else the switch chooses, where it can ever pay.
     last: Option<PreviousFramePass>,
     /// Frames since `last` was used.
@@ -108,6 +113,7 @@ impl OcclusionPass {
             stage,
             switch,
             rest: Rest::default(),
+            came_unseen: false,
             last: has_last.then(|| PreviousFramePass::new(capacity)),
             since_last: u32::MAX,
             by_last: false,
@@ -194,6 +200,7 @@ impl Pass for OcclusionPass {
 
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.stage.follow_roughly(geometry, changes, 0.0);
+        self.came_unseen |= !changes.is_empty();
     }
 
     /// The views share the candidates; each has occluders and a tree of its own, because a screen's near plane and sides
@@ -203,6 +210,7 @@ impl Pass for OcclusionPass {
         let mut record = OcclusionRecord::default();
         let seen = in_view.iter().map(|list| list.len() as u64).sum();
         let start = clock.start();
+        self.came_unseen |= changes.len() > FEW_CHANGES;
         if self.switch.is_none() {
             let stage = &self.stage;
             let comes_large = || stage.comes_large(geometry, changes, views);
@@ -255,8 +263,8 @@ impl Pass for OcclusionPass {
         record.used = true;
         let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
         record.occluded = seen - drawn.min(seen);
-        // After a jump in a replay the best occluders may not have been considered yet.
-        if !self.stage.is_behind(geometry) {
+        self.came_unseen &= self.stage.is_behind(geometry);
+        if !self.came_unseen {
             self.rest.note(record.occluded, seen, views);
         }
         self.note(&record, work_cost_ns);

@@ -8,8 +8,8 @@ use osp::{
     lab::{oracle::OracleConfig, scenes::TestScene, verify},
     math::Aabb,
     occlusion::{Occlusion, Soundness},
-    polygon::Change,
-    recording::Event,
+    polygon::{Change, PolygonId},
+    recording::{Event, SynthKind, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
     rivals::IndexKind,
     scene::Scene,
@@ -274,4 +274,27 @@ fn auto_goes_by_what_drawing_is_said_to_cost() {
     let mut fixed = pipeline(Some(PassConfig::new(Occlusion::Msvbsp)));
     fixed.set_polygon_ns(1.0e5);
     assert_ne!(fixed.occlusion().expect("msvbsp").config().polygon_ns, 1.0e5);
+}
+
+/// Old polygons of a drawn model are erased and come back, a few a frame, as undo and redo do it.
+#[test]
+fn where_nothing_is_hidden_few_frames_look_for_occluders_though_old_polygons_come_back() {
+    let (mut model, mut changes) = (Scene::new(), Vec::new());
+    for event in synthesize(SynthKind::Scribble, 4000, 1) {
+        model.apply(&event.expect("a synthetic session is whole"), &mut changes);
+    }
+    let ids: Vec<PolygonId> = model.visible_ids().collect();
+    let view = view(Vec3::new(0.0, 1.5, 12.0), Vec3::new(0.0, 1.5, 0.0));
+    let mut pipeline = pipeline(Some(PassConfig::new(Occlusion::Msvbsp)));
+    pipeline.load(&model);
+    let of = |frame: usize| (0..16).map(move |i| frame * 71 + i * 113);
+    let looks = (0..330).filter(|&frame| {
+        let back = (frame > 0).then(|| of(frame - 1)).into_iter().flatten();
+        let back = back.map(|i| Change::Insert(ids[i % ids.len()]));
+        let gone = of(frame).map(|i| Change::Remove(ids[i % ids.len()]));
+        let changes: Vec<Change> = back.chain(gone).collect();
+        pipeline.frame(&model, &changes, &view).occlusion.used
+    });
+    let looks = looks.count();
+    assert!((5..40).contains(&looks), "{looks} looks in 330 frames");
 }
