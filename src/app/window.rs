@@ -2,6 +2,7 @@ use std::{
     io::{self, Write},
     path::PathBuf,
     sync::Arc,
+    thread::JoinHandle,
     time::{Duration, Instant},
 };
 
@@ -94,8 +95,15 @@ struct Wake;
 /// There is no display, nothing that can draw, or something in the options cannot be had; or something of the session
 /// could not be written.
 pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
-    let mut app =
-        App { studio: Some(studio), options, trace: None, live: None, failure: None, recoveries: 0 };
+    let mut app = App {
+        studio: Some(studio),
+        options,
+        trace: None,
+        live: None,
+        wake: None,
+        failure: None,
+        recoveries: 0,
+    };
     let outcome = app.run();
     let closed = app.studio.take().map_or(Ok(()), Studio::close);
     // An unwritten part of the session is the more important error.
@@ -127,6 +135,8 @@ struct App {
     options: WindowOptions,
     trace: Option<Trace>,
     live: Option<Live>,
+    /// Wakes the event loop from other threads.
+    wake: Option<EventLoopProxy<Wake>>,
     failure: Option<WindowError>,
     recoveries: u32,
 }
@@ -142,17 +152,31 @@ struct Live {
     repaint_at: Option<Instant>,
     /// When the session's file is checked next, with or without a frame.
     tend_at: Instant,
+    /// The pictures of brushes on their way.
+    previews: Option<JoinHandle<Result<Vec<u8>, String>>>,
     #[cfg(feature = "gamepad")]
     gamepad: Option<super::gamepad::Gamepad>,
 }
 
 impl Live {
-    /// The pictures in the list of brushes; without them it has names.
-    fn draw_previews(&mut self, context: &egui::Context, studio: &mut Studio) {
-        let grid = PreviewGrid::default();
-        let texture = match previews::draw(self.painter.gpu(), &grid) {
+    /// The pictures in the list of brushes, which another thread draws; until they are there, and if they cannot be had, it
+    /// has names.
+    fn take_previews(&mut self, context: &egui::Context, studio: &mut Studio, wake: &EventLoopProxy<Wake>) {
+        let Some(drawing) = self.previews.take_if(|drawing| drawing.is_finished()) else {
+            if self.previews.is_none() {
+                let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
+                self.previews = Some(std::thread::spawn(move || {
+                    let drawn = previews::draw(&gpu, &PreviewGrid::default());
+                    // A window that is closing does not hear it any more.
+                    let _ = wake.send_event(Wake);
+                    drawn.map_err(|error| error.to_string())
+                }));
+            }
+            return;
+        };
+        let texture = match drawing.join().unwrap_or_else(|_| Err("drawing them failed".to_owned())) {
             Ok(texture) => {
-                let (width, height) = grid.size_px();
+                let (width, height) = PreviewGrid::default().size_px();
                 let image =
                     egui::ColorImage::from_rgba_unmultiplied([width as usize, height as usize], &texture);
                 Some(context.load_texture("brushes", image, egui::TextureOptions::LINEAR))
@@ -248,12 +272,13 @@ impl ApplicationHandler<Wake> for App {
 impl App {
     fn run(&mut self) -> Result<(), WindowError> {
         let event_loop = open_event_loop()?;
+        self.wake = Some(event_loop.create_proxy());
         if let Some(path) = &self.options.trace {
             let trace = Trace::create(path);
             self.trace = Some(trace.map_err(|cause| WindowError::Trace { path: path.clone(), cause })?);
         }
         if let (Some(address), Some(studio)) = (&self.options.tracker, &mut self.studio) {
-            let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
+            let proxy = event_loop.create_proxy();
             // A window that is closing does not hear it any more.
             let tracker = Tracker::open(address, &self.options.tracker_options, move || {
                 let _ = proxy.send_event(Wake);
@@ -327,6 +352,7 @@ impl App {
             last_frame: Instant::now(),
             repaint_at: None,
             tend_at: Instant::now(),
+            previews: None,
             #[cfg(feature = "gamepad")]
             gamepad: super::gamepad::Gamepad::open(),
         })
@@ -346,8 +372,8 @@ impl App {
         let mut area = egui::Rect::NOTHING;
         let output = context.run_ui(input, |ui| area = live.interface.show(ui, studio));
         live.egui.handle_platform_output(&live.window, output.platform_output);
-        if live.interface.wants_previews() {
-            live.draw_previews(&context, studio);
+        if let (true, Some(wake)) = (live.interface.wants_previews(), &self.wake) {
+            live.take_previews(&context, studio, wake);
         }
         let panels = Panels {
             primitives: context.tessellate(output.shapes, output.pixels_per_point),

@@ -1,8 +1,9 @@
 use std::fmt;
 
 use egui::{
-    Atom, Button, Color32, Image, Popup, PopupCloseBehavior, Rect, RichText, Role, ScrollArea,
-    SetOpenCommand, Shape, Stroke, TextWrapMode, TextureHandle, Ui, Vec2, WidgetInfo, vec2,
+    Atom, Button, Color32, Image, Key, Modifiers, Popup, PopupCloseBehavior, Rect, RichText, Role,
+    ScrollArea, SetOpenCommand, Shape, Stroke, StrokeKind, TextEdit, TextWrapMode, TextureHandle, Ui, Vec2,
+    WidgetInfo, scroll_area::ScrollBarVisibility, vec2,
 };
 
 use super::wishes::Wishes;
@@ -87,6 +88,11 @@ pub(super) struct BrushList {
     /// Whether the pictures have been drawn, or cannot be.
     is_answered: bool,
     previews: Option<TextureHandle>,
+    is_open: bool,
+    /// What is typed above the list: brushes of such a name are in it.
+    typed: String,
+    /// The row that Return chooses.
+    at: usize,
 }
 
 impl fmt::Debug for BrushList {
@@ -123,48 +129,114 @@ impl BrushList {
         });
         let response = response.labelled_by(label.id);
         let toggle = wishes.brushes && ui.is_enabled();
-        let popup =
-            Popup::from_toggle_button_response(&response).close_behavior(PopupCloseBehavior::CloseOnClick);
+        // A click into the line above the list leaves it open.
+        let popup = Popup::from_toggle_button_response(&response)
+            .close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         let popup = match toggle {
             true => popup.open_memory(SetOpenCommand::Toggle),
             false => popup,
         };
         let room = ui.ctx().content_rect().height() - 40.0;
         let shown = popup.width(LIST_WIDTH).show(|ui| {
+            let is_new = !self.is_open;
+            let is_moved = self.take_keys(ui, chosen, is_new);
             ui.style_mut().wrap_mode = Some(TextWrapMode::Extend);
-            let list = ScrollArea::vertical().max_height(room.min(560.0)).auto_shrink([false, true]);
-            list.show(ui, |ui| self.rows(ui, studio, wishes));
+            let list = ScrollArea::vertical()
+                .max_height((room - 30.0).min(560.0))
+                .auto_shrink([false, true])
+                .scroll_bar_visibility(ScrollBarVisibility::AlwaysVisible);
+            let choice = list.show(ui, |ui| self.rows(ui, studio, is_moved || is_new)).inner;
+            if let Some(choice) = choice {
+                wishes.commands.push(Command::Paint(choice));
+                ui.close();
+            }
         });
-        self.is_asked |= shown.is_some();
+        self.is_open = shown.is_some();
+        self.is_asked |= self.is_open;
     }
 
-    fn rows(&self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
-        let chosen = studio.brush().paint();
-        if ui.selectable_label(chosen.is_none(), "plain").clicked() {
-            wishes.commands.push(Command::Paint(None));
+    /// The line in which one types, and the keys that move in the list. Whether they did.
+    fn take_keys(&mut self, ui: &mut Ui, chosen: Option<&'static Brush>, is_new: bool) -> bool {
+        if is_new {
+            self.typed.clear();
+            self.at = self.entries().position(|(_, _, brush)| same(brush, chosen)).unwrap_or(0);
         }
-        let grid = PreviewGrid::default();
+        let (down, up) = ui.input_mut(|input| {
+            let mut times = |key| input.count_and_consume_key(Modifiers::NONE, key);
+            (times(Key::ArrowDown), times(Key::ArrowUp))
+        });
+        let line =
+            TextEdit::singleline(&mut self.typed).hint_text("name of a brush").desired_width(f32::INFINITY);
+        let response = ui.add(line);
+        response.request_focus();
+        if response.changed() {
+            self.at = 0;
+        }
+        let last = self.entries().count().saturating_sub(1);
+        self.at = (self.at + down).saturating_sub(up).min(last);
+        down + up > 0 || response.changed()
+    }
+
+    /// The rows of the list: under which heading, where in the grid, and the brush; the first is none.
+    fn entries(&self) -> impl Iterator<Item = (usize, usize, Option<&'static Brush>)> + use<> {
+        let wanted = self.typed.trim().to_lowercase();
+        let kinds = KINDS.iter().enumerate();
+        let brushes = kinds.flat_map(|(kind, (_, is_of))| {
+            let of_kind = PreviewGrid::default().brushes().enumerate().filter(|(_, brush)| is_of(brush));
+            of_kind.map(move |(place, brush)| (kind, place, Some(brush)))
+        });
+        let all = std::iter::once((0, 0, None)).chain(brushes);
+        all.filter(move |(_, _, brush)| name_of(*brush).to_lowercase().contains(&wanted))
+    }
+
+    /// Returns what is chosen. `shows_row`: the row that Return chooses is scrolled to.
+    fn rows(&self, ui: &mut Ui, studio: &Studio, shows_row: bool) -> Option<Option<&'static Brush>> {
+        let chosen = studio.brush().paint();
         let tint = shining(studio.brush().color);
-        for (heading, is_of) in KINDS {
-            ui.separator();
-            ui.weak(heading);
-            for (place, brush) in grid.brushes().enumerate().filter(|(_, brush)| is_of(brush)) {
-                let is_chosen = chosen.is_some_and(|chosen| std::ptr::eq(chosen, brush));
-                let name = brush.name.as_str();
-                let row = match &self.previews {
-                    Some(texture) => {
-                        let picture = Image::from_texture((texture.id(), SHOWN));
-                        let picture = picture.uv(grid.part(place)).fit_to_exact_size(SHOWN).tint(tint);
-                        Button::selectable(is_chosen, (picture, name))
-                    }
-                    None => Button::selectable(is_chosen, name),
-                };
-                if ui.add(row.min_size(vec2(ui.available_width(), 0.0))).clicked() {
-                    wishes.commands.push(Command::Paint(Some(brush)));
+        let returns = ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter));
+        let (mut choice, mut heading) = (None, None);
+        let grid = PreviewGrid::default();
+        for (row, (kind, place, brush)) in self.entries().enumerate() {
+            if brush.is_some() && heading != Some(kind) {
+                heading = Some(kind);
+                ui.separator();
+                ui.weak(KINDS[kind].0);
+            }
+            let name = name_of(brush);
+            let is_chosen = same(brush, chosen);
+            let button = match &self.previews {
+                Some(texture) if brush.is_some() => {
+                    let picture = Image::from_texture((texture.id(), SHOWN));
+                    let picture = picture.uv(grid.part(place)).fit_to_exact_size(SHOWN).tint(tint);
+                    Button::selectable(is_chosen, (picture, name))
+                }
+                _ => Button::selectable(is_chosen, name),
+            };
+            let response = ui.add(button.min_size(vec2(ui.available_width(), 0.0)));
+            if row == self.at {
+                let stroke = ui.visuals().selection.stroke;
+                ui.painter().rect_stroke(response.rect, 2.0, stroke, StrokeKind::Inside);
+                if shows_row {
+                    response.scroll_to_me(None);
                 }
             }
+            if response.clicked() || (returns && row == self.at) {
+                choice = Some(brush);
+            }
         }
+        if self.entries().next().is_none() {
+            ui.weak("no brush of this name");
+        }
+        choice
     }
+}
+
+fn name_of(brush: Option<&Brush>) -> &str {
+    brush.map_or("plain", |brush| brush.name.as_str())
+}
+
+fn same(a: Option<&Brush>, b: Option<&Brush>) -> bool {
+    a.map(std::ptr::from_ref) == b.map(std::ptr::from_ref)
 }
 
 /// The triangle at the right end of a button that opens a list.

@@ -247,26 +247,33 @@ fn help(ui: &Ui, is_open: &mut bool) {
         .frame(Frame::window(ui.style()))
         .anchor(Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .show(ui.ctx(), |ui| {
-            ui.columns(2, |columns| {
-                Grid::new("pointer").num_columns(2).show(&mut columns[0], |ui| {
-                    for (how, what) in HINTS {
-                        ui.strong(*how);
-                        ui.label(*what);
-                        ui.end_row();
-                    }
-                });
-                Grid::new("keys").num_columns(2).show(&mut columns[1], |ui| {
-                    for shortcut in SHORTCUTS {
-                        let KeyboardShortcut { modifiers, logical_key } = shortcut.keys;
-                        let is_plain = modifiers.is_none();
-                        ui.strong(match is_plain {
-                            true => logical_key.symbol_or_name().to_owned(),
-                            false => ui.ctx().format_shortcut(&shortcut.keys),
-                        });
-                        ui.label(shortcut.what);
-                        ui.end_row();
-                    }
-                });
-            });
+            // On a small window it is scrolled.
+            let room = ui.ctx().content_rect().size() - egui::vec2(40.0, 60.0);
+            ScrollArea::both().max_width(room.x).max_height(room.y).show(ui, help_columns);
         });
+}
+
+fn help_columns(ui: &mut Ui) {
+    ui.horizontal_top(|ui| {
+        Grid::new("pointer").num_columns(2).show(ui, |ui| {
+            for (how, what) in HINTS {
+                ui.strong(*how);
+                ui.label(*what);
+                ui.end_row();
+            }
+        });
+        ui.add_space(24.0);
+        Grid::new("keys").num_columns(2).show(ui, |ui| {
+            for shortcut in SHORTCUTS {
+                let KeyboardShortcut { modifiers, logical_key } = shortcut.keys;
+                let is_plain = modifiers.is_none();
+                ui.strong(match is_plain {
+                    true => logical_key.symbol_or_name().to_owned(),
+                    false => ui.ctx().format_shortcut(&shortcut.keys),
+                });
+                ui.label(shortcut.what);
+                ui.end_row();
+            }
+        });
+    });
 }

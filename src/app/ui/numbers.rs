@@ -128,7 +128,7 @@ fn counts(ui: &mut Ui, studio: &Studio) {
         ui,
         "counts",
         &[
-            ("strokes", count(scene.strokes)),
+            ("strokes", count(scene.strokes - scene.erased_strokes)),
             ("polygons", count(report.record.polygons)),
             ("in view", count(report.record.visible)),
             ("occluded", count(hidden)),
