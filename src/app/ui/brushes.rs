@@ -3,7 +3,7 @@ use std::fmt;
 use egui::{
     Atom, Button, Color32, Image, Key, Modifiers, Popup, PopupCloseBehavior, Rect, RichText, Role,
     ScrollArea, SetOpenCommand, Shape, Stroke, StrokeKind, TextEdit, TextWrapMode, TextureHandle, Ui, Vec2,
-    WidgetInfo, scroll_area::ScrollBarVisibility, vec2,
+    WidgetInfo, style::ScrollStyle, vec2,
 };
 
 use super::wishes::Wishes;
@@ -141,10 +141,8 @@ impl BrushList {
             let is_new = !self.is_open;
             let is_moved = self.take_keys(ui, chosen, is_new);
             ui.style_mut().wrap_mode = Some(TextWrapMode::Extend);
-            let list = ScrollArea::vertical()
-                .max_height((room - 30.0).min(560.0))
-                .auto_shrink([false, true])
-                .scroll_bar_visibility(ScrollBarVisibility::AlwaysVisible);
+            ui.spacing_mut().scroll = ScrollStyle::solid();
+            let list = ScrollArea::vertical().max_height((room - 30.0).min(560.0)).auto_shrink([false, true]);
             let choice = list.show(ui, |ui| self.rows(ui, studio, is_moved || is_new)).inner;
             if let Some(choice) = choice {
                 wishes.commands.push(Command::Paint(choice));

@@ -247,33 +247,49 @@ fn help(ui: &Ui, is_open: &mut bool) {
         .frame(Frame::window(ui.style()))
         .anchor(Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .show(ui.ctx(), |ui| {
-            // On a small window it is scrolled.
+            // On a small window one list stands below the other, and they are scrolled.
             let room = ui.ctx().content_rect().size() - egui::vec2(40.0, 60.0);
-            ScrollArea::both().max_width(room.x).max_height(room.y).show(ui, help_columns);
+            let is_wide = room.x > HELP_WIDTH;
+            ui.set_min_width(room.x.min(if is_wide { HELP_WIDTH } else { HELP_WIDTH * 0.6 }));
+            ui.spacing_mut().scroll = egui::style::ScrollStyle::solid();
+            ScrollArea::vertical().max_height(room.y).show(ui, |ui| match is_wide {
+                true => ui.columns(2, |columns| {
+                    pointer_hints(&mut columns[0]);
+                    keys_of_shortcuts(&mut columns[1]);
+                }),
+                false => {
+                    pointer_hints(ui);
+                    ui.separator();
+                    keys_of_shortcuts(ui);
+                }
+            });
         });
 }
 
-fn help_columns(ui: &mut Ui) {
-    ui.horizontal_top(|ui| {
-        Grid::new("pointer").num_columns(2).show(ui, |ui| {
-            for (how, what) in HINTS {
-                ui.strong(*how);
-                ui.label(*what);
-                ui.end_row();
-            }
-        });
-        ui.add_space(24.0);
-        Grid::new("keys").num_columns(2).show(ui, |ui| {
-            for shortcut in SHORTCUTS {
-                let KeyboardShortcut { modifiers, logical_key } = shortcut.keys;
-                let is_plain = modifiers.is_none();
-                ui.strong(match is_plain {
-                    true => logical_key.symbol_or_name().to_owned(),
-                    false => ui.ctx().format_shortcut(&shortcut.keys),
-                });
-                ui.label(shortcut.what);
-                ui.end_row();
-            }
-        });
+/// Both lists of the help side by side, points.
+const HELP_WIDTH: f32 = 700.0;
+
+fn pointer_hints(ui: &mut Ui) {
+    Grid::new("pointer").num_columns(2).show(ui, |ui| {
+        for (how, what) in HINTS {
+            ui.strong(*how);
+            ui.label(*what);
+            ui.end_row();
+        }
+    });
+}
+
+fn keys_of_shortcuts(ui: &mut Ui) {
+    Grid::new("keys").num_columns(2).show(ui, |ui| {
+        for shortcut in SHORTCUTS {
+            let KeyboardShortcut { modifiers, logical_key } = shortcut.keys;
+            let is_plain = modifiers.is_none();
+            ui.strong(match is_plain {
+                true => logical_key.symbol_or_name().to_owned(),
+                false => ui.ctx().format_shortcut(&shortcut.keys),
+            });
+            ui.label(shortcut.what);
+            ui.end_row();
+        }
     });
 }
