@@ -1,7 +1,10 @@
 //! What a `.tilt` says that cannot be used is left out alone, and said once.
 
-use crate::files::{METADATA, small_sketch, write};
-use osp::recording::{Header, OpenOptions, open};
+use crate::files::{
+    Bytes, METADATA, RawPoint, count, layer_stroke, raw_points, read, sketch, sketch_stroke, small_sketch,
+    write,
+};
+use osp::recording::{Event, Header, OpenOptions, open};
 
 /// The header of a sketch with these metadata, and what the reader warns of.
 fn header_of(metadata: &str, lenient: bool) -> (Header, Vec<String>) {
@@ -75,4 +78,59 @@ fn a_damaged_field_takes_no_other_with_it() {
     assert_eq!(header, whole);
     let [warning] = &warnings[..] else { panic!("{warnings:?}") };
     assert!(warning.contains("`BrushIndex`") && warning.contains("read without it"), "{warning}");
+}
+
+/// Strokes of 4 points, of which this one is `damaged`.
+fn sketch_with(damaged: &[(usize, Bytes)]) -> Bytes {
+    let mut strokes: Vec<Bytes> =
+        (0..6).map(|i| sketch_stroke([1.0; 4], 0.5, 1.0, &raw_points(4, [0.0; 3], 1000 * i))).collect();
+    for (i, stroke) in damaged {
+        strokes[*i] = Bytes(stroke.0.clone());
+    }
+    sketch(5, &strokes)
+}
+
+#[test]
+fn a_damaged_number_ends_its_stroke_alone() {
+    let points = |bad: usize, change: fn(&mut RawPoint)| {
+        let mut points = raw_points(4, [0.0; 3], 0);
+        change(&mut points[bad]);
+        points
+    };
+    let head = |size, scale| sketch_stroke([1.0; 4], size, scale, &raw_points(4, [0.0; 3], 0));
+    let body = |points: &[RawPoint]| layer_stroke(0, [1.0; 4], 0.5, 1.0, points);
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "metadata.json", METADATA.as_bytes());
+    for (stroke, expected, begins, kept) in [
+        (head(f32::NAN, 1.0), "a width of 0 or more metres", 5, 20),
+        (head(-0.5, 1.0), "a width of 0 or more metres", 5, 20),
+        (head(0.5, 0.0), "a positive scale of the brush", 5, 20),
+        (body(&points(0, |point| point.0[1] = f32::NAN)), "finite coordinates", 5, 20),
+        // What came before is drawn.
+        (body(&points(2, |point| point.0[1] = f32::INFINITY)), "finite coordinates", 6, 22),
+        (body(&points(3, |point| point.1 = [0.0; 4])), "a unit quaternion", 6, 23),
+        (body(&points(1, |point| point.2 = f32::NAN)), "a finite pressure", 6, 21),
+    ] {
+        write(folder.path(), "data.sketch", &sketch_with(&[(1, stroke)]).0);
+        let strict = read(folder.path(), false).error.expect("damage is an error").to_string();
+        assert!(strict.contains("data.sketch, byte ") && strict.contains(expected), "{strict}");
+        assert!(strict.contains("in stroke 1"), "{strict}");
+        let lenient = read(folder.path(), true);
+        assert!(lenient.error.is_none(), "{:?}", lenient.error);
+        let counts = count(&lenient.events);
+        assert_eq!((counts.begins, counts.points, counts.ends), (begins, kept, begins), "{expected}");
+        assert!(matches!(lenient.events.last(), Some(Event::End { stroke, .. }) if stroke.0 == 5));
+        let [warning] = &lenient.notes.warnings[..] else { panic!("{:?}", lenient.notes) };
+        assert_eq!(*warning, format!("{strict}; the stroke is skipped from there on"));
+        assert_eq!(lenient.notes.skipped, 1);
+    }
+    // Many are counted, not listed.
+    let damaged =
+        [(0, head(f32::NAN, 1.0)), (2, head(0.5, -1.0)), (5, body(&points(0, |point| point.2 = f32::NAN)))];
+    write(folder.path(), "data.sketch", &sketch_with(&damaged).0);
+    let lenient = read(folder.path(), true);
+    assert_eq!(count(&lenient.events).begins, 3);
+    let [warning] = &lenient.notes.warnings[..] else { panic!("{:?}", lenient.notes) };
+    assert!(warning.contains("byte 20: ") && warning.contains("3 damaged strokes are skipped"), "{warning}");
+    assert_eq!(lenient.notes.skipped, 3);
 }
