@@ -8,6 +8,8 @@ mod arguments;
 mod exporting;
 #[path = "cli_outputs/messages.rs"]
 mod messages;
+#[path = "cli_outputs/naming.rs"]
+mod naming;
 #[path = "cli_outputs/query.rs"]
 mod query;
 #[path = "cli_outputs/replacing.rs"]

@@ -16,6 +16,7 @@ mod outputs;
 mod parsers;
 mod pick;
 mod played;
+mod polygon_tally;
 mod query;
 mod reading;
 mod session;
