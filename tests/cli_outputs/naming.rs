@@ -12,11 +12,20 @@ fn info_counts_the_polygons_that_are_drawn() {
     let folder = temp();
     let offered: Vec<&Brush> = brush::all().iter().filter(|brush| brush.is_offered).collect();
     let names: Vec<&str> = offered.iter().map(|brush| brush.name.as_str()).collect();
-    // The last stroke is in a hidden layer.
-    let text = painted(&names);
-    let at = text.rfind(",seed:3").expect("a stroke");
-    fs::write(folder.path().join("a.ron"), format!("{},hidden:true{}", &text[..at], &text[at..]))
-        .expect("written");
+    let painted = painted(&names);
+    // The last stroke is in a hidden layer. A hull that grows around what it was needs fewer polygons than before.
+    let at = painted.rfind(",seed:3").expect("a stroke");
+    let mut text = format!("{},hidden:true{}", &painted[..at], &painted[at..]);
+    text +=
+        "Begin(t:0,stroke:900,tool:Ribbon,width:0.01,color:(1,1,1,1),paint:(brush:\"MatteHull\",seed:3))\n";
+    let round =
+        (0..40).map(|i| (i as f32 * 0.7, i as f32 * 1.1)).map(|(a, b)| [a.cos() * b.sin(), a.sin(), b.cos()]);
+    let around = [[-9.0, -9.0, -9.0], [9.0, -9.0, -9.0], [0.0, 9.0, -9.0], [0.0, 0.0, 30.0]];
+    for [x, y, z] in round.chain(around) {
+        text += &format!("Point(t:0,stroke:900,p:({x},{y},{z}))\n");
+    }
+    text += "End(t:0,stroke:900)\n";
+    fs::write(folder.path().join("a.ron"), text).expect("written");
     let exported = osp(folder.path(), ["export", "a.ron", "a.glb"]);
     assert!(exported.status.success(), "{}", stderr(&exported));
     let info = osp(folder.path(), ["info", "a.ron", "--json"]);
