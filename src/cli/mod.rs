@@ -35,6 +35,10 @@ mod info;
 #[cfg(feature = "render")]
 mod render;
 mod replay;
+mod replay_args;
+mod replay_outputs;
+mod replay_session;
+mod replay_text;
 #[cfg(feature = "window")]
 mod send;
 #[cfg(feature = "window")]
