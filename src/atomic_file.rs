@@ -256,11 +256,17 @@ impl Unfinished {
         }
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX);
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        // The system's error: that of the crate speaks of a name that means nothing to the reader.
+        let mut code = None;
+        let make = |path: &Path| {
+            let made = File::options().read(true).write(true).create_new(true).open(path);
+            made.inspect_err(|error| code = error.raw_os_error())
+        };
         // No signal comes between the file and its entry in the list.
         let mut all = unfinished();
-        let (file, path) = builder.tempfile_in(folder_of(&target)).map_err(without_path)?.into_parts();
+        let made = builder.make_in(folder_of(&target), make);
+        let (file, path) =
+            made.map_err(|error| code.map_or(error, io::Error::from_raw_os_error))?.into_parts();
         all.insert(path.to_path_buf());
         drop(all);
         let this = Self { path: Some(path), target };
@@ -280,13 +286,6 @@ impl Drop for Unfinished {
             let _ = path.close();
         }
     }
-}
-
-/// The error that the system gave: the name that it speaks of means nothing to the reader.
-fn without_path(error: io::Error) -> io::Error {
-    let inner = error.get_ref().and_then(std::error::Error::source);
-    let code = inner.and_then(|inner| inner.downcast_ref::<io::Error>()?.raw_os_error());
-    code.map_or(error, io::Error::from_raw_os_error)
 }
 
 fn keep_permissions(file: &File, old: &Metadata) -> io::Result<()> {

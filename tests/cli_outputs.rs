@@ -1,6 +1,6 @@
 //! What the program writes: nothing is replaced unasked, every file is whole or not there, and what cannot be used is
 //! refused before the work, in one clear line.
-#![expect(clippy::print_stderr, reason = "a test that is left out says why")]
+#![cfg_attr(feature = "render", expect(clippy::print_stderr, reason = "a test that is left out says why"))]
 
 #[path = "cli_outputs/arguments.rs"]
 mod arguments;
@@ -8,6 +8,8 @@ mod arguments;
 mod exporting;
 #[path = "cli_outputs/messages.rs"]
 mod messages;
+#[path = "cli_outputs/naming.rs"]
+mod naming;
 #[path = "cli_outputs/query.rs"]
 mod query;
 #[path = "cli_outputs/replacing.rs"]

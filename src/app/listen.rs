@@ -20,6 +20,12 @@ impl Studio {
     pub(super) fn listen(&mut self) {
         let Some(tracker) = self.tracker.take() else { return };
         let t = self.now_secs();
+        for brush in tracker.unknown_brushes() {
+            self.say(format!(
+                "tracker: the brush `{}` is unknown: its strokes are plain ribbons",
+                brush.escape_debug()
+            ));
+        }
         self.tracker_waits = !self.take_messages(t, &tracker);
         self.hands.rest(t, &mut self.events);
         self.apply_events();

@@ -24,7 +24,7 @@ pub(super) struct Plain {
     row_of: HashMap<StrokeId, usize>,
 }
 
-/// The strokes of one brush that are not erased, with their points and polygons.
+/// The strokes of one brush that are not erased, with their points, and the polygons that cover anything.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(super) struct BrushRow {
     brush: String,
@@ -76,7 +76,7 @@ impl Plain {
             row.strokes += 1;
             row.hidden_strokes += u64::from(stroke.is_hidden());
             row.points += u64::from(stroke.point_count());
-            row.polygons += u64::from(stroke.polygon_count());
+            row.polygons += stroke.polygon_ids().filter(|&id| scene.has_area(id)).count() as u64;
         }
         let named = |((brush, drawn_as), row)| BrushRow { brush, drawn_as, ..row };
         let mut rows: Vec<BrushRow> = rows.into_iter().map(named).collect();

@@ -7,18 +7,13 @@ use clap::{Args, ValueEnum};
 
 use super::{
     Outcome,
-    frame_choice::FrameChoice,
     output::{complain, one_line, say},
     outputs::Outputs,
-    parsers::index_parser,
-    played::Played,
-    reading::ReadArgs,
+    played::{IndexedFrameArgs, Played},
 };
 use crate::{
     lab::report::{Side, Structure, StructureView, thousands},
     output_file::OutputKind,
-    recording::Pace,
-    rivals::IndexKind,
 };
 
 /// Draw the cells of an index over the polygons, or its tree, as the index is after a frame.
@@ -31,29 +26,17 @@ use crate::{
   osp draw-index sketch.tilt --index bvh-sah --frame 40 --as tree tree.svg
   osp draw-index sketch.tilt --as tree tree.dot   (for Graphviz)")]
 pub(super) struct DrawIndexArgs {
-    /// The session, of any format that replay reads.
-    file: PathBuf,
+    #[command(flatten)]
+    frame: IndexedFrameArgs,
     /// Where the picture goes: .svg or .png, or .dot for a tree.
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// The index (`osp replay --help` describes them).
-    #[arg(long, default_value = "osp", value_parser = index_parser())]
-    index: IndexKind,
-    /// The frame after which the index is drawn: its number from 0, or `last`.
-    #[arg(long, default_value = "last")]
-    frame: FrameChoice,
     /// What is drawn.
     #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
     shown: Shown,
     /// The side from which the cells are seen.
     #[arg(long, value_enum, default_value_t = From::Front)]
     from: From,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
-    #[arg(long, default_value = "samples:16")]
-    pace: Pace,
-    #[command(flatten)]
-    reading: ReadArgs,
     /// Let the picture replace a file of another kind, but never the session.
     #[arg(long)]
     force: bool,
@@ -95,12 +78,12 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         "svg" => OutputKind::Svg,
         _ => OutputKind::Png,
     };
-    let output = Outputs::new(args.force).reads([&args.file]).add("OUT", &args.out, kind)?;
-    let Played { scene, pipeline, moment, .. } =
-        Played::up_to(args.frame, &args.file, args.pace, args.index, &args.reading)?;
+    let output = Outputs::new(args.force).reads([&args.frame.session.file]).add("OUT", &args.out, kind)?;
+    let Played { scene, pipeline, moment, .. } = Played::in_index(&args.frame)?;
     let structure = Structure::of(pipeline.index());
-    let name = args.file.file_name().unwrap_or(args.file.as_os_str()).to_string_lossy();
-    let title = format!("{name}, frame {}, {}", moment.frame, args.index.name());
+    let name =
+        args.frame.session.file.file_name().unwrap_or(args.frame.session.file.as_os_str()).to_string_lossy();
+    let title = format!("{name}, frame {}, {}", moment.frame, args.frame.index.name());
     if is_dot {
         output.write(structure.to_dot(&title).as_bytes())?;
     } else {
@@ -116,7 +99,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
     }
     let nodes = structure.nodes();
     if nodes.is_empty() {
-        complain(&format!("warning: {} has no nodes to show", args.index.name()));
+        complain(&format!("warning: {} has no nodes to show", args.frame.index.name()));
     }
     say(&format!(
         "{}: {} nodes, {} levels, {} polygons -> {}",

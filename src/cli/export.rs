@@ -6,17 +6,14 @@ use clap::{Args, ValueEnum};
 
 use super::{
     Outcome,
-    frame_choice::FrameChoice,
     output::{complain, one_line, say},
     outputs::Outputs,
-    played::Played,
-    reading::ReadArgs,
+    played::{FrameArgs, Played},
 };
 use crate::{
     export::{ExportOptions, Objects, write_glb},
     lab::report::thousands,
     output_file::OutputKind,
-    recording::Pace,
     rivals::IndexKind,
 };
 
@@ -33,23 +30,14 @@ use crate::{
   osp export recordings/portrait.ron portrait.glb --objects strokes
   osp export sketch.tilt half.glb --frame 200")]
 pub(super) struct ExportArgs {
-    /// The session, of any format that replay reads.
-    file: PathBuf,
+    #[command(flatten)]
+    session: FrameArgs,
     /// The model to write, .glb.
     #[arg(value_name = "OUT")]
     out: PathBuf,
     /// What an object of the file is.
     #[arg(long, value_enum, default_value_t = ObjectsArg::Layers)]
     objects: ObjectsArg,
-    /// The frame after which the model is exported: its number from 0, or `last`.
-    #[arg(long, default_value = "last")]
-    frame: FrameChoice,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
-    #[arg(long, default_value = "samples:16")]
-    pace: Pace,
-    #[command(flatten)]
-    reading: ReadArgs,
     /// Let the model replace a file of another kind, but never the session.
     #[arg(long)]
     force: bool,
@@ -64,9 +52,9 @@ enum ObjectsArg {
 }
 
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
-    let output = Outputs::new(args.force).reads([&args.file]).add("OUT", &args.out, OutputKind::Glb)?;
-    let Played { header, scene, .. } =
-        Played::up_to(args.frame, &args.file, args.pace, IndexKind::BruteForce, &args.reading)?;
+    let output =
+        Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, OutputKind::Glb)?;
+    let Played { header, scene, .. } = Played::up_to(&args.session, IndexKind::BruteForce)?;
     let options = ExportOptions {
         objects: match args.objects {
             ObjectsArg::Layers => Objects::Layers,
@@ -75,7 +63,7 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
         layer_names: header.layers.iter().map(|layer| layer.name.clone()).collect(),
         eye_in_world: header.camera.map(|camera| camera.p),
     };
-    let name = args.file.file_stem().unwrap_or_default().to_string_lossy();
+    let name = args.session.file.file_stem().unwrap_or_default().to_string_lossy();
     let mut file = output.create()?;
     let counts = write_glb(&scene, &name, &options, &mut file)?;
     file.flush()?;

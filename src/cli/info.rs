@@ -9,6 +9,7 @@ use super::{
     Outcome,
     brush_rows::{self, BrushRow, Plain},
     output::{complain, one_line, say},
+    polygon_tally::PolygonTally,
     reading::ReadArgs,
     session::OpenSession,
 };
@@ -47,6 +48,8 @@ struct JsonInfo<'a> {
     points: u64,
     polygons: u64,
     polygons_visible_at_end: u64,
+    polygons_hidden_at_end: u64,
+    polygons_without_area: u64,
     erased: u64,
     erase_events: u64,
     undo_redo_events: u64,
@@ -78,14 +81,14 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let mut plain = Plain::default();
     let events = session.by_ref().inspect(|event| event.iter().for_each(|event| plain.note(event)));
     let (summary, scene, outcome) = summarize(events, Pace::Samples(1));
-    let brushes = plain.rows(&scene);
+    let (brushes, tally) = (plain.rows(&scene), PolygonTally::of(&scene));
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
     if args.json {
-        say(&json(args, &session, &summary, &brushes)?)?;
+        say(&json(args, &session, &summary, tally, &brushes)?)?;
     } else {
-        say(&text(args, &session, &summary, &brushes))?;
+        say(&text(args, &session, &summary, tally, &brushes))?;
     }
     // The part that was read is shown all the same.
     outcome?;
@@ -96,7 +99,13 @@ fn duration_secs(summary: &Summary) -> f64 {
     summary.time_span_secs.map_or(0.0, |(first, last)| last - first)
 }
 
-fn json(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow]) -> anyhow::Result<String> {
+fn json(
+    args: &InfoArgs,
+    session: &OpenSession,
+    s: &Summary,
+    tally: PolygonTally,
+    brushes: &[BrushRow],
+) -> anyhow::Result<String> {
     let (counts, header) = (s.counts, &session.header);
     let info = JsonInfo {
         recording: args.file.display().to_string(),
@@ -106,7 +115,9 @@ fn json(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow
         strokes: counts.strokes,
         points: counts.points,
         polygons: counts.polygons,
-        polygons_visible_at_end: counts.visible,
+        polygons_visible_at_end: tally.drawn,
+        polygons_hidden_at_end: tally.hidden,
+        polygons_without_area: tally.without_area,
         erased: counts.erased_strokes,
         erase_events: s.erases,
         undo_redo_events: s.undos,
@@ -132,7 +143,13 @@ fn json(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow
     Ok(serde_json::to_string(&info)?)
 }
 
-fn text(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow]) -> String {
+fn text(
+    args: &InfoArgs,
+    session: &OpenSession,
+    s: &Summary,
+    tally: PolygonTally,
+    brushes: &[BrushRow],
+) -> String {
     let counts = s.counts;
     let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
     let mut line = |name: &str, value: String| lines.push(format!("  {name:<11} {value}"));
@@ -148,10 +165,7 @@ fn text(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow
         format!("{} ({} erased at the end)", thousands(counts.strokes), thousands(counts.erased_strokes)),
     );
     line("points", thousands(counts.points));
-    line(
-        "polygons",
-        format!("{} ({} in the model at the end)", thousands(counts.polygons), thousands(counts.visible)),
-    );
+    line("polygons", polygons(counts.polygons, tally));
     line(
         "edits",
         format!(
@@ -199,6 +213,17 @@ fn text(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow
         lines.push(brush_rows::table(brushes));
     }
     lines.join("\n")
+}
+
+fn polygons(made: u64, tally: PolygonTally) -> String {
+    let mut parts = vec![format!("{} in the model at the end", thousands(tally.drawn))];
+    if tally.hidden > 0 {
+        parts.push(format!("{} hidden", thousands(tally.hidden)));
+    }
+    if tally.without_area > 0 {
+        parts.push(format!("{} without area are not drawn", thousands(tally.without_area)));
+    }
+    format!("{} ({})", thousands(made), parts.join(", "))
 }
 
 /// Light, layers, and what is not shown.

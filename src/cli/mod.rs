@@ -16,6 +16,7 @@ mod outputs;
 mod parsers;
 mod pick;
 mod played;
+mod polygon_tally;
 mod query;
 mod reading;
 mod session;
@@ -34,6 +35,10 @@ mod info;
 #[cfg(feature = "render")]
 mod render;
 mod replay;
+mod replay_args;
+mod replay_outputs;
+mod replay_session;
+mod replay_text;
 #[cfg(feature = "window")]
 mod send;
 #[cfg(feature = "window")]

@@ -1,6 +1,6 @@
 //! `osp pick`: the polygon under a point of a frame's picture.
 
-use std::{path::PathBuf, str::FromStr, time::Instant};
+use std::{str::FromStr, time::Instant};
 
 use clap::Args;
 use glam::{Vec2, Vec3};
@@ -8,18 +8,14 @@ use serde::Serialize;
 
 use super::{
     Outcome,
-    frame_choice::FrameChoice,
     output::say,
-    parsers::{camera_parser, index_parser},
-    played::Played,
-    reading::ReadArgs,
+    parsers::camera_parser,
+    played::{IndexedFrameArgs, Played},
 };
 use crate::{
     math::rotate,
     polygon::PolygonId,
-    recording::Pace,
     replay::{CameraChoice, CameraPath},
-    rivals::IndexKind,
 };
 
 /// Find the polygon and stroke under a point of a frame's picture, by casting a ray through the index.
@@ -32,21 +28,11 @@ use crate::{
 Prints the polygon, its stroke, the hit point in world space, its depth (distance along the view
 direction), and how many polygons the ray was tested against.")]
 pub(super) struct PickArgs {
-    /// The session, of any format that replay reads.
-    file: PathBuf,
+    #[command(flatten)]
+    frame: IndexedFrameArgs,
     /// The point of the picture: 0,0 is the upper left corner, 1,1 the lower right one.
     #[arg(long, default_value = "0.5,0.5", value_name = "X,Y")]
     at: At,
-    /// The frame: its number from 0, or `last`.
-    #[arg(long, default_value = "last")]
-    frame: FrameChoice,
-    /// The index that answers (`osp replay --help` describes them).
-    #[arg(long, default_value = "osp", value_parser = index_parser())]
-    index: IndexKind,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
-    #[arg(long, default_value = "samples:16")]
-    pace: Pace,
     /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
     /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
@@ -54,8 +40,6 @@ pub(super) struct PickArgs {
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
-    #[command(flatten)]
-    reading: ReadArgs,
 }
 
 /// A point of the picture, from the upper left corner.
@@ -93,7 +77,7 @@ struct Report<'a> {
 }
 
 pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
-    let played = Played::up_to(args.frame, &args.file, args.pace, args.index, &args.reading)?;
+    let played = Played::in_index(&args.frame)?;
     let camera = CameraPath::new(args.camera, played.header.camera, &played.summary.bounds);
     let view = camera.view(&played.moment);
     // The picture's y goes down, the view's up.
@@ -115,9 +99,9 @@ pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
         distance_m,
     });
     let report = Report {
-        recording: args.file.display().to_string(),
+        recording: args.frame.session.file.display().to_string(),
         frame: played.moment.frame,
-        index: args.index.name(),
+        index: args.frame.index.name(),
         picked,
         polygons_asked: asked,
         us,

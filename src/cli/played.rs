@@ -1,12 +1,14 @@
 //! A session played up to a frame, for commands that look at that frame alone.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use anyhow::bail;
+use clap::Args;
 
 use super::{
     frame_choice::FrameChoice,
     output::complain,
+    parsers::index_parser,
     reading::ReadArgs,
     session::{OpenSession, root_cube},
 };
@@ -19,6 +21,32 @@ use crate::{
     scene::Scene,
 };
 
+/// The session and its frame that a command looks at.
+#[derive(Args, Debug)]
+pub(super) struct FrameArgs {
+    /// The session, of any format that replay reads.
+    pub(super) file: PathBuf,
+    /// The frame, after its changes: its number from 0, or `last`.
+    #[arg(long, default_value = "last")]
+    frame: FrameChoice,
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
+    #[arg(long, default_value = "samples:16")]
+    pace: Pace,
+    #[command(flatten)]
+    reading: ReadArgs,
+}
+
+/// A frame, and the index that holds its polygons.
+#[derive(Args, Debug)]
+pub(super) struct IndexedFrameArgs {
+    #[command(flatten)]
+    pub(super) session: FrameArgs,
+    /// The index (`osp replay --help` describes them).
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    pub(super) index: IndexKind,
+}
+
 /// The model and an index after a frame.
 pub(super) struct Played {
     pub(super) header: Header,
@@ -30,13 +58,13 @@ pub(super) struct Played {
 }
 
 impl Played {
-    pub(super) fn up_to(
-        frame: FrameChoice,
-        file: &Path,
-        pace: Pace,
-        index: IndexKind,
-        reading: &ReadArgs,
-    ) -> anyhow::Result<Self> {
+    pub(super) fn in_index(args: &IndexedFrameArgs) -> anyhow::Result<Self> {
+        Self::up_to(&args.session, args.index)
+    }
+
+    pub(super) fn up_to(args: &FrameArgs, index: IndexKind) -> anyhow::Result<Self> {
+        let FrameArgs { file, frame, pace, reading } = args;
+        let pace = *pace;
         let mut session = OpenSession::open(file, reading)?;
         let (summary, _, read) = summarize(&mut session, pace);
         for warning in &session.notes().warnings {

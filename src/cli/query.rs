@@ -1,6 +1,6 @@
 //! `osp query`: what is in a part of a session's model.
 
-use std::{path::PathBuf, str::FromStr, time::Instant};
+use std::{str::FromStr, time::Instant};
 
 use anyhow::{anyhow, bail, ensure};
 use clap::{Args, ValueEnum};
@@ -9,15 +9,15 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::{
-    Outcome, frame_choice::FrameChoice, output::say, parsers::index_parser, played::Played, reading::ReadArgs,
+    Outcome,
+    output::say,
+    played::{IndexedFrameArgs, Played},
 };
 use crate::{
     index::WorkCounts,
     lab::report::thousands,
     math::{Aabb, Ray, Sphere},
     polygon::PolygonId,
-    recording::Pace,
-    rivals::IndexKind,
 };
 
 /// Find the polygons and strokes in a box, in a sphere, nearest to a point, or along a ray, through the index.
@@ -34,28 +34,16 @@ index looked at (not counted along rays). All numbers are world space, metres. W
 The polygons themselves decide, not their boxes; those of particles, which turn to the eye, lie as
 they were stored, and along a ray as seen from its start.")]
 pub(super) struct QueryArgs {
-    /// The session, of any format that replay reads.
-    file: PathBuf,
+    #[command(flatten)]
+    frame: IndexedFrameArgs,
     #[command(flatten)]
     part: PartArgs,
     /// Which polygons along a ray [default: all].
     #[arg(long, value_enum)]
     hits: Option<Hits>,
-    /// The frame: its number from 0, or `last`.
-    #[arg(long, default_value = "last")]
-    frame: FrameChoice,
-    /// The index that answers (`osp replay --help` describes them).
-    #[arg(long, default_value = "osp", value_parser = index_parser())]
-    index: IndexKind,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
-    #[arg(long, default_value = "samples:16")]
-    pace: Pace,
     /// Print one JSON object, with all polygons found.
     #[arg(long)]
     json: bool,
-    #[command(flatten)]
-    reading: ReadArgs,
 }
 
 #[derive(Args, Debug)]
@@ -201,7 +189,7 @@ struct Report<'a> {
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
     let part = args.part.part()?;
     ensure!(args.hits.is_none() || args.part.ray.is_some(), "--hits: expected with --ray alone");
-    let played = Played::up_to(args.frame, &args.file, args.pace, args.index, &args.reading)?;
+    let played = Played::in_index(&args.frame)?;
     let start = Instant::now();
     let mut answer = ask(&played, &part, args.hits.unwrap_or(Hits::All));
     let us = start.elapsed().as_nanos() as f64 / 1000.0;
@@ -220,9 +208,9 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
     strokes.sort_unstable();
     strokes.dedup();
     let report = Report {
-        recording: args.file.display().to_string(),
+        recording: args.frame.session.file.display().to_string(),
         frame: played.moment.frame,
-        index: args.index.name(),
+        index: args.frame.index.name(),
         polygons: played.pipeline.index().len(),
         query: match part {
             Part::Box(_) => "box",

@@ -143,8 +143,7 @@ pub fn write_glb(
             continue;
         }
         let stroke = scene.stroke_of(id);
-        // What a hull does not need any more has shrunk to a point.
-        if stroke.brush().is_some() && polygon.area_vector() == Vec3::ZERO {
+        if !scene.has_area(id) {
             continue;
         }
         let material = Material::of(stroke);

@@ -321,6 +321,12 @@ impl Scene {
         self.stroke_of(id).is_visible()
     }
 
+    /// Whether the polygon covers anything: a brush's stroke keeps what it does not need any more, shrunk to a point, and
+    /// its ends may be of no width. Panics if there is no such id.
+    pub fn has_area(&self, id: PolygonId) -> bool {
+        self.stroke_of(id).brush().is_none() || self.polygon(id).area_vector() != Vec3::ZERO
+    }
+
     /// All strokes in order of their beginning, without those that were let go; their number counts those, too.
     pub fn strokes(&self) -> &Paged<Stroke, 256> {
         &self.strokes

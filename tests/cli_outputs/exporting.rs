@@ -21,7 +21,7 @@ fn list<'a>(json: &'a Value, key: &str) -> &'a [Value] {
 }
 
 /// A session of one stroke a brush, each in another colour; without a name it is plain, and half transparent.
-fn painted(brushes: &[&str]) -> String {
+pub(crate) fn painted(brushes: &[&str]) -> String {
     let mut text = String::from("Header(format:2,name:\"painted\",source:\"test\")\n");
     for (stroke, brush) in brushes.iter().enumerate() {
         let paint = format!(",paint:(brush:\"{brush}\",seed:3,layer:{})", stroke % 2);

@@ -31,13 +31,15 @@ fn system() -> io::Error {
     io::Error::from_raw_os_error(2)
 }
 
+type NamedError = (&'static str, Box<dyn Error + Send + Sync>);
+
 /// One of each type of error, by name; those of types without a cause are not here.
-fn errors() -> Vec<(&'static str, Box<dyn Error + Send + Sync>)> {
+fn errors() -> Vec<NamedError> {
     let path = PathBuf::from("some/file");
     let folder = temp();
     let bad = folder.path().join("bad.pins");
     fs::write(&bad, "(pins: [1])").expect("written");
-    let mut errors: Vec<(&'static str, Box<dyn Error + Send + Sync>)> = vec![
+    let errors: Vec<NamedError> = vec![
         ("RecordingError", Box::new(RecordingError::io(&path, system()))),
         ("PinError", Box::new(PinError::Io { path: path.clone(), cause: system() })),
         ("PinError", Box::new(Pins::read(&bad).expect_err("no pins"))),
@@ -49,35 +51,41 @@ fn errors() -> Vec<(&'static str, Box<dyn Error + Send + Sync>)> {
         ("PaperError", Box::new(PaperError::Drawing(Box::new(system())))),
         ("ExportError", Box::new(osp::export::ExportError::Io(system()))),
     ];
-    #[cfg(feature = "window")]
-    {
-        use osp::{
-            app::{
-                OpenError, SaveError, Trouble, WindowError,
-                tracker::{Tracker, TrackerAddress, TrackerOptions},
-            },
-            render::RenderError,
-        };
-        let tracker = || {
-            let address = TrackerAddress::File("no such file".into());
-            Tracker::open(&address, &TrackerOptions::default(), || {}).expect_err("no file")
-        };
-        errors.extend([
-            ("TrackerError", Box::new(tracker()) as Box<dyn Error + Send + Sync>),
-            ("WindowError", Box::new(WindowError::Tracker(tracker()))),
-            ("OpenError", Box::new(OpenError::Recording(RecordingError::io("some/file".as_ref(), system())))),
-            (
-                "SaveError",
-                Box::new(SaveError::Failed {
-                    path: "some/file".into(),
-                    cause: Trouble::CannotWrite(system().to_string()),
-                }),
-            ),
-            ("WindowError", Box::new(WindowError::Render(RenderError::NoAdapter))),
-            ("WindowError", Box::new(WindowError::Trace { path: "some/file".into(), cause: system() })),
-        ]);
-    }
-    errors
+    errors.into_iter().chain(window_errors()).collect()
+}
+
+#[cfg(not(feature = "window"))]
+fn window_errors() -> Vec<NamedError> {
+    Vec::new()
+}
+
+#[cfg(feature = "window")]
+fn window_errors() -> Vec<NamedError> {
+    use osp::{
+        app::{
+            OpenError, SaveError, Trouble, WindowError,
+            tracker::{Tracker, TrackerAddress, TrackerOptions},
+        },
+        render::RenderError,
+    };
+    let tracker = || {
+        let address = TrackerAddress::File("no such file".into());
+        Tracker::open(&address, &TrackerOptions::default(), || {}).expect_err("no file")
+    };
+    vec![
+        ("TrackerError", Box::new(tracker())),
+        ("WindowError", Box::new(WindowError::Tracker(tracker()))),
+        ("OpenError", Box::new(OpenError::Recording(RecordingError::io("some/file".as_ref(), system())))),
+        (
+            "SaveError",
+            Box::new(SaveError::Failed {
+                path: "some/file".into(),
+                cause: Trouble::CannotWrite(system().to_string()),
+            }),
+        ),
+        ("WindowError", Box::new(WindowError::Render(RenderError::NoAdapter))),
+        ("WindowError", Box::new(WindowError::Trace { path: "some/file".into(), cause: system() })),
+    ]
 }
 
 #[test]

@@ -28,7 +28,7 @@ const BENCH: [&str; 8] =
     ["bench", "in.ron", "--quick", "--no-growth", "--index", "osp", "--pace", "samples:16"];
 
 fn ways() -> Vec<Way> {
-    let mut ways = vec![
+    let ways = vec![
         way(&["replay", "in.ron", "--index", "osp", "--csv", "@"], "o.csv", true, true),
         way(&["replay", "in.ron", "--index", "osp", "--chart", "@"], "o.png", true, false),
         way(&["replay", "in.ron", "--index", "osp", "--chart", "@"], "o.svg", true, false),
@@ -48,12 +48,23 @@ fn ways() -> Vec<Way> {
         way(&["import", "in.ron", "@"], "o.ron.zst", false, true),
         way(&["synth", "grow", "--polygons", "50", "@"], "o.ron", false, true),
     ];
-    #[cfg(feature = "render")]
+    ways.into_iter().chain(way_of_render()).collect()
+}
+
+#[cfg(not(feature = "render"))]
+fn way_of_render() -> Option<Way> {
+    None
+}
+
+#[cfg(feature = "render")]
+fn way_of_render() -> Option<Way> {
     match osp::render::Gpu::headless() {
-        Ok(_) => ways.push(way(&["render", "in.ron", "@", "--size", "32x32"], "o.png", true, true)),
-        Err(error) => eprintln!("skipped `osp render`: {error}"),
+        Ok(_) => Some(way(&["render", "in.ron", "@", "--size", "32x32"], "o.png", true, true)),
+        Err(error) => {
+            eprintln!("skipped `osp render`: {error}");
+            None
+        }
     }
-    ways
 }
 
 impl Way {

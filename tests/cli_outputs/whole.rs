@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::{assert_refused, names, osp, session_text, stderr, temp, write_session};
+use crate::{names, osp, session_text, stderr, temp, write_session};
 
 #[test]
 fn a_table_appears_when_all_sessions_are_played_or_not_at_all() {
@@ -30,7 +30,7 @@ fn render_treats_damage_as_replay_does() {
     let damaged = session_text(0.0).replacen("Point(t: 2", "Pont(t: 2", 1);
     fs::write(folder.path().join("damaged.ron"), damaged).expect("written");
     let replay = osp(folder.path(), ["replay", "damaged.ron"]);
-    assert_refused(&replay, &["damaged.ron, line "]);
+    crate::assert_refused(&replay, &["damaged.ron, line "]);
     if let Err(error) = osp::render::Gpu::headless() {
         eprintln!("skipped `osp render`: {error}");
         return;

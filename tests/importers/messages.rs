@@ -28,7 +28,8 @@ fn sketches() {
     let wide = sketch(5, &[sketch_stroke([1.0; 4], -1.0, 1.0, &points[..2])]).0;
     assert_eq!(
         message("a.tilt", &file(&wide)),
-        "a.tilt/data.sketch, byte 20: expected a width of 0 or more metres; found a width of -0.1 m in stroke 0"
+        "a.tilt/data.sketch, byte 20: expected a width of 0 or more metres; found a width of -0.1 m \
+         at scale 1 in stroke 0"
     );
     assert_eq!(
         message("a.tilt", &file(&bad[..100])),
@@ -48,16 +49,27 @@ fn sketches() {
         "a.tilt: expected a sketch with the file `data.sketch`; found a zip without it"
     );
     assert_eq!(message("a.tilt", b"zip?"), "a.tilt, byte 0: expected the word `tilT`; found zip?");
-    let metadata = METADATA.replace("\"Ann\"", "12");
-    let bytes = tilt(
-        &[("data.sketch", &sketch(5, &[]).0), ("metadata.json", metadata.as_bytes())],
-        CompressionMethod::Stored,
+    // What belongs to the scale says so.
+    let flat = sketch(5, &[sketch_stroke([1.0; 4], 1.0, 0.0, &points[..2])]).0;
+    assert_eq!(
+        message("a.tilt", &file(&flat)),
+        "a.tilt/data.sketch, byte 20: expected a positive scale of the brush; found a width of 0 m \
+         at scale 0 in stroke 0"
     );
-    let error = message("a.tilt", &bytes);
-    assert!(
-        error.starts_with("a.tilt/metadata.json, line 1: expected the metadata of a sketch as JSON; found"),
-        "{error}"
-    );
+    for (metadata, expected) in [
+        ("[]", "the metadata of a sketch as a JSON object; found invalid type: sequence, expected an object"),
+        ("null", "the metadata of a sketch as a JSON object; found invalid type: null, expected an object"),
+        ("{\"a\":", "the metadata of a sketch as a JSON object; found EOF"),
+        ("{\"BrushIndex\":[1]}", "a list of the brushes' names in `BrushIndex`; found invalid type: integer"),
+        ("{\"BrushIndex\":null}", "a list of the brushes' names in `BrushIndex`; found invalid type: null"),
+    ] {
+        let bytes = tilt(
+            &[("data.sketch", &sketch(5, &[]).0), ("metadata.json", metadata.as_bytes())],
+            CompressionMethod::Stored,
+        );
+        let error = message("a.tilt", &bytes);
+        assert!(error.starts_with(&format!("a.tilt/metadata.json, line 1: expected {expected}")), "{error}");
+    }
 }
 
 #[test]

@@ -347,3 +347,31 @@ fn a_replay_takes_what_a_tracker_says_and_changes_nothing() {
     studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
     assert_eq!((studio.scene().counts(), studio.is_moving()), (before, false));
 }
+
+#[test]
+fn a_brush_that_nobody_knows_is_a_plain_ribbon_and_named_once() {
+    let mut table = Table::new();
+    table.studio.set_tracker(listen(&TrackerOptions::default()));
+    let tracker = table.studio.tracker().expect("a tracker");
+    let socket = sender(tracker);
+    let stroke = "hand 0 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 0\n";
+    for brush in ["Foo", "Foo", "B\u{202e}ar"] {
+        let packet = format!("brush {brush} 0.02 1 0 0 1\n{stroke}");
+        socket.send(packet.as_bytes()).expect("sent");
+    }
+    // As OSC, too.
+    let mut osc = b"/osp/brush\0\0,sfffff\0Baz\0".to_vec();
+    osc.extend([0.02_f32, 1.0, 0.0, 0.0, 1.0].iter().flat_map(|number| number.to_be_bytes()));
+    socket.send(&osc).expect("sent");
+    wait_until("the datagrams", || tracker.counts().messages == 13);
+    assert_eq!(tracker.counts().malformed, 0);
+    frames(&mut table);
+    let strokes: Vec<_> = table.studio.scene().strokes().iter().collect();
+    assert_eq!(strokes.len(), 3);
+    assert!(strokes.iter().all(|stroke| stroke.brush().is_none() && stroke.polygon_count() > 0));
+    let said = |name: &str| {
+        let text = format!("tracker: the brush `{name}` is unknown: its strokes are plain ribbons");
+        table.studio.messages().iter().filter(|message| **message == text).count()
+    };
+    assert_eq!([said("Foo"), said("B\\u{202e}ar"), said("Baz")], [1, 1, 1], "{:?}", table.studio.messages());
+}

@@ -1,10 +1,15 @@
-use std::{fs, io::ErrorKind, path::Path};
+use std::{
+    fs,
+    io::{self, ErrorKind},
+    path::{Path, PathBuf},
+};
 
 use thiserror::Error;
 
 use super::Document;
 use crate::{
     app::journal::{Autosaves, Journal, NotTaken, OpenElsewhere, SessionFile, SessionLock, Trouble},
+    atomic_file::Destination,
     recording::{self, Header, Limits, OpenOptions, RecordingError, Session},
 };
 
@@ -66,7 +71,7 @@ pub enum OpenError {
 }
 
 impl OpenError {
-    fn io(path: &Path, error: std::io::Error) -> Self {
+    fn io(path: &Path, error: io::Error) -> Self {
         Self::Recording(RecordingError::io(path, error))
     }
 
@@ -191,6 +196,10 @@ impl Document {
         let file = if path.exists() {
             take(path)?
         } else {
+            if let Some(folder) = missing_folder(path) {
+                let cause = format!("the folder {} does not exist", folder.display());
+                return Err(OpenError::io(path, io::Error::new(ErrorKind::NotFound, cause)));
+            }
             let lock = match SessionLock::take(path) {
                 Ok(lock) => Some(lock),
                 Err(NotTaken::Held(held)) => return Err(OpenError::Held(held)),
@@ -276,6 +285,13 @@ impl Document {
     }
 }
 
+/// The folder of a file that is not there, if it is missing, too.
+fn missing_folder(path: &Path) -> Option<PathBuf> {
+    let Ok(Destination::File(target)) = Destination::of(path) else { return None };
+    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty())?;
+    (!folder.is_dir()).then(|| folder.to_owned())
+}
+
 fn is_ron(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "ron")
 }
@@ -294,7 +310,7 @@ fn take(path: &Path) -> Result<SessionFile, OpenError> {
         lock.release();
         match trouble {
             Trouble::Held(held) => OpenError::Held(held),
-            trouble => OpenError::io(path, std::io::Error::other(trouble.to_string())),
+            trouble => OpenError::io(path, io::Error::other(trouble.to_string())),
         }
     })
 }

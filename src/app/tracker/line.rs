@@ -4,11 +4,19 @@ use glam::{Quat, Vec3};
 
 use super::message::{BrushChoice, Message, TOOLS, normal_name, normal_of};
 
-/// Reads a line. `Ok(None)`: it says nothing (empty, a comment, a key).
+/// Reads a line. `Ok(None)`: it says nothing (empty, a comment, a key). A brush that nobody knows is a plain ribbon.
 ///
 /// # Errors
 /// What was expected instead.
 pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
+    parse_line_telling(line, &mut |_| {})
+}
+
+/// As [`parse_line`]; tells the name of a brush that nobody knows.
+pub(super) fn parse_line_telling(
+    line: &str,
+    unknown: &mut dyn FnMut(&str),
+) -> Result<Option<Message>, &'static str> {
     let mut words = Words(line.split_ascii_whitespace());
     let Some(word) = words.0.next().filter(|word| !word.starts_with('#')) else { return Ok(None) };
     let message = match word {
@@ -18,14 +26,13 @@ pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
             Message::Hand { p, q, pressure, hand: words.hand()? }
         }
         "brush" => {
-            let (tool, paint) = words.0.next().and_then(BrushChoice::named).ok_or(TOOLS)?;
+            let name = words.0.next().ok_or(TOOLS)?;
             let width_m = words.number()?;
             let color = (words.number()?, words.number()?, words.number()?, words.number()?);
             let hand = words.hand()?;
-            let normal = match words.0.next() {
-                Some(name) => normal_of(name).ok_or("a normal: local-x, side-x, travel or transport")?,
-                None => BrushChoice::usual_normal(paint),
-            };
+            let normal = words.0.next().map(|name| normal_of(name).ok_or(NORMALS)).transpose()?;
+            let (tool, paint, usual) = BrushChoice::named(name, unknown);
+            let normal = normal.unwrap_or(usual);
             Message::Brush { hand, brush: BrushChoice { tool, paint, width_m, color, normal } }
         }
         "erase" => Message::Erase { p: words.point()? },
@@ -43,6 +50,8 @@ pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
     }
     message.checked().map(Some).ok_or("finite numbers and unit quaternions")
 }
+
+const NORMALS: &str = "a normal: local-x, side-x, travel or transport";
 
 struct Words<'a>(std::str::SplitAsciiWhitespace<'a>);
 

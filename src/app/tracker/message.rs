@@ -88,12 +88,21 @@ impl Message {
 pub(super) const TOOLS: &str = "a tool (ribbon, wall or tube) or the name of a brush";
 
 impl BrushChoice {
-    /// The tool of this name, or the ribbon with the brush of this name.
-    pub(super) fn named(name: &str) -> Option<(Tool, Option<&'static Brush>)> {
-        match tool_of(name) {
-            Some(tool) => Some((tool, None)),
-            None => Some((Tool::Ribbon, Some(brush::find(name)?))),
+    /// The tool of this name, or the ribbon with the brush of this name, and how it lies if the message does not say it.
+    /// A brush that nobody knows is told, and drawn as a plain ribbon.
+    pub(super) fn named(
+        name: &str,
+        unknown: &mut dyn FnMut(&str),
+    ) -> (Tool, Option<&'static Brush>, NormalRule) {
+        if let Some(tool) = tool_of(name) {
+            return (tool, None, NormalRule::default());
         }
+        let paint = brush::find(name);
+        if paint.is_none() {
+            unknown(name);
+        }
+        // Brushes paint across the way of the hand.
+        (Tool::Ribbon, paint, NormalRule::Travel)
     }
 
     /// The name of what it draws with, one word.
@@ -103,11 +112,6 @@ impl BrushChoice {
             Some(brush) => &brush.name,
             None => tool_name(self.tool),
         }
-    }
-
-    /// How a ribbon lies whose message does not say it: brushes paint across the way of the hand.
-    pub(super) fn usual_normal(paint: Option<&Brush>) -> NormalRule {
-        if paint.is_some() { NormalRule::Travel } else { NormalRule::default() }
     }
 }
 

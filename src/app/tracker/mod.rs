@@ -14,8 +14,9 @@
 //! # anything
 //! ```
 //!
-//! `TOOL` is `ribbon`, `wall`, `tube` or the name of a brush, such as `Light`. `HAND` is 0 to 255 and 0 if left out: each hand draws its own stroke. `NORMAL` says how a ribbon lies to
-//! the pose: `local-x` (default), `side-x`, `travel` (default of brushes) or `transport`.
+//! `TOOL` is `ribbon`, `wall`, `tube` or the name of a brush, such as `Light`; a brush that nobody knows is named once and
+//! drawn as a plain ribbon. `HAND` is 0 to 255 and 0 if left out: each hand draws its own stroke. `NORMAL` says how a ribbon
+//! lies to the pose: `local-x` (default), `side-x`, `travel` (default of brushes) or `transport`.
 //!
 //! The same as OSC: addresses `/osp/head`, `/osp/hand`, `/osp/brush`, `/osp/erase`, `/osp/undo`, `/osp/redo`, with the
 //! numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles. A key is `/osp/key` with a

@@ -16,14 +16,20 @@ const KEY: &str = "/osp/key";
 /// Everything is padded to this many bytes.
 const WORD: usize = 4;
 
-/// Reads a packet; appends its messages to `out` and returns how many were malformed.
+/// Reads a packet; appends its messages to `out` and returns how many were malformed. A brush that nobody knows is a plain
+/// ribbon.
 pub fn parse_osc(bytes: &[u8], out: &mut Vec<Message>) -> u64 {
-    take_packet(bytes, 0, out)
+    parse_osc_telling(bytes, out, &mut |_| {})
 }
 
-fn take_packet(bytes: &[u8], depth: u32, out: &mut Vec<Message>) -> u64 {
+/// As [`parse_osc`]; tells the names of brushes that nobody knows.
+pub(super) fn parse_osc_telling(bytes: &[u8], out: &mut Vec<Message>, unknown: &mut dyn FnMut(&str)) -> u64 {
+    take_packet(bytes, 0, out, unknown)
+}
+
+fn take_packet(bytes: &[u8], depth: u32, out: &mut Vec<Message>, unknown: &mut dyn FnMut(&str)) -> u64 {
     let Some(content) = bytes.strip_prefix(BUNDLE) else {
-        let message = read(bytes);
+        let message = read(bytes, unknown);
         out.extend(message.flatten());
         return u64::from(message.is_none());
     };
@@ -35,7 +41,7 @@ fn take_packet(bytes: &[u8], depth: u32, out: &mut Vec<Message>) -> u64 {
         let Some((inner, behind)) = content.split_at_checked(u32::from_be_bytes(*size) as usize) else {
             return malformed + 1;
         };
-        malformed += take_packet(inner, depth + 1, out);
+        malformed += take_packet(inner, depth + 1, out, unknown);
         rest = behind;
     }
     malformed + u64::from(!rest.is_empty())
@@ -56,7 +62,7 @@ pub(super) fn osc_key(packet: &[u8]) -> Option<&str> {
 }
 
 /// Parses a message; a key gives nothing, because it was checked before.
-fn read(bytes: &[u8]) -> Option<Option<Message>> {
+fn read(bytes: &[u8], unknown: &mut dyn FnMut(&str)) -> Option<Option<Message>> {
     if osc_key(bytes).is_some() {
         return Some(None);
     }
@@ -75,14 +81,16 @@ fn read(bytes: &[u8]) -> Option<Option<Message>> {
             Message::Hand { p, q, pressure, hand: values.hand()? }
         }
         "/osp/brush" => {
-            let (tool, paint) = BrushChoice::named(values.text()?)?;
+            let name = values.text().filter(|name| !name.is_empty())?;
             let width_m = values.number()?;
             let color = (values.number()?, values.number()?, values.number()?, values.number()?);
             let hand = values.hand()?;
             let normal = match values.tags {
-                [] => BrushChoice::usual_normal(paint),
-                _ => normal_of(values.text()?)?,
+                [] => None,
+                _ => Some(normal_of(values.text()?)?),
             };
+            let (tool, paint, usual) = BrushChoice::named(name, unknown);
+            let normal = normal.unwrap_or(usual);
             Message::Brush { hand, brush: BrushChoice { tool, paint, width_m, color, normal } }
         }
         "/osp/erase" => Message::Erase { p: values.point()? },

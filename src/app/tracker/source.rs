@@ -5,7 +5,7 @@ use std::{
     path::PathBuf,
     str::FromStr,
     sync::{
-        Arc,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
         mpsc::{Receiver, SyncSender, TrySendError, sync_channel},
     },
@@ -18,9 +18,10 @@ use thiserror::Error;
 use super::{
     Message, TrackerOptions,
     door::{Admission, Door, is_osc},
-    parse_line, parse_osc,
+    line::parse_line_telling,
+    osc::parse_osc_telling,
 };
-use crate::small_file::open_regular;
+use crate::{recording::Paint, small_file::open_regular};
 
 /// Messages that may wait for the next frame. Of a socket, later ones are dropped and counted; a stream is read on once
 /// there is room.
@@ -31,6 +32,8 @@ const MESSAGES_A_DATAGRAM: usize = 1024;
 const MAX_LINE_BYTES: u64 = 4096;
 /// A stream that has no line end for so many bytes is no tracker's, and not read any further.
 const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
+/// Unknown brushes that are named, at most.
+const MOST_UNKNOWN_BRUSHES: usize = 20;
 /// How often a thread looks whether it is still wanted, and whether a file has grown.
 const NAP: Duration = Duration::from_millis(20);
 
@@ -118,8 +121,32 @@ struct Shared {
     refused: AtomicU64,
     has_given_up: AtomicBool,
     is_over: AtomicBool,
+    unknown: Mutex<UnknownBrushes>,
     /// Somebody was woken and has not looked yet.
     is_woken: AtomicBool,
+}
+
+/// Brushes that a tracker chose and nobody knows.
+#[derive(Debug, Default)]
+struct UnknownBrushes {
+    names: Vec<String>,
+    /// So many of them have been asked for.
+    told: usize,
+}
+
+impl Shared {
+    fn unknown(&self) -> MutexGuard<'_, UnknownBrushes> {
+        // The list is whole whatever the holder did.
+        self.unknown.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn note_unknown(&self, name: &str) {
+        let name = &name[..name.floor_char_boundary(Paint::MAX_NAME_BYTES)];
+        let names = &mut self.unknown().names;
+        if names.len() < MOST_UNKNOWN_BRUSHES && !names.iter().any(|known| known == name) {
+            names.push(name.to_owned());
+        }
+    }
 }
 
 /// A tracker being listened to on a thread of its own.
@@ -181,6 +208,14 @@ impl Tracker {
     pub fn take(&self) -> Option<Message> {
         self.shared.is_woken.store(false, Ordering::SeqCst);
         self.messages.try_recv().ok()
+    }
+
+    /// The brushes that messages chose since the last call and nobody knows; a brush is named once.
+    pub fn unknown_brushes(&self) -> Vec<String> {
+        let mut unknown = self.shared.unknown();
+        let told = unknown.told;
+        unknown.told = unknown.names.len();
+        unknown.names[told..].to_vec()
     }
 
     /// The counts so far.
@@ -298,12 +333,14 @@ impl Output {
 
     fn read_packet(&self, packet: &[u8], messages: &mut Vec<Message>) {
         if is_osc(packet) {
-            self.note_malformed(parse_osc(packet, messages));
+            self.note_malformed(parse_osc_telling(packet, messages, &mut |name| {
+                self.shared.note_unknown(name)
+            }));
             return;
         }
         let Ok(text) = str::from_utf8(packet) else { return self.note_malformed(1) };
         for line in text.lines() {
-            match parse_line(line) {
+            match parse_line_telling(line, &mut |name| self.shared.note_unknown(name)) {
                 Ok(message) => messages.extend(message),
                 Err(_) => self.note_malformed(1),
             }
@@ -321,7 +358,7 @@ impl Output {
     }
 
     fn take_line(&self, line: &str) {
-        match parse_line(line) {
+        match parse_line_telling(line, &mut |name| self.shared.note_unknown(name)) {
             Ok(Some(message)) => self.pass_on_patiently(message),
             Ok(None) => {}
             Err(_) => self.note_malformed(1),

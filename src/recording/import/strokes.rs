@@ -52,6 +52,8 @@ pub(super) struct StrokeStream<F> {
     bytes: ByteReader,
     on_damage: OnDamage,
     notes: Notes,
+    /// The first damage that a lenient reader passed over, and how many strokes have any.
+    passed_over: Option<(RecordingError, u64)>,
     strokes: u32,
     next_stroke: u32,
     time_secs: f64,
@@ -83,6 +85,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
             bytes,
             on_damage,
             notes: Notes { warnings, skipped: 0 },
+            passed_over: None,
             strokes,
             next_stroke: 0,
             time_secs: 0.0,
@@ -91,34 +94,45 @@ impl<F: StrokeFormat> StrokeStream<F> {
     }
 
     fn step(&mut self) -> Result<Option<Event>, RecordingError> {
-        match &mut self.state {
-            State::Done => Ok(None),
-            State::Between if self.next_stroke < self.strokes => self.begin().map(Some),
-            State::Between => {
-                self.bytes.expect_end(format_args!("{} strokes", self.strokes))?;
-                self.state = State::Done;
-                Ok(None)
-            }
-            State::Stroke { stroke, ahead, left } => {
-                let stroke = *stroke;
-                if let Some(event) = ahead.take() {
-                    return Ok(Some(event));
+        loop {
+            match &mut self.state {
+                State::Done => return Ok(None),
+                State::Between if self.next_stroke < self.strokes => {
+                    if let Some(begin) = self.begin()? {
+                        return Ok(Some(begin));
+                    }
                 }
-                if *left > 0 {
-                    *left -= 1;
-                    return self.point(stroke).map(Some);
+                State::Between => {
+                    self.bytes.expect_end(format_args!("{} strokes", self.strokes))?;
+                    self.state = State::Done;
                 }
-                self.state = State::Between;
-                Ok(Some(Event::End { t: self.time_secs, stroke }))
+                State::Stroke { stroke, ahead, left } => {
+                    let stroke = *stroke;
+                    if let Some(event) = ahead.take() {
+                        return Ok(Some(event));
+                    }
+                    if *left > 0 {
+                        *left -= 1;
+                        let left = *left;
+                        match self.point(stroke)? {
+                            Ok(event) => return Ok(Some(event)),
+                            Err(damage) => self.pass_over(damage, left)?,
+                        }
+                    }
+                    self.state = State::Between;
+                    return Ok(Some(Event::End { t: self.time_secs, stroke }));
+                }
             }
         }
     }
 
-    /// The head of the next stroke. Its first point is read ahead, because it has the time at which the stroke begins.
-    fn begin(&mut self) -> Result<Event, RecordingError> {
+    /// The head of the next stroke; nothing if the stroke is passed over. Its first point is read ahead, because it has
+    /// the time at which the stroke begins.
+    fn begin(&mut self) -> Result<Option<Event>, RecordingError> {
         let at = self.bytes.offset();
         let stroke = StrokeId(self.next_stroke);
         let head = self.format.read_stroke(&mut self.bytes)?;
+        let scale = head.paint.as_ref().map_or(1.0, |paint| paint.scale);
         let [r, g, b, a] = head.color.map(unit_interval);
         let mut begin = Event::Begin {
             t: self.time_secs,
@@ -131,31 +145,58 @@ impl<F: StrokeFormat> StrokeStream<F> {
             paint: head.paint,
         };
         if let Err(expected) = begin.check() {
-            let found = format!("a width of {} m in stroke {}", head.width_m, stroke.0);
-            return Err(self.bytes.expected_at(at, expected, found));
+            let found = format!("a width of {} m at scale {scale} in stroke {}", head.width_m, stroke.0);
+            self.pass_over(self.bytes.expected_at(at, expected, found), head.points)?;
+            self.next_stroke += 1;
+            return Ok(None);
         }
-        let ahead = if head.points > 0 { Some(self.point(stroke)?) } else { None };
+        let mut ahead = None;
+        let left = head.points.saturating_sub(1);
+        if head.points > 0 {
+            match self.point(stroke)? {
+                Ok(event) => ahead = Some(event),
+                Err(damage) => {
+                    self.pass_over(damage, left)?;
+                    self.next_stroke += 1;
+                    return Ok(None);
+                }
+            }
+        }
         if let Event::Begin { t, .. } = &mut begin {
             *t = self.time_secs;
         }
         self.next_stroke += 1;
-        self.state = State::Stroke { stroke, ahead, left: head.points.saturating_sub(1) };
-        Ok(begin)
+        self.state = State::Stroke { stroke, ahead, left };
+        Ok(Some(begin))
     }
 
-    fn point(&mut self, stroke: StrokeId) -> Result<Event, RecordingError> {
+    /// The next point, or the damage in it, after which the next one can be read all the same.
+    fn point(&mut self, stroke: StrokeId) -> Result<Result<Event, RecordingError>, RecordingError> {
         let at = self.bytes.offset();
         let Sample { time_secs: t, p, q, pressure } = self.format.read_point(&mut self.bytes)?;
         let mut event = Event::Point { t, stroke, p, q, pressure };
         if let Err(expected) = event.check() {
             let found = format!("position {p}, orientation {q}, pressure {pressure} in stroke {}", stroke.0);
-            return Err(self.bytes.expected_at(at, expected, found));
+            return Ok(Err(self.bytes.expected_at(at, expected, found)));
         }
         if let Event::Point { pressure, .. } = &mut event {
             *pressure = unit_interval(*pressure);
         }
         self.time_secs = t;
-        Ok(event)
+        Ok(Ok(event))
+    }
+
+    /// Passes over what is left of a stroke with a damaged number, unless that is an error.
+    fn pass_over(&mut self, damage: RecordingError, points_left: u32) -> Result<(), RecordingError> {
+        if self.on_damage == OnDamage::Fail {
+            return Err(damage);
+        }
+        self.notes.skipped += 1;
+        self.passed_over.get_or_insert((damage, 0)).1 += 1;
+        for _ in 0..points_left {
+            self.format.read_point(&mut self.bytes)?;
+        }
+        Ok(())
     }
 }
 
@@ -183,7 +224,14 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
     }
 
     fn notes(&self) -> Notes {
-        self.notes.clone()
+        let mut notes = self.notes.clone();
+        if let Some((first, strokes)) = &self.passed_over {
+            notes.warnings.push(match strokes {
+                1 => format!("{first}; the stroke is skipped from there on"),
+                _ => format!("{first}; {strokes} damaged strokes are skipped, each from its damage on"),
+            });
+        }
+        notes
     }
 
     fn place(&self) -> Place {

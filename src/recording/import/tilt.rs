@@ -43,16 +43,16 @@ pub(crate) fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, R
     let on_damage = OnDamage::of(options.lenient);
     let (mut sketch, metadata, mut warnings) =
         if path.is_dir() { open_folder(path)? } else { open_zip(path, on_damage, &options.limits)? };
-    let metadata = metadata.map_or_else(
-        || {
+    let metadata = match metadata {
+        Some(bytes) => Metadata::read(bytes, on_damage, &mut warnings),
+        None => {
             warnings.push(format!(
                 "{}: there is no metadata.json, so no camera, brushes or light",
                 path.display()
             ));
             Ok(Metadata::default())
-        },
-        Metadata::read,
-    );
+        }
+    };
     let metadata = match metadata {
         Err(error) if on_damage == OnDamage::Note && !matches!(error, RecordingError::Io { .. }) => {
             warnings.push(format!("{error}; read without it"));
@@ -60,7 +60,7 @@ pub(crate) fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, R
         }
         other => other?,
     };
-    let mut header = Header::new(session_name(path), metadata.source());
+    let mut header = Header::new(session_name(path), String::new());
     metadata.fill(&mut header, &mut warnings);
     let format = Sketch { brushes: metadata.brushes(), layers: header.layers.clone(), ..Sketch::default() };
     drop(metadata);

@@ -156,7 +156,14 @@ pub(super) fn read(
         left_out.extend(missing.map(|what| format!("{what} of the environment {}", preset.name)));
     }
     let environment = in_canvas(environment, scene_from_canvas);
-    environment.check().is_ok().then_some(environment)
+    match environment.check() {
+        Ok(()) => Some(environment),
+        Err(expected) => {
+            let found = "others in the space of the strokes";
+            fields.warn(format_args!("expected {expected} in the environment; found {found}"));
+            None
+        }
+    }
 }
 
 /// Takes an environment from the space of the scene, in our axes, to that of the strokes.

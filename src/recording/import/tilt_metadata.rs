@@ -1,6 +1,6 @@
 //! `metadata.json` of a `.tilt`: who made it, its brushes, layers and camera, and what the file only names.
 //!
-//! What every sketch has is read first, and damage there is an error. The rest is read field by field: one that is
+//! It must be a JSON object, with a sound table of brushes if it has one. The rest is read field by field: one that is
 //! damaged is left out with a warning.
 
 use std::marker::PhantomData;
@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
 use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
-use super::{axes, bytes::ByteReader, tilt::METERS_PER_UNIT, tilt_environment};
+use super::{axes, bytes::ByteReader, strokes::OnDamage, tilt::METERS_PER_UNIT, tilt_environment};
 use crate::{
     brush,
     math::rotate,
@@ -21,6 +22,8 @@ use crate::{
 const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
 /// Nothing nearer is in the picture, metres of the room.
 const THUMBNAIL_NEAR_M: f32 = 0.01;
+/// What a sketch that does not say so was made with.
+const USUAL_PROGRAM: &str = "Tilt Brush";
 /// Most bytes that are read. Real ones have a few thousand.
 const MOST_BYTES: u64 = 16 << 20;
 /// Most characters of program and authors that go into a header, and of what a warning cites.
@@ -47,22 +50,22 @@ const MEDIA: [(&str, &str, &str); 8] = [
 /// The metadata of a sketch.
 #[derive(Default)]
 pub(super) struct Metadata {
-    head: Head,
+    brushes: Vec<String>,
     text: Vec<u8>,
     path: PathBuf,
 }
 
-/// The fields that every sketch has.
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "PascalCase")]
-struct Head {
-    application_name: Option<String>,
-    application_version: Option<String>,
-    authors: Option<Vec<String>>,
-    scene_transform_in_room_space: Option<TiltTransform>,
-    thumbnail_camera_transform_in_room_space: Option<TiltTransform>,
+/// The numbers of strokes' brushes mean nothing without it.
+#[derive(Deserialize)]
+#[serde(rename_all = "PascalCase")]
+struct BrushTable {
+    #[serde(default)]
     brush_index: Vec<String>,
 }
+
+/// An object of which nothing is kept.
+#[derive(Deserialize)]
+struct Anything {}
 
 /// Position, rotation (x, y, z, w) and uniform scale, Unity's axes, decimetres.
 #[derive(Clone, Copy, Deserialize)]
@@ -107,30 +110,44 @@ struct Medium {
 }
 
 impl Metadata {
+    /// A damaged table of brushes is an error, or a warning with [`OnDamage::Note`].
+    ///
     /// # Errors
-    /// It cannot be read, or is no JSON with what every sketch has.
-    pub(super) fn read(mut bytes: ByteReader) -> Result<Self, RecordingError> {
+    /// It cannot be read, or is no JSON object.
+    pub(super) fn read(
+        mut bytes: ByteReader,
+        on_damage: OnDamage,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self, RecordingError> {
         let mut text = bytes.rest(MOST_BYTES, "metadata of at most 16 MiB")?;
         bytes.expect_end("the metadata")?;
         if text.starts_with(b"\xEF\xBB\xBF") {
             text.drain(..3);
         }
         let path = bytes.path().to_owned();
-        let head = serde_json::from_slice(&text).map_err(|error| {
-            let expected = "the metadata of a sketch as JSON";
-            mismatch(&path, expected, &error)
-        })?;
-        Ok(Self { head, text, path })
+        serde_json::from_slice::<Object<Anything>>(&text)
+            .map_err(|error| mismatch(&path, "the metadata of a sketch as a JSON object", &error))?;
+        let table = serde_json::from_slice::<Object<BrushTable>>(&text)
+            .map_err(|error| mismatch(&path, "a list of the brushes' names in `BrushIndex`", &error));
+        let brushes = match table {
+            Ok(Object(table)) => table.brush_index,
+            Err(error) if on_damage == OnDamage::Note => {
+                warnings.push(format!("{error}; read without it"));
+                Vec::new()
+            }
+            Err(error) => return Err(error),
+        };
+        Ok(Self { brushes, text, path })
     }
 
-    pub(super) fn source(&self) -> String {
-        let head = &self.head;
-        let mut source = head.application_name.as_deref().unwrap_or("Tilt Brush").to_owned();
-        if let Some(version) = &head.application_version {
+    /// The program and the artists.
+    fn source(fields: &mut Fields<'_>) -> String {
+        let mut source = fields.read("ApplicationName").unwrap_or_else(|| USUAL_PROGRAM.to_owned());
+        if let Some(version) = fields.read::<String>("ApplicationVersion") {
             source.push(' ');
-            source.push_str(version);
+            source.push_str(&version);
         }
-        if let Some(authors) = head.authors.as_deref().filter(|authors| !authors.is_empty()) {
+        if let Some(authors) = fields.read::<Vec<String>>("Authors").filter(|authors| !authors.is_empty()) {
             source.push_str(", drawn by ");
             source.push_str(&authors.join(" and "));
         }
@@ -143,17 +160,21 @@ impl Metadata {
             Some(brush) => brush.name.clone(),
             None => guid[..guid.floor_char_boundary(Paint::MAX_NAME_BYTES)].to_owned(),
         };
-        self.head.brush_index.iter().map(name).collect()
+        self.brushes.iter().map(name).collect()
     }
 
-    /// Writes camera, layers, light and what is missing into the header.
+    /// Writes where it comes from, camera, layers, light and what is missing into the header.
     pub(super) fn fill(&self, header: &mut Header, warnings: &mut Vec<String>) {
         if self.text.is_empty() {
+            USUAL_PROGRAM.clone_into(&mut header.source);
             return;
         }
         let mut fields = Fields { text: &self.text, path: &self.path, warnings };
-        let scene_from_canvas = fields.read("CanvasTransformInSceneSpace").unwrap_or(TiltTransform::IDENTITY);
-        header.camera = self.camera(&mut fields, scene_from_canvas);
+        header.source = Self::source(&mut fields);
+        let scene_from_canvas = fields.transform("CanvasTransformInSceneSpace");
+        header.camera =
+            scene_from_canvas.and_then(|scene_from_canvas| camera(&mut fields, scene_from_canvas));
+        let scene_from_canvas = scene_from_canvas.unwrap_or(TiltTransform::IDENTITY);
         header.layers = layers(&mut fields);
         header.environment =
             tilt_environment::read(&mut fields, scene_from_canvas, &mut header.left_out).map(Box::new);
@@ -161,26 +182,26 @@ impl Metadata {
             header.left_out.extend(fields.read(field).and_then(|media| sentence(&media, one, many)));
         }
     }
+}
 
-    /// The thumbnail's camera in canvas space and our axes; none if the file has none, or not a usable one.
-    fn camera(&self, fields: &mut Fields<'_>, scene_from_canvas: TiltTransform) -> Option<Camera> {
-        let TiltTransform(p, q, _) = self.head.thumbnail_camera_transform_in_room_space.or_else(|| {
-            let OldCamera { position, orientation } = fields.read("ThumbnailCameraTransform")?;
-            Some(TiltTransform(position, orientation, 1.0))
-        })?;
-        let room_from_scene = self.head.scene_transform_in_room_space.unwrap_or(TiltTransform::IDENTITY);
-        let (p, q) = room_from_scene.take_back(p, q);
-        let (p, q) = scene_from_canvas.take_back(p, q);
-        let (p, q) =
-            (axes::position_from_unity(p * METERS_PER_UNIT), axes::rotation_from_unity(axes::unit(q)));
-        // What was large in the room is small in the canvas, and the other way round.
-        let near_m = THUMBNAIL_NEAR_M / (room_from_scene.2 * scene_from_canvas.2);
-        let usable = room_from_scene.2 > 0.0
-            && scene_from_canvas.2 > 0.0
-            && Event::Head { t: 0.0, p, q }.check().is_ok();
-        let near_m = Some(near_m).filter(|near_m| (1.0e-5..=1.0).contains(near_m));
-        usable.then_some(Camera { p, q, fov_degrees: THUMBNAIL_FOV_DEGREES, near_m })
+/// The thumbnail's camera in canvas space and our axes; none if the file has none, or (with a warning) not a usable one.
+fn camera(fields: &mut Fields<'_>, scene_from_canvas: TiltTransform) -> Option<Camera> {
+    let TiltTransform(p, q, _) = fields.read("ThumbnailCameraTransformInRoomSpace").or_else(|| {
+        let OldCamera { position, orientation } = fields.read("ThumbnailCameraTransform")?;
+        Some(TiltTransform(position, orientation, 1.0))
+    })?;
+    let room_from_scene = fields.transform("SceneTransformInRoomSpace")?;
+    let (p, q) = room_from_scene.take_back(p, q);
+    let (p, q) = scene_from_canvas.take_back(p, q);
+    let (p, q) = (axes::position_from_unity(p * METERS_PER_UNIT), axes::rotation_from_unity(axes::unit(q)));
+    if let Err(expected) = (Event::Head { t: 0.0, p, q }).check() {
+        fields.warn(format_args!("expected {expected} of the thumbnail's camera; found {p} m and {q}"));
+        return None;
     }
+    // What was large in the room is small in the canvas, and the other way round.
+    let near_m = THUMBNAIL_NEAR_M / (room_from_scene.2 * scene_from_canvas.2);
+    let near_m = Some(near_m).filter(|near_m| (1.0e-5..=1.0).contains(near_m));
+    Some(Camera { p, q, fov_degrees: THUMBNAIL_FOV_DEGREES, near_m })
 }
 
 fn layers(fields: &mut Fields<'_>) -> Vec<Layer> {
@@ -253,8 +274,47 @@ impl Fields<'_> {
         })
     }
 
+    /// A transform between two spaces, the identity if there is none; `None`, with a warning, if it cannot be taken back:
+    /// then nobody knows where the camera stands.
+    fn transform(&mut self, name: &str) -> Option<TiltTransform> {
+        let found = self.read(name).unwrap_or(TiltTransform::IDENTITY);
+        let TiltTransform(p, q, scale) = found;
+        if p.is_finite() && axes::unit(q).is_finite() && scale > 0.0 && scale.is_finite() {
+            return Some(found);
+        }
+        self.warnings.push(format!(
+            "{}: expected a rotation and a scale above 0 in `{name}`; found {q} and scale {scale}; \
+             read without it and without a camera",
+            self.path.display()
+        ));
+        None
+    }
+
     pub(super) fn warn(&mut self, text: std::fmt::Arguments<'_>) {
         self.warnings.push(format!("{}: {text}; read without it", self.path.display()));
+    }
+}
+
+/// A value that is an object: other values are taken for their fields in order, if they are lists.
+struct Object<T>(T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(ObjectVisitor(PhantomData))
+    }
+}
+
+struct ObjectVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for ObjectVisitor<T> {
+    type Value = Object<T>;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(map)).map(Object)
     }
 }
 

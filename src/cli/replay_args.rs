@@ -1,0 +1,166 @@
+//! The arguments of `osp replay`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{
+    numbers,
+    occlusion_tests::TestArgs,
+    parsers::{camera_parser, index_parser, occlusion_parser},
+    reading::ReadArgs,
+};
+use crate::{occlusion::Occlusion, recording::Pace, replay::CameraChoice, rivals::IndexKind};
+
+/// Play sessions through several indexes, frame by frame, and say what every frame cost.
+///
+/// Each frame takes the next samples of the session and turns them into polygons. Each index then inserts these polygons
+/// and culls against the camera's frustum. Within a frame the indexes run one after the other, on the same polygons and
+/// view. If two indexes find different polygons in a frame, the exit code is 1.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp replay recordings/portrait.ron
+  osp replay sketch.tilt --index osp,octree-rebuild --chart frames.png
+  osp replay painting.apa --pace samples:1 --camera inside --csv frames.csv
+  osp replay recordings/*.ron --check recordings/fingerprints.pins
+  osp replay recordings/room.ron --occlusion none,msvbsp,auto --verify-frames 8
+  osp replay recordings/room.ron --occlusion msvbsp --node-test sphere --score paper
+
+The table has a line for each index (times of this machine, one thread):
+  insert   time to insert the frame's polygons, including a rebuild: nanoseconds per polygon, median
+  cull     time of one frustum query, median
+  frame    insert and cull together: median, 95th and 99th percentile, slowest frame
+  visible  polygons in the frustum, mean over the frames
+  culled   the other polygons, mean over the frames
+  frames measured   a slow index is measured on evenly spaced stretches of the session (--budget)
+With --occlusion it has a line for each index and method, and more columns:
+  occluded   polygons in the frustum that the method culled because others hide them, mean
+  occlusion  time to choose occluders, build the culler and test: median of the frames that used it
+  used       share of the frames that used the method
+  with drawing   time of the frame plus --polygon-ns for each polygon that is drawn, median
+With --draw:
+  draw     time from submission to completion on the graphics adapter: median and 99th percentile
+With --draw and --occlusion hzb: the groups of polygons tested, the polygons drawn in the depth pass
+and in the colour pass (means), and the times of the depth pass, the test and the colour pass as the
+adapter reports them (medians).
+
+Indexes:
+  brute-force      tests every polygon: the reference
+  brute-simd       one pass over all boxes with SIMD
+  time-order       a hierarchy of boxes over the order of arrival
+  osp-paper        the preallocated octree of the paper, figure by figure
+  osp              our own form of it
+  octree-rebuild   an adaptive octree, rebuilt in every frame that brings a polygon
+  octree-paper     the paper's octree: the same, filed by asking each of eight children
+  bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
+                   bounding volume hierarchies, rebuilt in every frame that brings a polygon
+  bvh-two-level, dynamic-bvh
+                   bounding volume hierarchies that polygons are inserted into
+  loose-octree, kd-tree, quadtree
+                   trees that polygons are inserted into
+  bsp              a binary space partition along the polygons' planes, rebuilt like the hierarchies
+
+Methods of --occlusion:
+  none             frustum culling alone
+  frusta           one shadow volume for each occluder
+  svbsp            the shadow-volume BSP tree of Chin and Feiner
+  msvbsp           the paper's modified tree, made conservative
+  depth            a masked depth buffer in software, of pixels that are covered wholly
+  depth-last       the same buffer, filled with the polygons that were visible in the last frame
+  auto             in each frame the cheapest of none, msvbsp, depth-last, and hzb with --draw
+  hzb, queries     on the graphics adapter, while drawing: a hierarchical depth buffer, or hardware
+                   occlusion queries
+  msvbsp-paper, depth-centers
+                   not conservative: they can cull visible polygons")]
+pub(super) struct ReplayArgs {
+    /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+    #[arg(required = true)]
+    pub(super) files: Vec<PathBuf>,
+    /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
+    #[arg(long, value_delimiter = ',', value_parser = index_parser())]
+    pub(super) index: Vec<IndexKind>,
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
+    #[arg(long, default_value = "samples:16")]
+    pub(super) pace: Pace,
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    pub(super) camera: CameraChoice,
+    /// Most seconds to spend on each index.
+    #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
+    pub(super) budget: f64,
+    /// Write a CSV file with one line for each index and frame.
+    #[arg(long, value_name = "FILE")]
+    pub(super) csv: Option<PathBuf>,
+    /// Draw a chart of the frame times over the session, .png or .svg (with several sessions each name gets a number).
+    #[arg(long, value_name = "FILE")]
+    pub(super) chart: Option<PathBuf>,
+    /// Print one JSON object for each session instead of a table.
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Compare the fingerprints of the visible polygons with those in this file; a difference gives exit code 1.
+    #[arg(long, value_name = "FILE")]
+    pub(super) check: Option<PathBuf>,
+    /// Write the fingerprints of this run to a file for --check.
+    #[arg(long, value_name = "FILE")]
+    pub(super) pin: Option<PathBuf>,
+    /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index
+    /// is then `osp`. `auto` chooses by measured times; with --check or --pin it chooses by counts of work, which are the
+    /// same on every machine. `hzb` and `queries` need --draw.
+    #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
+    pub(super) occlusion: Vec<Occlusion>,
+    /// Walk through the finished model and add a run, `pvs`, that culls by the sets that `osp bake` has written for it. The
+    /// sets are sampled, not exact. A window uses them from the end of the replay on.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
+    pub(super) pvs: Option<PathBuf>,
+    /// Largest number of occluders in a frame [default: 64; 16 for `auto`].
+    #[arg(long, value_name = "N", value_parser = numbers::occluders)]
+    pub(super) occluders: Option<usize>,
+    #[command(flatten)]
+    pub(super) tests: TestArgs,
+    /// Assumed time to draw one polygon, nanoseconds: occlusion culling tests only what costs more to draw than to test,
+    /// and `auto` decides by it.
+    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
+    pub(super) polygon_ns: f64,
+    /// Compare in this many frames what occlusion culling leaves out with what really cannot be seen.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
+    pub(super) verify_frames: u64,
+    /// Let an output replace a file of another kind, even a session, but never a file that is read.
+    #[arg(long)]
+    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) reading: ReadArgs,
+    /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].
+    #[cfg(feature = "render")]
+    #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
+    pub(super) draw: Option<super::parsers::Size>,
+    /// Play the session in a window, with its times and counts.
+    #[cfg(feature = "window")]
+    #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
+    pub(super) window: bool,
+    /// With --window: write one line of JSON for each frame shown.
+    #[cfg(feature = "window")]
+    #[arg(long, value_name = "FILE", requires = "window")]
+    pub(super) trace: Option<PathBuf>,
+}
+
+impl ReplayArgs {
+    /// The indexes, each with its method of occlusion culling where any is asked for.
+    pub(super) fn runs(&self) -> Vec<(IndexKind, Option<Occlusion>)> {
+        let has_methods = !self.occlusion.is_empty() || self.pvs.is_some();
+        let indexes = match (self.index.as_slice(), has_methods) {
+            ([], false) => IndexKind::DEFAULT,
+            ([], _) => &[IndexKind::Osp],
+            (indexes, _) => indexes,
+        };
+        let mut methods: Vec<_> = match self.occlusion.as_slice() {
+            [] => vec![None],
+            methods => methods.iter().copied().map(Some).collect(),
+        };
+        if self.pvs.is_some() {
+            methods.push(Some(Occlusion::Pvs));
+        }
+        indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
+    }
+}

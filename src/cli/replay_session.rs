@@ -1,0 +1,201 @@
+//! One session of `osp replay`, through all indexes.
+
+use std::{io::IsTerminal, path::Path, sync::Arc};
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{
+    allocations,
+    output::{complain, one_line},
+    replay_args::ReplayArgs,
+    session::{OpenSession, root_cube},
+};
+use crate::{
+    atomic_file::AtomicFile,
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
+    lab::{
+        lost_polygons,
+        oracle::OracleConfig,
+        pvs::{Pvs, PvsPass},
+        report::{CsvWriter, OcclusionReport, ReplayReport, RunReport},
+        verify,
+    },
+    occlusion::Occlusion,
+    recording::{Event, Header, Pace, RecordingError},
+    replay::{Budget, CameraPath, Lane, Player, Replay, Summary, summarize},
+    rivals::IndexKind,
+    scene::Scene,
+};
+
+/// Plays a session; its frames go to the CSV file, if there is one.
+pub(super) fn replay_file(
+    args: &ReplayArgs,
+    file: &Path,
+    mut csv: Option<&mut CsvWriter<AtomicFile>>,
+) -> anyhow::Result<ReplayReport> {
+    let mut session = OpenSession::open(file, &args.reading)?;
+    // Read once to know how long and how large it is, once to play it.
+    let (summary, _, read) = summarize(&mut session, args.pace);
+    for warning in &session.notes().warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    if session.notes().skipped > 0 {
+        complain(&format!("warning: {}: {} damaged pieces skipped", file.display(), session.notes().skipped));
+    }
+    read?;
+    args.reading.check_frames(file, &summary, args.pace)?;
+    if summary.frames <= 1 && summary.counts.points > 1 && args.pace == Pace::Recorded {
+        complain(&format!(
+            "warning: {}: its time stamps put everything into one frame; try --pace samples:16",
+            file.display()
+        ));
+    }
+
+    let kinds = args.runs();
+    let session = OpenSession::open(file, &args.reading)?;
+    let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
+    let finished = args.pvs.as_ref().map(|path| finished_model(args, file, path)).transpose()?;
+    let pvs = finished.as_ref().map(|(_, pvs)| pvs);
+    let lanes = lanes(args, &kinds, &session.header, &summary, pvs);
+    let mut runs: Vec<RunReport> = Vec::new();
+    for &(index, method) in &kinds {
+        let mut run = RunReport::new(index.name(), summary.frames);
+        run.occlusion = method.map(|method| OcclusionReport {
+            tests: (args.tests.node_test(), args.tests.score()),
+            ..OcclusionReport::new(method.name(), args.polygon_ns)
+        });
+        runs.push(run);
+    }
+    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+
+    #[cfg(feature = "render")]
+    let methods = kinds.iter().map(|(_, method)| *method);
+    #[cfg(feature = "render")]
+    let mut drawing = args.draw.map(|size| super::drawing::Drawing::new(size, methods)).transpose()?;
+    let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
+    let mut verified = 0;
+    let progress = progress_bar(summary.frames, &name);
+    let player = match finished {
+        Some((scene, _)) => Player::walk(session, args.pace, scene),
+        None => Player::new(session, args.pace),
+    };
+    let mut replay = Replay::new(player, camera, lanes);
+    while let Some(outcomes) = replay.step()? {
+        let frames = outcomes.to_vec();
+        let looked: Vec<bool> = frames.iter().map(Option::is_some).collect();
+        for (run, frame) in runs.iter_mut().zip(&frames) {
+            let Some(frame) = frame else { continue };
+            run.add(frame);
+            if let Some(csv) = &mut csv {
+                csv.write(&name, run, frame).with_context(csv_name)?;
+            }
+        }
+        // Evenly spaced, the last frame among them.
+        if replay.frames() * args.verify_frames / summary.frames.max(1) > verified {
+            verified += 1;
+            verify_frame(&replay, &looked, &mut runs);
+        }
+        #[cfg(feature = "render")]
+        if let Some(drawing) = &mut drawing {
+            drawing.frame(&replay, &frames, &mut runs)?;
+        }
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    for (run, lane) in runs.iter_mut().zip(replay.lanes()) {
+        run.bytes = lane.pipeline().index().bytes();
+        run.refused = lane.pipeline().refused();
+    }
+    let counts = summary.counts;
+    Ok(ReplayReport {
+        recording: name,
+        strokes: counts.strokes,
+        points: counts.points,
+        polygons: counts.polygons,
+        frames: summary.frames,
+        pace: args.pace.to_string(),
+        camera: args.camera.name().to_owned(),
+        runs,
+    })
+}
+
+/// A session's model at its end, and the sets that have been made of it.
+fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result<(Scene, Arc<Pvs>)> {
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    for event in OpenSession::open(file, &args.reading)? {
+        scene.apply(&event?, &mut changes);
+        changes.clear();
+        scene.let_go();
+    }
+    let pvs = Pvs::read(sets, &scene)?;
+    Ok((scene, Arc::new(pvs)))
+}
+
+/// Counts the visible polygons that the lanes of this frame have culled.
+fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
+    let Some(view) = replay.view() else { return };
+    let Some(window) = view.window() else { return };
+    let mut visible = None;
+    for ((lane, run), _) in replay.lanes().iter().zip(runs).zip(looked).filter(|(_, looked)| **looked) {
+        let Some(occlusion) = &mut run.occlusion else { continue };
+        let pipeline = lane.pipeline();
+        // All see the same in the frustum.
+        let visible = visible.get_or_insert_with(|| {
+            // Polygons that the frustum has culled wrongly are tested, too.
+            let mut ids = lost_polygons(replay.scene(), view, &pipeline.in_view().to_vec());
+            ids.extend(pipeline.in_view().ids());
+            verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
+        });
+        let missing = verify::missing(visible, &pipeline.draw_list().to_vec());
+        *occlusion.false_culls.get_or_insert(0) += missing;
+    }
+}
+
+fn lanes(
+    args: &ReplayArgs,
+    kinds: &[(IndexKind, Option<Occlusion>)],
+    header: &Header,
+    summary: &Summary,
+    pvs: Option<&Arc<Pvs>>,
+) -> Vec<Lane> {
+    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+    let config = IndexConfig { root: root_cube(header, &summary.bounds), capacity };
+    let budget = Budget { ns: (args.budget * 1.0e9) as u64, frames: summary.frames };
+    let clock = StageClock::counting(allocations::count);
+    let lane = |&(index, method): &(IndexKind, Option<Occlusion>)| {
+        let pipeline = Pipeline::new(index.create(&config), capacity, clock);
+        let pipeline = match method {
+            Some(Occlusion::Pvs) => match pvs {
+                Some(pvs) => pipeline.with_pass(PvsPass::new(Arc::clone(pvs))),
+                None => pipeline,
+            },
+            Some(choice) => {
+                // A run that is compared with pinned fingerprints must not depend on the clock.
+                let is_pinned = args.check.is_some() || args.pin.is_some();
+                let basis = if is_pinned { AutoBasis::Work } else { AutoBasis::Time };
+                let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);
+                let (node_test, score) = (args.tests.node_test(), args.tests.score());
+                let pass = PassConfig { choice, occluders, polygon_ns, basis, node_test, score };
+                pipeline.with_occlusion(pass)
+            }
+            None => pipeline,
+        };
+        Lane::new(pipeline, budget)
+    };
+    kinds.iter().map(lane).collect()
+}
+
+fn progress_bar(frames: u64, name: &str) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} frames, {eta} left");
+    ProgressBar::new(frames)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_message(one_line(name).into_owned())
+}
