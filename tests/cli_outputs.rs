@@ -17,6 +17,8 @@ mod replacing;
 #[cfg(unix)]
 #[path = "cli_outputs/table.rs"]
 mod table;
+#[path = "cli_outputs/verify_all.rs"]
+mod verify_all;
 #[path = "cli_outputs/whole.rs"]
 mod whole;
 

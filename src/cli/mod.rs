@@ -45,6 +45,7 @@ mod send;
 mod sketch;
 mod synth;
 mod verify;
+mod verify_all;
 #[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
 mod verify_drawn;
 mod verify_json;

@@ -17,6 +17,7 @@ use super::{
     parsers::{camera_parser, index_parser},
     reading::ReadArgs,
     session::{OpenSession, root_cube},
+    verify_all::{Overview, Part, sessions},
     verify_drawn::DrawnTrials,
     verify_json,
     verify_method::{Method, method_parser},
@@ -55,6 +56,7 @@ use crate::{
   osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth,depth-last
   osp verify sketch.tilt --occlusion msvbsp-paper,msvbsp-paper-capless --node-test sphere --score paper
   osp verify room.ron --whole --pvs room.pvs
+  osp verify --all sketches --views 32 --lenient
   osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
 
 The table has a line for each method and number of occluders (times of this machine, one thread):
@@ -91,9 +93,17 @@ triangles. hzb is short for hzb-1-fine. Columns:
 Instead of a file, `scene:NAME` names a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct VerifyArgs {
-    /// The sessions, of any format that replay reads, or `scene:NAME` for a built-in scene.
+    /// The sessions, of any format that replay reads, or `scene:NAME` for a built-in scene; with --all folders, too.
     #[arg(required = true)]
     files: Vec<PathBuf>,
+    /// Verify every session in the folders named, go on after one that cannot be read (the exit code is 1 then), and end with
+    /// a table of all.
+    #[arg(long)]
+    all: bool,
+    /// Of the sessions of --all, sorted by path, only the K-th of N parts: each N-th session from the K-th on. A part that
+    /// changes from day to day is a rotating sample.
+    #[arg(long, value_name = "K/N", requires = "all")]
+    part: Option<Part>,
     /// Number of views of each session.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     views: u64,
@@ -263,11 +273,31 @@ impl Iterator for Source {
 
 pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::Done;
-    for file in &args.files {
-        let (verifier, drawn, polygons) = verify(args, file)?;
+    let files = match args.all {
+        true => sessions(&args.files, args.part.unwrap_or(Part::WHOLE))?,
+        false => args.files.clone(),
+    };
+    let mut overview = args.all.then(Overview::new);
+    for file in &files {
+        let (verifier, drawn, polygons) = match (verify(args, file), &mut overview) {
+            (Ok(verified), _) => verified,
+            (Err(error), None) => return Err(error),
+            (Err(error), Some(overview)) => {
+                complain(&format!("{error:#}"));
+                overview.add_unread();
+                outcome = Outcome::CheckFailed;
+                continue;
+            }
+        };
         let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
         say(&match args.json {
-            true => verify_json::line(&name, polygons, &verifier, drawn.as_ref())?,
+            true => verify_json::line(
+                &name,
+                polygons,
+                [&args.node_test, args.score.name()],
+                &verifier,
+                drawn.as_ref(),
+            )?,
             false => text(&name, polygons, &verifier, drawn.as_ref()),
         })?;
         if let Some((view, id)) = verifier.views().first_lost {
@@ -297,6 +327,12 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             complain(&format!("{name}: {method} changed {pixels} pixels"));
             outcome = Outcome::CheckFailed;
         }
+        if let Some(overview) = &mut overview {
+            overview.add(&name, polygons, &verifier);
+        }
+    }
+    if let Some(overview) = overview.filter(|_| !args.json) {
+        say(&overview.text())?;
     }
     Ok(outcome)
 }

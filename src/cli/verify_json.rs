@@ -24,6 +24,8 @@ struct JsonVerify<'a> {
     /// Whether all that was compared with what can be seen.
     truth: bool,
     frustum_us: f64,
+    node_test: &'a str,
+    score: &'a str,
     runs: Vec<JsonRun>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     drawn: Vec<DrawnRun>,
@@ -107,6 +109,7 @@ impl JsonRun {
 pub(super) fn line(
     name: &str,
     polygons: u64,
+    [node_test, score]: [&str; 2],
     verifier: &Verifier,
     drawn: Option<&DrawnTrials>,
 ) -> anyhow::Result<String> {
@@ -122,6 +125,8 @@ pub(super) fn line(
         lost: views.lost,
         truth: verifier.has_truth(),
         frustum_us: mean(views.frustum_ns) / 1000.0,
+        node_test,
+        score,
         runs: verifier.trials().iter().map(JsonRun::new).collect(),
         pvs: verifier.pvs().map(JsonPvs::new),
         #[cfg(feature = "render")]
