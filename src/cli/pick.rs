@@ -28,8 +28,6 @@ use crate::{
 Prints the polygon, its stroke, the hit point in world space, its depth (distance along the view
 direction), and how many polygons the ray was tested against.")]
 pub(super) struct PickArgs {
-    #[command(flatten)]
-    frame: IndexedFrameArgs,
     /// The point of the picture: 0,0 is the upper left corner, 1,1 the lower right one.
     #[arg(long, default_value = "0.5,0.5", value_name = "X,Y")]
     at: At,
@@ -37,6 +35,8 @@ pub(super) struct PickArgs {
     /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
+    #[command(flatten)]
+    frame: IndexedFrameArgs,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,

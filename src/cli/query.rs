@@ -35,12 +35,12 @@ The polygons themselves decide, not their boxes; those of particles, which turn 
 they were stored, and along a ray as seen from its start.")]
 pub(super) struct QueryArgs {
     #[command(flatten)]
-    frame: IndexedFrameArgs,
-    #[command(flatten)]
     part: PartArgs,
     /// Which polygons along a ray [default: all].
     #[arg(long, value_enum)]
     hits: Option<Hits>,
+    #[command(flatten)]
+    frame: IndexedFrameArgs,
     /// Print one JSON object, with all polygons found.
     #[arg(long)]
     json: bool,

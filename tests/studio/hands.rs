@@ -91,7 +91,7 @@ fn malformed_lines_are_refused_with_what_was_expected() {
         "hand 0 0 0 0 0 0 1 1 256",
         "hand 0 0 0 0 0 0 1 1 0 0",
         "head 0 0 0 0 0 0 9",
-        "brush pencil 1 0 0 0 0",
+        "brush pencil 1 0 0 0",
         "brush tube -1 0 0 0 1",
         "brush tube 1 0 0 0 1 0 sideways",
         "erase 1 2",

@@ -159,8 +159,7 @@ pub(super) fn read(
     match environment.check() {
         Ok(()) => Some(environment),
         Err(expected) => {
-            let found = "others in the space of the strokes";
-            fields.warn(format_args!("expected {expected} in the environment; found {found}"));
+            fields.warn(format_args!("expected {expected} in the environment on the canvas; found others"));
             None
         }
     }

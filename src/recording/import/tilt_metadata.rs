@@ -69,6 +69,7 @@ struct Anything {}
 
 /// Position, rotation (x, y, z, w) and uniform scale, Unity's axes, decimetres.
 #[derive(Clone, Copy, Deserialize)]
+#[serde(expecting = "a list of a position, a rotation and a scale")]
 pub(super) struct TiltTransform(pub(super) Vec3, pub(super) Quat, pub(super) f32);
 
 impl TiltTransform {
