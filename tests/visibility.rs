@@ -2,6 +2,8 @@
 
 #[path = "visibility/artist_side.rs"]
 mod artist_side;
+#[path = "visibility/capsules.rs"]
+mod capsules;
 #[path = "visibility/everything_asked.rs"]
 mod everything_asked;
 #[path = "visibility/far_from_origin.rs"]

@@ -9,6 +9,7 @@
 //! Knows `glam` and nothing of the crate.
 
 mod aabb;
+mod capsule;
 mod clip;
 mod frustum;
 mod obb;
@@ -22,6 +23,7 @@ mod tolerance;
 mod volume;
 
 pub use aabb::Aabb;
+pub use capsule::Capsule;
 pub(crate) use clip::{Edges, Part, clip_convex, split_convex};
 pub use frustum::{Containment, Frustum, PlaneMask};
 pub use obb::Obb;
