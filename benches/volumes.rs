@@ -2,14 +2,16 @@
 //!
 //! `cargo bench --bench volumes`. A page is a run of sixteen polygons of a synthetic session, as they were drawn. How
 //! tight the volumes are is printed before the times: of the pages that no frustum plane set leaves in view (each polygon
-//! clipped by all planes), the share that a volume recognises.
+//! clipped by all planes), the share that a volume recognises. Then come rays against the same volumes, volumes of
+//! objects with transforms in world space and in their own, and the arithmetic of matrices. docs/volumes.md has the
+//! figures.
 
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use glam::Vec3;
+use glam::{Affine3A, EulerRot, Mat4, Quat, Vec3, Vec4};
 use osp::{
-    math::{Aabb, Containment, Frustum, Obb, Sphere, Volume},
+    math::{Aabb, Capsule, Containment, Frustum, Obb, Ray, Sphere, Volume},
     polygon::PolygonId,
     recording::{SynthKind, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
@@ -27,6 +29,7 @@ struct Page {
     aabb: Aabb,
     around_aabb: Sphere,
     sphere: Sphere,
+    capsule: Capsule,
     obb: Obb,
 }
 
@@ -45,6 +48,7 @@ fn pages() -> Vec<Page> {
             aabb,
             around_aabb: Sphere::around(&aabb),
             sphere: Sphere::from_points(&points),
+            capsule: Capsule::from_points(&points).expect("finite points"),
             obb: Obb::from_points(&points).expect("finite points"),
             polygons,
         }
@@ -80,9 +84,10 @@ fn is_in_view(frustum: &Frustum, polygon: &[Vec3]) -> bool {
 
 type Test = fn(&Frustum, &Page) -> Containment;
 
-const VOLUMES: [(&str, Test); 5] = [
+const VOLUMES: [(&str, Test); 6] = [
     ("sphere of the box", |f, page| f.classify_volume(&page.around_aabb)),
     ("sphere", |f, page| f.classify_volume(&page.sphere)),
+    ("capsule", |f, page| f.classify_volume(&page.capsule)),
     ("aabb", |f, page| f.classify(&page.aabb)),
     ("aabb by radius", |f, page| f.classify_volume(&page.aabb)),
     ("obb", |f, page| f.classify_volume(&page.obb)),
@@ -162,6 +167,13 @@ fn classify(c: &mut Criterion) {
             })
         })
     });
+    group.bench_function("capsule", |b| {
+        b.iter(|| {
+            points.iter().for_each(|p| {
+                black_box(Capsule::from_points(p));
+            })
+        })
+    });
     group.bench_function("obb", |b| {
         b.iter(|| {
             points.iter().for_each(|p| {
@@ -172,5 +184,273 @@ fn classify(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, classify);
+type Hit = fn(&Ray, &Page) -> Option<f32>;
+
+const HIT: [(&str, Hit); 3] = [
+    ("sphere", |ray, page| ray.enter_sphere(&page.sphere, f32::INFINITY)),
+    ("capsule", |ray, page| ray.enter_capsule(&page.capsule, f32::INFINITY)),
+    ("aabb", |ray, page| ray.enter_box(&page.aabb, f32::INFINITY)),
+];
+
+/// Where the ray meets the first of a page's polygons.
+fn meet_polygons(ray: &Ray, page: &Page) -> Option<f32> {
+    let fans = page.polygons.iter().flat_map(|p| (2..p.len()).map(|i| [p[0], p[i - 1], p[i]]));
+    fans.filter_map(|triangle| ray.meet_triangle(triangle)).reduce(f32::min)
+}
+
+/// From points around the model to middles of pages.
+fn rays_at(pages: &[Page]) -> Vec<Ray> {
+    let bounds = pages.iter().fold(Aabb::EMPTY, |all, page| all.union(&page.aabb));
+    let around = |i: usize| {
+        let turn = Quat::from_euler(EulerRot::YXZ, i as f32 * 2.4, i as f32 * 0.7, 0.0);
+        bounds.center() + turn * Vec3::Z * bounds.extent().length()
+    };
+    (0..64).map(|i| Ray::new(around(i), pages[i * 7919 % pages.len()].aabb.center() - around(i))).collect()
+}
+
+#[allow(clippy::print_stdout, reason = "the figures of a benchmark")]
+fn rays(c: &mut Criterion) {
+    let pages = pages();
+    let rays = rays_at(&pages);
+    let tests = || rays.iter().flat_map(|ray| pages.iter().map(move |page| (ray, page)));
+    let met = tests().filter(|(ray, page)| meet_polygons(ray, page).is_some()).count();
+    println!("{} rays against {} pages: {met} meet a polygon", rays.len(), pages.len());
+    for (name, hit) in HIT {
+        let entered = tests().filter(|(ray, page)| hit(ray, page).is_some()).count();
+        let is_missed =
+            |(ray, page): &(&Ray, &Page)| meet_polygons(ray, page).is_some() && hit(ray, page).is_none();
+        assert_eq!(tests().filter(is_missed).count(), 0, "{name} misses what is in it");
+        println!("  {name}: {:.1} times as many enter it", entered as f64 / met.max(1) as f64);
+    }
+    let mut group = c.benchmark_group("ray");
+    group.sample_size(20).throughput(Throughput::Elements((pages.len() * rays.len()) as u64));
+    for (name, hit) in HIT {
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                tests().for_each(|(ray, page)| {
+                    black_box(hit(ray, page));
+                })
+            });
+        });
+    }
+    group.finish();
+}
+
+/// A transform for each page: objects that are turned, moved and larger or smaller.
+fn places(pages: &[Page]) -> Vec<Affine3A> {
+    let place = |i: usize| {
+        let turn = Quat::from_euler(EulerRot::YXZ, i as f32 * 1.7, i as f32 * 0.6, i as f32 * 0.3);
+        let size = 0.5 + (i % 7) as f32 * 0.25;
+        Affine3A::from_scale_rotation_translation(Vec3::splat(size), turn, Vec3::splat((i % 5) as f32 * 0.2))
+    };
+    (0..pages.len()).map(place).collect()
+}
+
+/// A box around a transformed box: James Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems, 1990.
+fn transform_box(place: &Affine3A, bounds: &Aabb) -> Aabb {
+    let (middle, half) = (place.transform_point3(bounds.center()), bounds.extent() * 0.5);
+    let m = place.matrix3;
+    let half = Vec3::from(m.x_axis.abs()) * half.x
+        + Vec3::from(m.y_axis.abs()) * half.y
+        + Vec3::from(m.z_axis.abs()) * half.z;
+    Aabb::new(middle - half, middle + half)
+}
+
+/// An object with a transform against the frustum: its volume brought to world space, or the frustum to its own.
+fn objects(c: &mut Criterion) {
+    type Test = fn(&Frustum, &Affine3A, &Page) -> Containment;
+    const WAYS: [(&str, Test); 4] = [
+        ("sphere in world space", |f, place, page| {
+            let size = place.matrix3.x_axis.length();
+            let center = place.transform_point3(page.sphere.center);
+            f.classify_volume(&Sphere { center, radius_m: page.sphere.radius_m * size * 1.000_01 })
+        }),
+        ("box around the box in world space", |f, place, page| f.classify(&transform_box(place, &page.aabb))),
+        ("box in its own space", |f, place, page| f.in_space(place).classify(&page.aabb)),
+        ("obb in its own space", |f, place, page| f.in_space(place).classify_volume(&page.obb)),
+    ];
+    let pages = pages();
+    let places = places(&pages);
+    let frusta = frusta(&pages, CameraChoice::Inside);
+    let mut group = c.benchmark_group("object");
+    group.sample_size(20).throughput(Throughput::Elements(pages.len() as u64 * VIEWS));
+    for (name, test) in WAYS {
+        let all = || {
+            frusta.iter().flat_map(|f| pages.iter().zip(&places).map(move |(page, place)| (f, place, page)))
+        };
+        let outside = all().filter(|(f, place, page)| test(f, place, page) == Containment::Outside).count();
+        note(&format!(
+            "{name}: {:.2} % outside",
+            100.0 * outside as f64 / (pages.len() * frusta.len()) as f64
+        ));
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                all().for_each(|(f, place, page)| {
+                    black_box(test(f, place, page));
+                })
+            });
+        });
+    }
+    group.finish();
+}
+
+#[allow(clippy::print_stdout, reason = "the figures of a benchmark")]
+fn note(line: &str) {
+    println!("{line}");
+}
+
+/// Matrices by columns, a number at a time.
+mod scalar {
+    pub(super) type Matrix = [f32; 16];
+
+    pub(super) fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
+        let mut out = [0.0; 16];
+        for column in 0..4 {
+            for row in 0..4 {
+                out[column * 4 + row] = (0..4).map(|k| a[k * 4 + row] * b[column * 4 + k]).sum();
+            }
+        }
+        out
+    }
+
+    pub(super) fn transform(m: &Matrix, v: [f32; 4]) -> [f32; 4] {
+        std::array::from_fn(|row| (0..4).map(|k| m[k * 4 + row] * v[k]).sum())
+    }
+
+    /// By cofactors of pairs of columns.
+    pub(super) fn inverse(m: &Matrix) -> Matrix {
+        let minor = |a: usize, b: usize, row: usize, other: usize| {
+            m[a * 4 + row] * m[b * 4 + other] - m[b * 4 + row] * m[a * 4 + other]
+        };
+        let s = [
+            minor(0, 1, 0, 1),
+            minor(0, 1, 0, 2),
+            minor(0, 1, 0, 3),
+            minor(0, 1, 1, 2),
+            minor(0, 1, 1, 3),
+            minor(0, 1, 2, 3),
+        ];
+        let c = [
+            minor(2, 3, 0, 1),
+            minor(2, 3, 0, 2),
+            minor(2, 3, 0, 3),
+            minor(2, 3, 1, 2),
+            minor(2, 3, 1, 3),
+            minor(2, 3, 2, 3),
+        ];
+        let det = s[0] * c[5] - s[1] * c[4] + s[2] * c[3] + s[3] * c[2] - s[4] * c[1] + s[5] * c[0];
+        let over = 1.0 / det;
+        let of = |column: usize, p: [(usize, f32); 3]| {
+            p.iter().map(|&(row, by)| m[column * 4 + row] * by).sum::<f32>() * over
+        };
+        [
+            of(1, [(1, c[5]), (2, -c[4]), (3, c[3])]),
+            of(0, [(1, -c[5]), (2, c[4]), (3, -c[3])]),
+            of(3, [(1, s[5]), (2, -s[4]), (3, s[3])]),
+            of(2, [(1, -s[5]), (2, s[4]), (3, -s[3])]),
+            of(1, [(0, -c[5]), (2, c[2]), (3, -c[1])]),
+            of(0, [(0, c[5]), (2, -c[2]), (3, c[1])]),
+            of(3, [(0, -s[5]), (2, s[2]), (3, -s[1])]),
+            of(2, [(0, s[5]), (2, -s[2]), (3, s[1])]),
+            of(1, [(0, c[4]), (1, -c[2]), (3, c[0])]),
+            of(0, [(0, -c[4]), (1, c[2]), (3, -c[0])]),
+            of(3, [(0, s[4]), (1, -s[2]), (3, s[0])]),
+            of(2, [(0, -s[4]), (1, s[2]), (3, -s[0])]),
+            of(1, [(0, -c[3]), (1, c[1]), (2, -c[0])]),
+            of(0, [(0, c[3]), (1, -c[1]), (2, c[0])]),
+            of(3, [(0, -s[3]), (1, s[1]), (2, -s[0])]),
+            of(2, [(0, s[3]), (1, -s[1]), (2, s[0])]),
+        ]
+    }
+}
+
+fn matrices(c: &mut Criterion) {
+    let pages = pages();
+    let simd: Vec<Mat4> = places(&pages).into_iter().map(Mat4::from).collect();
+    let plain: Vec<scalar::Matrix> = simd.iter().map(Mat4::to_cols_array).collect();
+    for (simd, plain) in simd.iter().zip(&plain) {
+        let close = |a: Mat4, b: scalar::Matrix| {
+            assert!(a.abs_diff_eq(Mat4::from_cols_array(&b), 1.0e-3), "{a} {b:?}")
+        };
+        close(*simd * *simd, scalar::multiply(plain, plain));
+        close(simd.inverse(), scalar::inverse(plain));
+    }
+    let mut group = c.benchmark_group("matrix");
+    group.sample_size(20).throughput(Throughput::Elements(simd.len() as u64));
+    group.bench_function("multiply, glam", |b| {
+        b.iter(|| {
+            simd.windows(2).for_each(|pair| {
+                black_box(pair[0] * pair[1]);
+            })
+        });
+    });
+    group.bench_function("multiply, scalar", |b| {
+        b.iter(|| {
+            plain.windows(2).for_each(|pair| {
+                black_box(scalar::multiply(&pair[0], &pair[1]));
+            })
+        });
+    });
+    group.bench_function("inverse, glam", |b| {
+        b.iter(|| {
+            simd.iter().for_each(|m| {
+                black_box(m.inverse());
+            })
+        });
+    });
+    group.bench_function("inverse, scalar", |b| {
+        b.iter(|| {
+            plain.iter().for_each(|m| {
+                black_box(scalar::inverse(m));
+            })
+        });
+    });
+    let point = Vec4::new(1.0, 2.0, 3.0, 1.0);
+    group.bench_function("point, glam", |b| {
+        b.iter(|| {
+            simd.iter().for_each(|m| {
+                black_box(*m * black_box(point));
+            })
+        });
+    });
+    group.bench_function("point, scalar", |b| {
+        b.iter(|| {
+            plain.iter().for_each(|m| {
+                black_box(scalar::transform(m, black_box(point.to_array())));
+            })
+        });
+    });
+    let affine = places(&pages);
+    group.bench_function("box by its middle and half sides, glam", |b| {
+        b.iter(|| {
+            affine.iter().zip(&pages).for_each(|(place, page)| {
+                black_box(transform_box(place, &page.aabb));
+            })
+        });
+    });
+    group.bench_function("box by its corners, glam", |b| {
+        b.iter(|| {
+            affine.iter().zip(&pages).for_each(|(place, page)| {
+                black_box(Aabb::from_points(&page.aabb.corners().map(|p| place.transform_point3(p))));
+            })
+        });
+    });
+    group.bench_function("box by its corners, scalar", |b| {
+        b.iter(|| {
+            plain.iter().zip(&pages).for_each(|(m, page)| {
+                let mut bounds = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+                for p in page.aabb.corners() {
+                    let moved = scalar::transform(m, [p.x, p.y, p.z, 1.0]);
+                    for ((low, high), at) in bounds.0.iter_mut().zip(&mut bounds.1).zip(moved) {
+                        (*low, *high) = (low.min(at), high.max(at));
+                    }
+                }
+                black_box(bounds);
+            })
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, classify, rays, objects, matrices);
 criterion_main!(benches);

@@ -17,7 +17,7 @@ use super::{
     parsers::{camera_parser, index_parser},
     reading::ReadArgs,
     session::{OpenSession, root_cube},
-    verify_all::{Overview, Part, sessions},
+    verify_all::{Overview, Part, name_in, sessions},
     verify_drawn::DrawnTrials,
     verify_json,
     verify_method::{Method, method_parser},
@@ -328,7 +328,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             outcome = Outcome::CheckFailed;
         }
         if let Some(overview) = &mut overview {
-            overview.add(&name, polygons, &verifier);
+            overview.add(&name_in(&args.files, file), polygons, &verifier);
         }
     }
     if let Some(overview) = overview.filter(|_| !args.json) {

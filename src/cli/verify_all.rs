@@ -78,6 +78,12 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
     Ok(found.into_iter().enumerate().filter(|(place, _)| part.holds(*place)).map(|(_, path)| path).collect())
 }
 
+/// The path of a session below the folder that was named.
+pub(super) fn name_in(paths: &[PathBuf], session: &Path) -> String {
+    let below = paths.iter().filter(|path| path.is_dir()).find_map(|path| session.strip_prefix(path).ok());
+    below.unwrap_or(session).to_string_lossy().into_owned()
+}
+
 fn join(paths: &[PathBuf]) -> String {
     paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }
@@ -129,7 +135,8 @@ impl Overview {
         let best = conservative().max_by(|a, b| share(a).total_cmp(&share(b)));
         let wrong = views.lost + conservative().map(|trial| trial.totals().false_culls).sum::<u64>();
         let (percent, by) = match best.filter(|_| views.hidden > 0) {
-            Some(trial) => (format!("{:.1}", share(trial)), trial.name()),
+            Some(trial) if share(trial) > 0.0 => (format!("{:.1}", share(trial)), trial.name()),
+            Some(_) => ("0.0".to_owned(), ""),
             None => (String::new(), ""),
         };
         self.table.add_row([

@@ -25,7 +25,7 @@ fn every_session_below_a_folder_is_verified_and_summed_up() {
     let output = osp(folder.path(), ["verify", "--all", "all"].into_iter().chain(QUICK));
     assert!(output.status.success(), "{}", stderr(&output));
     let text = stdout(&output);
-    for name in ["a.ron", "b.ron", "c.ron"] {
+    for name in ["a.ron", "deep/b.ron", "deep/deeper/c.ron"] {
         assert_eq!(text.lines().filter(|line| line.starts_with(&format!("| {name}"))).count(), 1, "{text}");
     }
     assert!(!text.contains("notes.txt"));
