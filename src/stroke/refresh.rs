@@ -1,12 +1,12 @@
-/// The least that is made anew at the end: what looks ahead to the next samples, and the tip of a double taper.
-const LEAST: usize = 8;
+/// The least that is made anew at the end: a stroke as long as most, so that only long ones are ever out of date.
+const LEAST: usize = 32;
 
 /// Says how much of a segment is made anew when it has grown, of those that change as a whole: mostly its end, seldom
 /// all of it.
 ///
-/// What is made anew at a length stays as it is until the segment has grown by about a quarter of the way from there to
-/// the end. So the end always has its right form, and what lies far behind it, where a bit of length does not matter, is
-/// a bit out of date until the stroke ends. A segment of `n` parts that grows part by part makes some `2 n log n` parts.
+/// A part is made anew before half of what lies between it and the end is newer. So the end always has its right form, and
+/// what lies far behind it is a bit out of date until the stroke ends. A segment of `n` parts that grows part by part makes
+/// `n (2 log n + 32)` parts or so.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Refresh {
     /// The most parts that the segment has had.
@@ -48,14 +48,10 @@ mod tests {
             whole += usize::from(parts == count);
             made_at[count - parts..count].fill(count);
             for at in (0..count).step_by(97) {
-                assert!(
-                    4 * (count - made_at[at]) <= count - at,
-                    "part {at} of {count} is of {}",
-                    made_at[at]
-                );
+                assert!(2 * (count - made_at[at]) < count - at, "part {at} of {count} is of {}", made_at[at]);
             }
         }
-        assert!(made < 40 * COUNT && whole < 100, "{made} parts, {whole} times all");
+        assert!(made < 64 * COUNT && whole < 100, "{made} parts, {whole} times all");
         // A part that comes and goes, and comes again, is no growth.
         for count in [COUNT - 1, COUNT, COUNT - 1, COUNT] {
             assert_eq!(refresh.parts(count, count as f32), LEAST);
