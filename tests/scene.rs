@@ -21,6 +21,8 @@ mod groups;
 mod hidden;
 #[path = "scene/history.rs"]
 mod history;
+#[path = "scene/long_strokes.rs"]
+mod long_strokes;
 #[path = "scene/strokes.rs"]
 mod strokes;
 #[path = "scene/unseen.rs"]

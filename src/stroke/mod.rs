@@ -16,6 +16,7 @@ mod pieces;
 mod polygon;
 mod quad_strip;
 mod random;
+mod refresh;
 mod ribbon;
 mod sections;
 mod slices;
@@ -24,6 +25,7 @@ mod track;
 mod triangulate;
 mod tube;
 mod tube_brush;
+mod tube_frame;
 mod tube_shape;
 mod wall;
 mod welded;
@@ -197,8 +199,8 @@ impl StrokeBuilder {
         }
     }
 
-    /// Makes polygons anew that change with the length of the whole stroke; `out` says which. To be called once a frame, if
-    /// samples have come: it may cost as much as the whole stroke.
+    /// Makes polygons anew that change with the length of the whole stroke; `out` says which: those at its end, and now and
+    /// then all. To be called once a frame, if samples have come.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if let Self::TubeBrush(b) = self {
             b.settle(out, drops);

@@ -117,6 +117,18 @@ impl Pieces {
         pieces
     }
 
+    /// Appends a quad, or a triangle where its first or last two corners are one point.
+    pub fn push_side(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) {
+        let [a, b, c, d] = corners;
+        if c == d {
+            self.push(ConvexPolygon::triangle(a, b, c), surface, drops);
+        } else if a == b {
+            self.push(ConvexPolygon::triangle(b, c, d), surface.with_corners([1, 2, 3, 3]), drops);
+        } else {
+            self.push_quad(corners, surface, drops);
+        }
+    }
+
     /// What a quad without polygons would be here.
     pub fn no_quad(&self) -> QuadPieces {
         QuadPieces { first: self.len(), ..QuadPieces::default() }

@@ -4,6 +4,7 @@ use super::{
     Drops, Pieces, QuadPieces, Sample, StrokeSettings, frame,
     knots::{Knots, Spacing, Step},
     random::Random,
+    refresh::Refresh,
 };
 use crate::{
     brush::{Brush, Surface, Uv},
@@ -38,6 +39,9 @@ pub struct QuadStripBuilder {
     last: Option<Last>,
     /// By how much the ribbon is narrower now than the hand asks for, since it turns sharply.
     shrink_m: f32,
+    /// The first quad of the segment that was last painted, and how much of that has been.
+    painted: (u32, Refresh),
+    is_finished: bool,
 }
 
 /// The last kept quad before it was joined to the one before, and smoothed.
@@ -143,6 +147,8 @@ impl QuadStripBuilder {
             count: 0,
             last: None,
             shrink_m: 0.0,
+            painted: (0, Refresh::default()),
+            is_finished: false,
         }
     }
 
@@ -184,6 +190,7 @@ impl QuadStripBuilder {
         }
         self.quads.truncate(stays);
         self.kept = stays;
+        self.is_finished = true;
     }
 
     /// Paints the quads that may look otherwise since the last call, and forgets those that never will again.
@@ -359,14 +366,35 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Paints all segments over their whole length; only the last one will change again.
+    /// Paints segments over their whole length; of the last one, which will change again, mostly the end.
     fn repaint_stretched(&mut self, out: &mut Vec<(u32, Surface)>) -> usize {
-        for segment in self.quads.chunk_by(|a, b| a.first == b.first) {
-            let (Some(quad), Some(last)) = (segment.first(), segment.last()) else { continue };
-            let (row, total_m) = (self.row(quad), last.end_m());
-            out.extend(segment.iter().flat_map(|quad| quad.pieces.painted(stretched(quad, total_m, row))));
+        let last_first = if self.is_finished { self.quads.len() } else { self.kept - self.in_segment };
+        let (closed, open) = self.quads.split_at(last_first);
+        for segment in closed.chunk_by(|a, b| a.first == b.first) {
+            self.stretch(segment, segment.len(), out);
+        }
+        if let [first, .., last] | [first @ last] = open {
+            // A provisional end may be a segment of its own.
+            let is_one = first.first == last.first;
+            let (segment, end) = open.split_at(if is_one { open.len() } else { self.in_segment });
+            let mut painted = std::mem::take(&mut self.painted);
+            if painted.0 != first.first {
+                painted = (first.first, Refresh::default());
+            }
+            let length_m = segment.last().map_or(0.0, Quad::end_m);
+            self.stretch(segment, painted.1.parts(segment.len(), length_m), out);
+            self.stretch(end, end.len(), out);
+            self.painted = painted;
         }
         self.kept.saturating_sub(self.in_segment.max(2))
+    }
+
+    /// Paints so many quads at the end of a segment.
+    fn stretch(&self, segment: &[Quad], count: usize, out: &mut Vec<(u32, Surface)>) {
+        let Some(last) = segment.last() else { return };
+        let (row, total_m) = (self.row(last), last.end_m());
+        let quads = &segment[segment.len() - count.min(segment.len())..];
+        out.extend(quads.iter().flat_map(|quad| quad.pieces.painted(stretched(quad, total_m, row))));
     }
 
     /// Paints what is near the end of a segment; what is far from it, measured by quads that keep their form, is settled.

@@ -1,15 +1,15 @@
-use glam::{Quat, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 use super::{
     Drops, Pieces, Sample, StrokeSettings,
-    frame::{any_perpendicular, perpendicular_part},
     knots::{Knot, Knots, Spacing},
     random::Random,
+    refresh::Refresh,
+    tube_frame::Frame,
     tube_shape::{Shape, Span},
 };
 use crate::{
     brush::{Brush, Family, Surface, TubeShape, Uv},
-    math::rotate,
     polygon::ConvexPolygon,
 };
 
@@ -22,7 +22,8 @@ const UV_PERIOD: f32 = 7.0;
 /// Makes a tube around the samples, in segments: it breaks where the hand turns sharply.
 ///
 /// A tube whose texture runs by distance grows at its end. One that has a shape, or a texture stretched over a segment,
-/// changes as a whole with each sample; it is made anew in [`TubeBrushBuilder::settle`], once a frame.
+/// changes as a whole with each sample. Its end is made anew in [`TubeBrushBuilder::settle`], once a frame, all of it now
+/// and then, and when the segment or the stroke ends.
 #[derive(Clone, Debug)]
 pub struct TubeBrushBuilder {
     brush: &'static Brush,
@@ -47,6 +48,8 @@ pub struct TubeBrushBuilder {
     /// What was dropped of that which may still change.
     pending: Drops,
     is_unsettled: bool,
+    /// The segment that still grows, if it changes as a whole.
+    open: Open,
 }
 
 /// The cross-section at a knot, and the way to it from the one before.
@@ -58,14 +61,10 @@ struct Ring {
     length_m: f32,
     /// None at the start and where the tube breaks: nothing joins the ring to the one before.
     frame: Option<Frame>,
-}
-
-/// Unit vectors. Open Brush's are left-handed; here `right` is `ahead` x `up`.
-#[derive(Clone, Copy, Debug)]
-struct Frame {
-    ahead: Vec3,
-    up: Vec3,
-    right: Vec3,
+    /// The first ring of its segment that is joined to the one before.
+    first: usize,
+    /// From the start of its segment.
+    along_m: f32,
 }
 
 /// A ring's corners, and how it is painted.
@@ -73,9 +72,41 @@ struct Frame {
 struct Section {
     corners: Vec<Vec3>,
     frame: Frame,
+    radius_m: f32,
     u: f32,
     /// How far its sides are moved outwards.
     petal_m: f32,
+}
+
+/// The rings of a segment, all of which are joined to the one before.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    first: usize,
+    last: usize,
+    /// At its start.
+    frame: Frame,
+    span: Span,
+}
+
+/// A segment that is drawn before it has its final form.
+#[derive(Clone, Debug, Default)]
+struct Open {
+    first: usize,
+    sections: Vec<Drawn>,
+    refresh: Refresh,
+    /// Whether some of it was made when the segment was shorter.
+    is_outdated: bool,
+}
+
+/// A section of a segment as it is drawn, and what is drawn up to it.
+#[derive(Clone, Copy, Debug)]
+struct Drawn {
+    until: Cursor,
+    radius_m: f32,
+    petal_m: f32,
+    u: f32,
+    /// Where a texture by distance has come to.
+    u_by_distance: f32,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -120,6 +151,7 @@ impl TubeBrushBuilder {
             done: Cursor::default(),
             pending: Drops::default(),
             is_unsettled: false,
+            open: Open::default(),
         })
     }
 
@@ -144,36 +176,110 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// Makes anew what changes as a whole with each sample.
+    /// Makes anew what changes as a whole with each sample: of a segment that still grows mostly the end.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
-        if !std::mem::take(&mut self.is_unsettled) {
-            return;
+        if std::mem::take(&mut self.is_unsettled) {
+            self.make_segments(false, out, drops);
         }
-        self.update_rings();
-        out.truncate(self.done.place);
-        let (mut cursor, mut dropped) = (self.done, Drops::default());
-        let end = self.rings.len();
-        let mut first = cursor.knot + 1;
-        while first < end {
-            let span = (first..end).take_while(|&i| self.rings[i].frame.is_some()).count();
-            if span > 0 {
-                self.add_segment(first, first + span - 1, &mut cursor, out, &mut dropped);
-            }
-            // The knot after a segment is a break.
-            first += span + 1;
-            if first + 1 < end {
-                (cursor.knot, cursor.place) = (first - 1, out.len());
-                self.done = cursor;
-                add(drops, &std::mem::take(&mut dropped));
-            }
-        }
-        self.pending = dropped;
     }
 
     /// Ends the stroke.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
-        self.settle(out, drops);
+        if std::mem::take(&mut self.is_unsettled) || self.open.is_outdated {
+            self.make_segments(true, out, drops);
+        }
         add(drops, &std::mem::take(&mut self.pending));
+    }
+
+    /// Makes anew the segments that may still change; one that grows as a whole if `is_end`.
+    fn make_segments(&mut self, is_end: bool, out: &mut Pieces, drops: &mut Drops) {
+        self.update_rings();
+        let mut open = std::mem::take(&mut self.open);
+        let (mut cursor, mut dropped) = (self.done, Drops::default());
+        let end = self.rings.len();
+        let segments = self.changing_segments();
+        // The last two rings may change.
+        let is_growing = |segment: &Segment| segment.last + 3 >= end;
+        let mut from = 0;
+        if let Some(segment) = segments.iter().find(|segment| is_growing(segment)) {
+            from = self.first_to_make(segment, &mut open);
+        }
+        // The end of a stroke is final, and so is the segment before a break.
+        if is_end || segments.first().is_none_or(|segment| !is_growing(segment)) {
+            from = 0;
+        }
+        open.is_outdated = from > 0;
+        out.truncate(open.sections.get(from).filter(|_| from > 0).map_or(cursor.place, |at| at.until.place));
+        // What is drawn up to a break that stays will not change.
+        let last_break = end.saturating_sub(3);
+        let mut until = self.done.knot;
+        for segment in &segments {
+            if until < last_break.min(segment.first - 1) {
+                self.close(last_break.min(segment.first - 1), &mut cursor, out, &mut dropped, drops);
+            }
+            if open.first == segment.first {
+                self.add_segment(segment, from, &mut open.sections, &mut cursor, out, &mut dropped);
+            } else {
+                self.add_segment(segment, 0, &mut Vec::new(), &mut cursor, out, &mut dropped);
+            }
+            until = segment.last;
+        }
+        if until < last_break {
+            self.close(last_break, &mut cursor, out, &mut dropped, drops);
+        }
+        (self.open, self.pending) = (open, dropped);
+    }
+
+    /// What is drawn will not change, and neither will the knots up to this one.
+    fn close(
+        &mut self,
+        knot: usize,
+        cursor: &mut Cursor,
+        out: &Pieces,
+        dropped: &mut Drops,
+        drops: &mut Drops,
+    ) {
+        (cursor.knot, cursor.place) = (knot, out.len());
+        self.done = *cursor;
+        add(drops, &std::mem::take(dropped));
+    }
+
+    /// The segments that may still change.
+    fn changing_segments(&self) -> Vec<Segment> {
+        let mut segments = Vec::new();
+        let mut end = self.rings.len();
+        while end > self.done.knot + 1 {
+            end -= 1;
+            if self.rings[end].frame.is_some() {
+                let last = end;
+                end = self.rings[last].first;
+                segments.extend(self.segment(end, last));
+            }
+        }
+        segments.reverse();
+        segments
+    }
+
+    fn segment(&self, first: usize, last: usize) -> Option<Segment> {
+        let end = &self.line[last];
+        let end_m = end.sample.position.distance(self.line[last - 1].sample.position);
+        let span = Span {
+            count: last - first + 1,
+            length_m: self.rings[last].along_m,
+            progress: (end_m / self.knots.spacing_m(end)).min(1.0),
+        };
+        Some(Segment { first, last, frame: self.rings[first].frame?, span })
+    }
+
+    /// From which section on a segment that grows is made anew.
+    fn first_to_make(&self, segment: &Segment, open: &mut Open) -> usize {
+        if open.first != segment.first {
+            *open = Open { first: segment.first, ..Open::default() };
+        }
+        let count = self.count_sections(segment);
+        let parts = open.refresh.parts(count, segment.span.length_m);
+        // The last two rings that are drawn may have changed.
+        (count - parts.min(count)).min(open.sections.len().saturating_sub(4))
     }
 
     fn changes_as_a_whole(&self) -> bool {
@@ -214,7 +320,8 @@ impl TubeBrushBuilder {
             (Some((before, _)), Some(after)) => at * 0.5 + (*before + after.sample.position) * 0.25,
             _ => at,
         };
-        let ring = Ring { middle, radius_m: 0.5 * knot.size_m, length_m: 0.0, frame: None };
+        let radius_m = 0.5 * knot.size_m;
+        let ring = Ring { middle, radius_m, length_m: 0.0, frame: None, first: i, along_m: 0.0 };
         let Some((_, before)) = before else { return ring };
         let step = middle - before.middle;
         let length_m = step.length();
@@ -230,7 +337,9 @@ impl TubeBrushBuilder {
             }
             None => Some(Frame::first(ahead, knot.sample.orientation)),
         };
-        Ring { length_m, frame, ..ring }
+        let (first, before_m) =
+            if before.frame.is_some() { (before.first, before.along_m) } else { (i, 0.0) };
+        Ring { length_m, frame, first, along_m: before_m + length_m, ..ring }
     }
 
     /// Joins knot `i` to the one before, as wide as the samples say.
@@ -253,76 +362,73 @@ impl TubeBrushBuilder {
         (cursor.knot, cursor.place) = (i, out.len());
     }
 
-    /// Adds the segment of these knots, all of which are joined to the one before.
+    /// Adds a segment, of which the sections up to number `from` are drawn; `drawn` has these, and then all.
     fn add_segment(
         &self,
-        first: usize,
-        last: usize,
+        segment: &Segment,
+        from: usize,
+        drawn: &mut Vec<Drawn>,
         cursor: &mut Cursor,
         out: &mut Pieces,
         drops: &mut Drops,
     ) {
-        let (before, Some(frame)) = (self.rings[first - 1], self.rings[first].frame) else { return };
-        self.begin_segment(cursor);
-        let sections = if self.shape.kind == TubeShape::Plain {
-            self.plain_sections(first, last, frame, cursor.u)
-        } else {
-            self.shaped_sections(first, last, frame, cursor.u)
+        drawn.truncate(if from > 0 { from + 1 } else { 0 });
+        let (mut back, mut u_by_distance) = match drawn.last() {
+            Some(at) => {
+                *cursor = at.until;
+                let (ring, frame) = self.place_of(segment, from);
+                let section = self.section(ring.middle, at.radius_m, frame, at.u);
+                (Section { petal_m: at.petal_m, ..section }, at.u_by_distance)
+            }
+            None => {
+                self.begin_segment(cursor);
+                let (start, u_by_distance) = (self.section_of(segment, 0, cursor.u), cursor.u);
+                let before = self.rings[segment.first - 1];
+                self.add_back_cap(&start, before, segment.frame, cursor, out, drops);
+                drawn.push(Drawn::new(&start, u_by_distance, cursor, out));
+                (start, u_by_distance)
+            }
         };
-        self.add_back_cap(&sections[0], before, frame, cursor, out, drops);
-        for pair in sections.windows(2) {
-            self.add_sides(&pair[0], &pair[1], cursor, out, drops);
+        for number in from + 1..self.count_sections(segment) {
+            let ring = &self.rings[segment.first + number - 1];
+            u_by_distance += self.u_over(ring.length_m, ring.radius_m);
+            let front = self.section_of(segment, number, u_by_distance);
+            self.add_sides(&back, &front, cursor, out, drops);
+            drawn.push(Drawn::new(&front, u_by_distance, cursor, out));
+            back = front;
         }
-        self.add_front_cap(last, sections.last(), cursor, out, drops);
+        self.add_front_cap(segment.last, Some(&back), cursor, out, drops);
     }
 
-    fn plain_sections(&self, first: usize, last: usize, frame: Frame, start_u: f32) -> Vec<Section> {
-        let before = self.rings[first - 1];
-        let u = self.u_along(first, last, start_u);
-        let start = self.section(before.middle, before.radius_m, frame, u[0]);
-        let others = self.rings[first..=last]
-            .iter()
-            .zip(&u[1..])
-            .map(|(ring, &u)| self.section(ring.middle, ring.radius_m, ring.frame.unwrap_or(frame), u));
-        std::iter::once(start).chain(others).collect()
+    fn count_sections(&self, segment: &Segment) -> usize {
+        segment.span.count + usize::from(self.shape.kind == TubeShape::Plain)
     }
 
+    /// The ring and the frame of the section of this number.
+    ///
     /// In Open Brush a ring belongs to two knots, and the shape moves it to the later one, with the earlier one's frame;
     /// so a shaped segment starts at its first knot, not at the one before.
-    fn shaped_sections(&self, first: usize, last: usize, frame: Frame, start_u: f32) -> Vec<Section> {
-        let rings = &self.rings[first..=last];
-        let end = &self.line[last];
-        let end_m = end.sample.position.distance(self.line[last - 1].sample.position);
-        let span = Span {
-            count: rings.len(),
-            length_m: rings.iter().map(|ring| ring.length_m).sum(),
-            progress: (end_m / self.knots.spacing_m(end)).min(1.0),
-        };
-        let u = self.u_along(first, last, start_u);
-        let mut along_m = 0.0;
-        let of = |(number, ring): (usize, &Ring)| {
-            along_m += ring.length_m;
-            let t = along_m / span.length_m;
-            let frame = rings[number.saturating_sub(1)].frame.unwrap_or(frame);
-            let radius_m = ring.radius_m * self.shape.curve(&span, number, t);
-            let petal_m = self.shape.petal_m(t, self.line[first + number].smoothed);
-            Section { petal_m, ..self.section(ring.middle, radius_m, frame, u[number]) }
-        };
-        rings.iter().enumerate().map(of).collect()
+    fn place_of(&self, segment: &Segment, number: usize) -> (Ring, Frame) {
+        let at = segment.first + number;
+        let before = self.rings[(at - 1).max(segment.first)];
+        let ring = if self.shape.kind == TubeShape::Plain { self.rings[at - 1] } else { self.rings[at] };
+        (ring, before.frame.unwrap_or(segment.frame))
     }
 
-    /// How far the texture has come at the start of a segment and at each of its knots.
-    fn u_along(&self, first: usize, last: usize, start_u: f32) -> Vec<f32> {
-        let count = last - first + 1;
-        if self.uv == Uv::Stretched {
-            return (0..=count).map(|i| i.min(count - 1) as f32 / count as f32).collect();
+    /// The section of this number; a texture by distance has come to `u` there.
+    fn section_of(&self, segment: &Segment, number: usize, u: f32) -> Section {
+        let (ring, frame) = self.place_of(segment, number);
+        let u = match self.uv {
+            Uv::Stretched => number.min(segment.span.count - 1) as f32 / segment.span.count as f32,
+            _ => u,
+        };
+        if self.shape.kind == TubeShape::Plain {
+            return self.section(ring.middle, ring.radius_m, frame, u);
         }
-        let mut u = start_u;
-        let others = self.rings[first..=last].iter().map(|ring| {
-            u += self.u_over(ring.length_m, ring.radius_m);
-            u
-        });
-        std::iter::once(start_u).chain(others).collect()
+        let t = ring.along_m / segment.span.length_m;
+        let radius_m = ring.radius_m * self.shape.curve(&segment.span, number, t);
+        let petal_m = self.shape.petal_m(t, self.line[segment.first + number].smoothed);
+        Section { petal_m, ..self.section(ring.middle, radius_m, frame, u) }
     }
 
     /// By how much a texture advances over a length on a tube of this radius.
@@ -347,7 +453,7 @@ impl TubeBrushBuilder {
     fn section(&self, middle: Vec3, radius_m: f32, frame: Frame, u: f32) -> Section {
         let corners =
             self.circle.iter().map(|[corner, _]| middle + frame.outwards(*corner) * radius_m).collect();
-        Section { corners, frame, u, petal_m: 0.0 }
+        Section { corners, frame, radius_m, u, petal_m: 0.0 }
     }
 
     fn add_sides(
@@ -380,7 +486,7 @@ impl TubeBrushBuilder {
             ];
             let normals = [(back, i), (back, j), (front, j), (front, i)]
                 .map(|(section, corner)| section.frame.outwards(self.circle[corner][0]));
-            push_side(corners, self.surface(normals, uv), out, drops);
+            out.push_side(corners, self.surface(normals, uv), drops);
         }
         cursor.u = front.u - first_u;
         cursor.count(self.corners_of_ring());
@@ -465,46 +571,17 @@ impl TubeBrushBuilder {
     }
 }
 
+impl Drawn {
+    fn new(section: &Section, u_by_distance: f32, cursor: &Cursor, out: &Pieces) -> Self {
+        let until = Cursor { place: out.len(), ..*cursor };
+        let Section { radius_m, petal_m, u, .. } = *section;
+        Self { until, radius_m, petal_m, u, u_by_distance }
+    }
+}
+
 impl Cursor {
     fn count(&mut self, corners: usize) {
         self.corners = self.corners.wrapping_add(corners as u32);
-    }
-}
-
-impl Frame {
-    fn new(ahead: Vec3, up: Vec3) -> Self {
-        let up = perpendicular_part(up, ahead).unwrap_or_else(|| any_perpendicular(ahead));
-        Self { ahead, up, right: ahead.cross(up) }
-    }
-
-    /// Where a segment starts.
-    fn first(ahead: Vec3, orientation: Quat) -> Self {
-        let up = rotate(orientation, Vec3::Y);
-        Self::new(ahead, if up.dot(ahead) < 0.01 { rotate(orientation, Vec3::X) } else { up })
-    }
-
-    /// Turned by the smallest rotation that takes it to another direction.
-    fn turned_to(self, ahead: Vec3) -> Self {
-        let both = self.ahead + ahead;
-        let up = self.up - both * (ahead.dot(self.up) / (1.0 + self.ahead.dot(ahead)).max(1.0e-6));
-        Self::new(ahead, up)
-    }
-
-    /// Away from the middle, for the cosine and sine of an angle that starts below.
-    fn outwards(&self, (cos, sin): (f32, f32)) -> Vec3 {
-        -self.up * cos - self.right * sin
-    }
-}
-
-/// Adds a quad, or a triangle where the tube ends in a point.
-fn push_side(corners: [Vec3; 4], surface: Surface, out: &mut Pieces, drops: &mut Drops) {
-    let [a, b, c, d] = corners;
-    if c == d {
-        out.push(ConvexPolygon::triangle(a, b, c), surface, drops);
-    } else if a == b {
-        out.push(ConvexPolygon::triangle(b, c, d), surface.with_corners([1, 2, 3, 3]), drops);
-    } else {
-        out.push_quad(corners, surface, drops);
     }
 }
 

@@ -3,6 +3,7 @@ use glam::Vec2;
 use super::{
     Drops, Pieces, QuadPieces, Sample, StrokeSettings,
     random::Random,
+    refresh::Refresh,
     sections::{LANES, Rims, Section},
     track::Track,
 };
@@ -25,6 +26,11 @@ pub struct WeldedBuilder {
     links: Vec<Link>,
     /// The length of the last segment when all of it was last made.
     made_m: f32,
+    /// How many links of the stroke are forgotten.
+    forgotten: usize,
+    /// The start of the segment that was last painted, and how much of that has been.
+    painted: (usize, Refresh),
+    is_finished: bool,
 }
 
 /// The piece of ribbon that ends at a node, or nothing.
@@ -33,6 +39,8 @@ struct Link {
     is_linked: bool,
     /// What the random numbers of its segment start from; tells segments apart.
     segment: u32,
+    /// The first link of its segment, counted from the start of the stroke.
+    start: usize,
     /// Of the segment, before and with this piece.
     along_m: [f32; 2],
     /// Texture coordinate by distance, at both ends.
@@ -85,6 +93,9 @@ impl WeldedBuilder {
             track: Track::new(&settings, brush, is_old, section.vertices()),
             links: Vec::new(),
             made_m: 0.0,
+            forgotten: 0,
+            painted: (0, Refresh::default()),
+            is_finished: false,
         }
     }
 
@@ -131,6 +142,7 @@ impl WeldedBuilder {
             self.track.truncate(last_break + 1);
             self.links.truncate(last_break + 1);
         }
+        self.is_finished = true;
         let start = self.start_of_last();
         if self.section.depends_on_length()
             && let Some(link) = self.links.get(start)
@@ -145,24 +157,43 @@ impl WeldedBuilder {
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         let mut settled = self.track.kept().saturating_sub(2);
         if self.uv == Uv::Stretched {
-            for segment in self.links.chunk_by(|a, b| a.segment == b.segment) {
-                let total_m = segment.last().map_or(0.0, |link| link.along_m[1]);
-                for link in segment {
-                    for (lane, pieces) in link.pieces.iter().enumerate().take(self.section.lanes()) {
-                        out.extend(pieces.painted(self.surface(link, lane, total_m)));
-                    }
-                }
+            let start = self.start_of_last();
+            // At the end there is no other chance.
+            let closed = if self.is_finished { self.links.len() } else { start };
+            for segment in self.links[..closed].chunk_by(|a, b| a.segment == b.segment) {
+                self.stretch(segment, segment.len(), out);
             }
-            settled = settled.min(self.start_of_last().saturating_sub(1));
+            let open = &self.links[closed..];
+            let open = &open[..open.iter().rposition(|link| link.is_linked).map_or(0, |last| last + 1)];
+            if let Some(last) = open.last() {
+                let mut painted = std::mem::take(&mut self.painted);
+                if painted.0 != last.start {
+                    painted = (last.start, Refresh::default());
+                }
+                self.stretch(open, painted.1.parts(open.len(), last.along_m[1]), out);
+                self.painted = painted;
+            }
+            settled = settled.min(start.saturating_sub(1));
         }
         let forgotten = self.track.forget(settled);
         self.links.drain(..forgotten);
+        self.forgotten += forgotten;
+    }
+
+    /// Paints so many links at the end of a segment.
+    fn stretch(&self, segment: &[Link], count: usize, out: &mut Vec<(u32, Surface)>) {
+        let total_m = segment.last().map_or(0.0, |link| link.along_m[1]);
+        for link in &segment[segment.len() - count.min(segment.len())..] {
+            for (lane, pieces) in link.pieces.iter().enumerate().take(self.section.lanes()) {
+                out.extend(pieces.painted(self.surface(link, lane, total_m)));
+            }
+        }
     }
 
     /// The first piece of the last segment.
     fn start_of_last(&self) -> usize {
-        let Some(end) = self.links.iter().rposition(|link| link.is_linked) else { return self.links.len() };
-        self.links[..end].iter().rposition(|link| !link.is_linked).map_or(0, |before| before + 1)
+        let last = self.links.iter().rfind(|link| link.is_linked);
+        last.map_or(self.links.len(), |link| link.start.saturating_sub(self.forgotten))
     }
 
     /// The length of the last segment.
@@ -177,6 +208,7 @@ impl WeldedBuilder {
             let mut link = Link {
                 is_linked: node.is_linked,
                 segment: u32::MAX - 1,
+                start: self.forgotten + i,
                 along_m: [0.0; 2],
                 u: [0.0; 2],
                 alpha: [node.opacity; 2],
@@ -188,6 +220,7 @@ impl WeldedBuilder {
                 let is_start = !behind.is_linked;
                 // The original counts from the vertex before the first of the segment.
                 link.segment = if is_start { before.vertices.wrapping_sub(1) } else { behind.segment };
+                link.start = if is_start { link.start } else { behind.start };
                 let before_m = if is_start { 0.0 } else { behind.along_m[1] };
                 link.along_m = [before_m, before_m + node.length_m];
                 let u = if is_start { self.random.unit(link.segment) } else { behind.u[1] };
@@ -207,18 +240,23 @@ impl WeldedBuilder {
     fn make(&mut self, from: usize, out: &mut Pieces, drops: &mut Drops) {
         // What is made again and what may be replaced has been counted, or will be.
         let mut uncounted = Drops::default();
+        let mut segment = from..from;
         for i in from..self.links.len() {
+            if !segment.contains(&i) {
+                let of_segment = |link: &&Link| link.segment == self.links[i].segment;
+                segment = i..i + self.links[i..].iter().take_while(of_segment).count();
+            }
             let is_new = i + 1 == self.links.len() && i < self.track.kept();
-            self.make_piece(i, out, if is_new { drops } else { &mut uncounted });
+            let total_m = self.links[segment.end - 1].along_m[1];
+            self.make_piece(i, total_m, out, if is_new { drops } else { &mut uncounted });
         }
     }
 
-    fn make_piece(&mut self, i: usize, out: &mut Pieces, drops: &mut Drops) {
+    /// Makes the piece that ends at a node, of a segment of this length.
+    fn make_piece(&mut self, i: usize, total_m: f32, out: &mut Pieces, drops: &mut Drops) {
         let mut link = self.links[i];
         link.pieces = [out.no_quad(); LANES];
         if link.is_linked && i > 0 {
-            let segment = self.links[i..].iter().take_while(|other| other.segment == link.segment);
-            let total_m = segment.last().map_or(0.0, |last| last.along_m[1]);
             let behind = &self.links[i - 1];
             let start = if behind.is_linked { behind.rims[1] } else { self.section.at_start(&self.track, i) };
             let envelope = self.section.envelope(part(link.along_m[1], total_m));

@@ -1,0 +1,61 @@
+/// The least that is made anew at the end: a stroke as long as most, so that only long ones are ever out of date.
+const LEAST: usize = 32;
+
+/// Says how much of a segment is made anew when it has grown, of those that change as a whole: mostly its end, seldom
+/// all of it.
+///
+/// A part is made anew before half of what lies between it and the end is newer. So the end always has its right form, and
+/// what lies far behind it is a bit out of date until the stroke ends. A segment of `n` parts that grows part by part makes
+/// `n (2 log n + 32)` parts or so.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Refresh {
+    /// The most parts that the segment has had.
+    count: usize,
+    /// The longest that the segment was when all of it was made.
+    whole_m: f32,
+}
+
+impl Refresh {
+    /// How many parts at the end are to be made anew, now that the segment has so many and this length.
+    pub(super) fn parts(&mut self, count: usize, length_m: f32) -> usize {
+        let before = self.count;
+        self.count = before.max(count);
+        // The largest power of two that the count has passed a multiple of.
+        let passed = (before ^ self.count).checked_ilog2().map_or(0, |bit| 1_usize << bit);
+        let parts = LEAST + 4 * passed;
+        if parts < count && length_m <= 1.25 * self.whole_m {
+            return parts;
+        }
+        self.whole_m = self.whole_m.max(length_m);
+        count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_end_is_made_often_and_all_of_it_seldom() {
+        const COUNT: usize = 1 << 14;
+        let (mut refresh, mut made, mut whole) = (Refresh::default(), 0, 0);
+        // For which length each part was last made.
+        let mut made_at = vec![0; COUNT];
+        for count in 1..=COUNT {
+            let parts = refresh.parts(count, count as f32);
+            assert!(parts >= LEAST.min(count));
+            made += parts;
+            whole += usize::from(parts == count);
+            made_at[count - parts..count].fill(count);
+            for at in (0..count).step_by(97) {
+                assert!(2 * (count - made_at[at]) < count - at, "part {at} of {count} is of {}", made_at[at]);
+            }
+        }
+        assert!(made < 64 * COUNT && whole < 100, "{made} parts, {whole} times all");
+        // A part that comes and goes, and comes again, is no growth.
+        for count in [COUNT - 1, COUNT, COUNT - 1, COUNT] {
+            assert_eq!(refresh.parts(count, count as f32), LEAST);
+        }
+        assert_eq!(refresh.parts(COUNT, 1.3 * COUNT as f32), COUNT, "a leap");
+    }
+}
