@@ -4,6 +4,8 @@
 
 #[path = "cli_outputs/arguments.rs"]
 mod arguments;
+#[path = "cli_outputs/draw_index.rs"]
+mod draw_index;
 #[path = "cli_outputs/exporting.rs"]
 mod exporting;
 #[path = "cli_outputs/messages.rs"]

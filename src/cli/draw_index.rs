@@ -9,20 +9,35 @@ use super::{
     Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
+    parsers::index_parser,
     played::{IndexedFrameArgs, Played},
+    query::{Numbers, ray_of},
 };
 use crate::{
-    lab::report::{Side, Structure, StructureView, thousands},
+    index::{IndexConfig, SpatialIndex},
+    lab::report::{
+        CellColors, Side, SplitOutline, Structure, StructurePanel, StructurePicture, StructureView, thousands,
+    },
+    math::{Aabb, Ray},
     output_file::OutputKind,
+    replay::Moment,
+    rivals::{Bsp, BspConfig, IndexKind},
+    scene::Scene,
 };
+
+/// Planes that are drawn at most.
+const MOST_PLANES: usize = 2000;
 
 /// Draw the cells of an index over the polygons, or its tree, as the index is after a frame.
 ///
-/// Large trees are collapsed: the picture leaves out the deepest levels and says so.
+/// Large trees are collapsed: the picture leaves out the deepest levels and says so. A legend names the levels.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp draw-index recordings/room.ron room.svg
   osp draw-index recordings/room.ron --index octree-rebuild --from top room.png
+  osp draw-index recordings/room.ron --beside kd-tree --colors leaf both.svg
+  osp draw-index recordings/room.ron --ray 0,1.6,6 0,0,-1 --from top ray.png
+  osp draw-index recordings/room.ron --index bsp --planes --from top planes.png
   osp draw-index sketch.tilt --index bvh-sah --frame 40 --as tree tree.svg
   osp draw-index sketch.tilt --as tree tree.dot   (for Graphviz)")]
 pub(super) struct DrawIndexArgs {
@@ -37,6 +52,19 @@ pub(super) struct DrawIndexArgs {
     /// The side from which the cells are seen.
     #[arg(long, value_enum, default_value_t = From::Front)]
     from: From,
+    /// A second index, drawn beside the first.
+    #[arg(long, value_name = "INDEX", value_parser = index_parser())]
+    beside: Option<IndexKind>,
+    /// What the colours of the cells tell: their `level`, or for each polygon the lowest node that holds it (`leaf`).
+    #[arg(long, value_enum, default_value_t = Colors::Level)]
+    colors: Colors,
+    /// A ray, where it starts and in which direction it goes: the nodes that it enters stand out, and the first polygon that
+    /// it meets is marked.
+    #[arg(long, num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
+    ray: Option<Vec<Numbers>>,
+    /// Draw the planes of a `bsp` in place of the boxes of its nodes: the upper 2,000, each cut off by those above it.
+    #[arg(long)]
+    planes: bool,
     /// Let the picture replace a file of another kind, but never the session.
     #[arg(long)]
     force: bool,
@@ -60,6 +88,37 @@ enum From {
     Right,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Colors {
+    /// The level of a cell.
+    Level,
+    /// The lowest node that holds a polygon.
+    Leaf,
+}
+
+/// The planes of a tree along the polygons' planes.
+fn splits(scene: &Scene) -> anyhow::Result<Vec<SplitOutline>> {
+    let mut tree = Bsp::new(BspConfig::default(), &IndexConfig::default());
+    let mut bounds = Aabb::EMPTY;
+    for id in scene.visible_ids() {
+        tree.insert(id, scene.bounds(id))?;
+        tree.shape(id, &scene.polygon(id));
+        bounds = bounds.union(scene.bounds(id));
+    }
+    tree.commit();
+    let mut outlines = Vec::new();
+    tree.splits(&bounds, MOST_PLANES, &mut |depth, corners| {
+        outlines.push(SplitOutline { depth, corners: corners.to_vec() });
+    });
+    Ok(outlines)
+}
+
+/// Where a ray meets the first polygon.
+fn first_hit(index: &dyn SpatialIndex, scene: &Scene, ray: &Ray) -> Option<f32> {
+    let hit = index.ray_nearest(ray, f32::INFINITY, &mut |id| scene.polygon(id).meet(ray));
+    hit.map(|(_, t)| t)
+}
+
 pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
     let ending = args.out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let is_dot = ending == "dot";
@@ -79,11 +138,23 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         _ => OutputKind::Png,
     };
     let output = Outputs::new(args.force).reads([&args.frame.session.file]).add("OUT", &args.out, kind)?;
+    ensure!(
+        !args.planes || (args.frame.index == IndexKind::Bsp && args.shown == Shown::Space),
+        "--planes: expected with --index bsp and a picture of cells"
+    );
+    ensure!(
+        args.beside.is_none() || !is_dot,
+        "{}: a .dot holds one tree: expected no --beside",
+        args.out.display()
+    );
+    let ray = args.ray.as_deref().map(ray_of).transpose()?;
     let Played { scene, pipeline, moment, .. } = Played::in_index(&args.frame)?;
+    let file = &args.frame.session.file;
+    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+    let title_of =
+        |moment: &Moment, index: IndexKind| format!("{name}, frame {}, {}", moment.frame, index.name());
+    let title = title_of(&moment, args.frame.index);
     let structure = Structure::of(pipeline.index());
-    let name =
-        args.frame.session.file.file_name().unwrap_or(args.frame.session.file.as_os_str()).to_string_lossy();
-    let title = format!("{name}, frame {}, {}", moment.frame, args.frame.index.name());
     if is_dot {
         output.write(structure.to_dot(&title).as_bytes())?;
     } else {
@@ -94,8 +165,20 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
             (Shown::Space, From::Right) => StructureView::Space(Side::Right),
         };
         output.check()?;
-        let drawn = structure.draw(view, &scene, &title, output.path());
-        drawn.map_err(|e| anyhow!("{}: {e}", output.path().display()))?;
+        let splits = if args.planes { splits(&scene)? } else { Vec::new() };
+        let mut panels = vec![StructurePanel { title: title.clone(), structure: structure.clone(), splits }];
+        if let Some(other) = args.beside {
+            let played = Played::up_to(&args.frame.session, other)?;
+            let structure = Structure::of(played.pipeline.index());
+            panels.push(StructurePanel { title: title_of(&moment, other), structure, splits: Vec::new() });
+        }
+        let colors = match args.colors {
+            Colors::Level => CellColors::Level,
+            Colors::Leaf => CellColors::Leaf,
+        };
+        let ray = ray.map(|ray| (ray, first_hit(pipeline.index(), &scene, &ray)));
+        let picture = StructurePicture { panels: &panels, view, scene: &scene, colors, ray };
+        picture.write(output.path()).map_err(|e| anyhow!("{}: {e}", output.path().display()))?;
     }
     let nodes = structure.nodes();
     if nodes.is_empty() {

@@ -65,7 +65,7 @@ struct PartArgs {
 
 /// Finite numbers with commas between them.
 #[derive(Clone, Debug)]
-struct Numbers(Vec<f32>);
+pub(super) struct Numbers(Vec<f32>);
 
 impl FromStr for Numbers {
     type Err = String;
@@ -78,6 +78,17 @@ impl FromStr for Numbers {
             _ => Err(format!("expected one finite number or three, X,Y,Z; found `{text}`")),
         }
     }
+}
+
+/// The ray that `--ray` says, with a direction of unit length, so that where it meets something is a distance.
+pub(super) fn ray_of(values: &[Numbers]) -> anyhow::Result<Ray> {
+    let (origin, direction) = match values {
+        [origin, direction] => (origin.point("--ray")?, direction.point("--ray")?),
+        _ => bail!("--ray: expected a start and a direction"),
+    };
+    let direction = direction.as_dvec3().try_normalize();
+    let direction = direction.ok_or_else(|| anyhow!("--ray: expected a direction, found 0,0,0"))?;
+    Ok(Ray::new(origin, direction.as_vec3()))
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -126,17 +137,7 @@ impl PartArgs {
                 }
                 Ok(Part::Nearest(point, count as usize))
             }
-            Self { ray: Some(values), .. } => {
-                let ray = match values.as_slice() {
-                    [origin, direction] => (origin.point("--ray")?, direction.point("--ray")?),
-                    _ => bail!("--ray: expected a start and a direction"),
-                };
-                // Of unit length, so that where it meets something is a distance.
-                let direction = ray.1.as_dvec3().try_normalize();
-                let direction =
-                    direction.ok_or_else(|| anyhow!("--ray: expected a direction, found 0,0,0"))?;
-                Ok(Part::Ray(Ray::new(ray.0, direction.as_vec3())))
-            }
+            Self { ray: Some(values), .. } => Ok(Part::Ray(ray_of(values)?)),
             _ => bail!("expected --box, --sphere, --nearest or --ray"),
         }
     }

@@ -9,6 +9,7 @@ mod pins;
 mod printable;
 mod run;
 mod structure;
+mod structure_picture;
 mod table;
 
 pub(crate) use chart::register_font;
@@ -19,6 +20,9 @@ pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, PURPLE, SKY, VERMILION};
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub(crate) use printable::{one_line, printable};
 pub use run::{OcclusionReport, ReplayReport, RunReport};
-pub use structure::{Side, Structure, StructureNode, StructureView};
+pub use structure::{Structure, StructureNode};
+pub use structure_picture::{
+    CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
+};
 pub use table::replay_table;
 pub(crate) use table::{short, thousands};

@@ -1,34 +1,16 @@
-//! Pictures of an index: its cells in projection, and its tree.
+//! The nodes of an index: as many of its levels as can be shown, and as text for Graphviz.
 
-use std::{error::Error, fmt::Write, path::Path};
+use std::fmt::Write;
 
-use plotters::{coord::Shift, prelude::*};
-
-use super::{
-    ChartFormat,
-    chart::register_font,
-    picture::{Picture, encode},
-    printable::one_line,
-    table::thousands,
-};
+use super::table::thousands;
 use crate::{
-    atomic_file::write_atomically,
     index::{Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum},
     polygon::PolygonId,
-    scene::Scene,
 };
 
-/// Size of a picture, pixels.
-const SIZE: (u32, u32) = (1280, 960);
-/// Room around what is drawn, pixels.
-const MARGIN: f32 = 40.0;
-/// Nodes that a picture of cells shows at most.
-const MOST_CELLS: usize = 20_000;
 /// Nodes that a picture of a tree shows at most.
-const MOST_TREE_NODES: usize = 500;
-/// Places side by side up to which the nodes of a tree bear numbers.
-const MOST_LABELS: usize = 24;
+pub(super) const MOST_TREE_NODES: usize = 500;
 
 /// A node of an index.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,49 +31,8 @@ pub struct StructureNode {
 #[derive(Clone, Debug, Default)]
 pub struct Structure {
     nodes: Vec<StructureNode>,
-}
-
-/// The side from which a picture shows the cells of an index, without perspective.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// Along -z: x to the right, y up.
-    Front,
-    /// From above: x to the right, z down.
-    Top,
-    /// Along -x: z to the left, y up.
-    Right,
-}
-
-impl Side {
-    /// All sides.
-    pub const ALL: [Self; 3] = [Self::Front, Self::Top, Self::Right];
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Front => "front",
-            Self::Top => "top",
-            Self::Right => "right",
-        }
-    }
-
-    /// Right and up in the picture.
-    fn project(self, p: glam::Vec3) -> (f32, f32) {
-        match self {
-            Self::Front => (p.x, p.y),
-            Self::Top => (p.x, -p.z),
-            Self::Right => (-p.z, p.y),
-        }
-    }
-}
-
-/// The two kinds of picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StructureView {
-    /// Cells over the polygons, in projection.
-    Space(Side),
-    /// The tree, with the root at the top.
-    Tree,
+    /// The polygons, each with the number of the lowest node that holds it.
+    members: Vec<(PolygonId, usize)>,
 }
 
 struct Collector(Structure);
@@ -116,7 +57,12 @@ impl Visitor for Collector {
         Visit::Descend
     }
 
-    fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+        // They belong to the node met last.
+        if let Some(node) = self.0.nodes.len().checked_sub(1) {
+            self.0.members.extend(ids.iter().map(|&id| (id, node)));
+        }
+    }
 }
 
 impl Structure {
@@ -130,6 +76,11 @@ impl Structure {
     /// The nodes.
     pub fn nodes(&self) -> &[StructureNode] {
         &self.nodes
+    }
+
+    /// The polygons, each with the number of the lowest node that holds it.
+    pub fn members(&self) -> &[(PolygonId, usize)] {
+        &self.members
     }
 
     /// Depth of the deepest node.
@@ -165,6 +116,7 @@ impl Structure {
                 }
             }
         }
+        kept.members.extend(self.members.iter().map(|&(id, node)| (id, place[node])));
         kept
     }
 
@@ -178,7 +130,9 @@ impl Structure {
             if node.left_out > 0 {
                 let _ = write!(label, "\\n+{} nodes", thousands(node.left_out as u64));
             }
-            let _ = writeln!(dot, "  n{i} [label=\"{label}\"];");
+            let corner = |p: glam::Vec3| format!("{:.2} {:.2} {:.2}", p.x, p.y, p.z);
+            let (min, max) = (corner(node.bounds.min), corner(node.bounds.max));
+            let _ = writeln!(dot, "  n{i} [label=\"{label}\\n{min} to\\n{max} m\"];");
             if let Some(parent) = node.parent {
                 let _ = writeln!(dot, "  n{parent} -> n{i};");
             }
@@ -186,167 +140,6 @@ impl Structure {
         dot.push_str("}\n");
         dot
     }
-
-    /// Draws the structure to an `.svg` or `.png` file, with `title` above; the file is whole or not there.
-    ///
-    /// # Errors
-    /// The name ends otherwise, or the file cannot be written.
-    pub fn draw(
-        &self,
-        view: StructureView,
-        scene: &Scene,
-        title: &str,
-        path: &Path,
-    ) -> Result<(), Box<dyn Error>> {
-        register_font();
-        let title = one_line(title);
-        let picture = StructurePicture { structure: self, view, scene, title: &title };
-        let bytes = encode(&picture, ChartFormat::of(path)?, SIZE)?;
-        Ok(write_atomically(path, |out| out.write_all(&bytes))?)
-    }
-
-    fn draw_on<B: DrawingBackend>(
-        &self,
-        view: StructureView,
-        scene: &Scene,
-        title: &str,
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
-        area.fill(&WHITE)?;
-        let shown = self.collapsed(match view {
-            StructureView::Space(_) => MOST_CELLS,
-            StructureView::Tree => MOST_TREE_NODES,
-        });
-        let mut title = format!(
-            "{title}: {} nodes, {} levels",
-            thousands(self.nodes.len() as u64),
-            if self.nodes.is_empty() { 0 } else { self.depth() + 1 }
-        );
-        if shown.nodes.len() < self.nodes.len() {
-            let _ = write!(title, "; the upper {} are shown", shown.depth() + 1);
-        }
-        let area = area.titled(&title, ("sans-serif", 22))?;
-        match view {
-            StructureView::Space(side) => shown.draw_cells(side, scene, &area)?,
-            StructureView::Tree => shown.draw_tree(&area)?,
-        }
-        area.present()?;
-        Ok(())
-    }
-
-    fn draw_cells<B: DrawingBackend>(
-        &self,
-        side: Side,
-        scene: &Scene,
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
-        let all = self.nodes.iter().fold(Aabb::EMPTY, |all, node| all.union(&node.bounds));
-        if all.is_empty() {
-            return Ok(());
-        }
-        let (a, b) = (side.project(all.min), side.project(all.max));
-        let (left, bottom) = (a.0.min(b.0), a.1.min(b.1));
-        let (width, height) = ((a.0 - b.0).abs().max(1.0e-9), (a.1 - b.1).abs().max(1.0e-9));
-        let (w, h) = area.dim_in_pixel();
-        let (w, h) = (w as f32, h as f32);
-        let scale = ((w - 2.0 * MARGIN) / width).min((h - 2.0 * MARGIN) / height);
-        let (x0, y0) = ((w - width * scale) * 0.5, (h + height * scale) * 0.5);
-        let pixel = |p: glam::Vec3| {
-            let (x, y) = side.project(p);
-            ((x0 + (x - left) * scale) as i32, (y0 - (y - bottom) * scale) as i32)
-        };
-        for id in scene.visible_ids() {
-            let polygon = scene.polygon(id);
-            let outline: Vec<(i32, i32)> = polygon.vertices().iter().map(|&corner| pixel(corner)).collect();
-            area.draw(&Polygon::new(outline, RGBColor(190, 190, 190).mix(0.6)))?;
-        }
-        // The lowest first, so that the few high ones stay to be seen.
-        let mut order: Vec<&StructureNode> = self.nodes.iter().collect();
-        order.sort_by_key(|node| std::cmp::Reverse(node.depth));
-        for node in order {
-            let corners = [pixel(node.bounds.min), pixel(node.bounds.max)];
-            area.draw(&Rectangle::new(corners, color_of_depth(node.depth).mix(0.8)))?;
-        }
-        Ok(())
-    }
-
-    fn draw_tree<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
-        let mut has_child = vec![false; self.nodes.len()];
-        self.nodes.iter().filter_map(|node| node.parent).for_each(|parent| has_child[parent] = true);
-        let places = has_child.iter().filter(|&&has| !has).count().max(1);
-        let (w, h) = area.dim_in_pixel();
-        let step_x = (w as f32 - 2.0 * MARGIN) / places as f32;
-        let step_y = (h as f32 - 2.0 * MARGIN) / (self.depth() + 1) as f32;
-        // Ends stand side by side, others in the middle above those below them.
-        let mut spans: Vec<(f32, f32)> = vec![(f32::INFINITY, f32::NEG_INFINITY); self.nodes.len()];
-        let mut next = 0.5;
-        for (span, _) in spans.iter_mut().zip(&has_child).filter(|&(_, &has)| !has) {
-            *span = (next, next);
-            next += 1.0;
-        }
-        for i in (0..self.nodes.len()).rev() {
-            if let Some(parent) = self.nodes[i].parent {
-                let middle = f32::midpoint(spans[i].0, spans[i].1);
-                spans[parent] = (spans[parent].0.min(middle), spans[parent].1.max(middle));
-            }
-        }
-        let pixel = |i: usize| {
-            let x = MARGIN + f32::midpoint(spans[i].0, spans[i].1) * step_x;
-            let y = MARGIN + (self.nodes[i].depth as f32 + 0.5) * step_y;
-            (x as i32, y as i32)
-        };
-        for (i, node) in self.nodes.iter().enumerate() {
-            if let Some(parent) = node.parent {
-                area.draw(&PathElement::new([pixel(parent), pixel(i)], RGBColor(170, 170, 170)))?;
-            }
-        }
-        let most = self.nodes.iter().map(|node| node.polygons).max().unwrap_or(1).max(2);
-        for (i, node) in self.nodes.iter().enumerate() {
-            // By the logarithm of what is below, as far as there is room.
-            let share = (node.polygons.max(1) as f32).ln() / (most as f32).ln();
-            let radius = (2.0 + 8.0 * share).min(step_x.max(3.0) * 0.45) as i32;
-            let (x, y) = pixel(i);
-            area.draw(&Circle::new((x, y), radius, color_of_depth(node.depth).filled()))?;
-            if places <= MOST_LABELS {
-                let mut label = thousands(node.polygons as u64);
-                if node.left_out > 0 {
-                    let _ = write!(label, " (+{})", thousands(node.left_out as u64));
-                }
-                area.draw(&Text::new(label, (x + radius + 3, y - 6), ("sans-serif", 13)))?;
-            }
-        }
-        Ok(())
-    }
-}
-
-struct StructurePicture<'a> {
-    structure: &'a Structure,
-    view: StructureView,
-    scene: &'a Scene,
-    title: &'a str,
-}
-
-impl Picture for StructurePicture<'_> {
-    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
-        self.structure.draw_on(self.view, self.scene, self.title, area)
-    }
-}
-
-fn color_of_depth(depth: u32) -> HSLColor {
-    // Neighbouring levels lie far apart on the colour wheel.
-    HSLColor((0.6 + f64::from(depth) * 0.382).fract(), 0.75, 0.42)
 }
 
 #[cfg(test)]
@@ -404,5 +197,30 @@ mod tests {
         assert_eq!(dot.matches(" polygons").count(), 7);
         assert_eq!(dot.matches(" -> ").count(), 6);
         assert!(dot.contains("4,000 polygons") && dot.contains(r"\n+"), "{dot}");
+        assert!(dot.contains(r"\n-1.01 -1.01 -1.01 to\n2.81 2.81 0.81 m"), "{dot}");
+    }
+
+    #[test]
+    fn every_polygon_is_a_member_of_one_node_that_holds_it() {
+        for &kind in IndexKind::ALL {
+            let index = filled(kind);
+            let structure = Structure::of(&*index);
+            for structure in [structure.collapsed(9), structure] {
+                let mut ids: Vec<u32> = structure.members().iter().map(|(id, _)| id.0).collect();
+                ids.sort_unstable();
+                let all = if structure.nodes().is_empty() { 0 } else { 4000 };
+                assert!(ids.iter().copied().eq(0..all), "{}: {}", kind.name(), ids.len());
+                for &(id, node) in structure.members() {
+                    let i = id.0;
+                    let at =
+                        Vec3::new((i % 20) as f32, (i / 20 % 20) as f32, (i / 400) as f32) * 0.2 - Vec3::ONE;
+                    assert!(
+                        structure.nodes()[node].bounds.contains(&Aabb::cube(at, 0.02)),
+                        "{}",
+                        kind.name()
+                    );
+                }
+            }
+        }
     }
 }

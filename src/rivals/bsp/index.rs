@@ -34,6 +34,12 @@ impl Bsp {
         self.0.builder().order().back_to_front(eye, draw);
     }
 
+    /// Hands over the planes of nodes, level by level, at most `most`: the level, 0 at the top, and the outline of what
+    /// the planes above and `bounds` leave of the plane, world space.
+    pub fn splits(&self, bounds: &Aabb, most: usize, draw: &mut impl FnMut(u32, &[Vec3])) {
+        self.0.builder().order().splits(bounds, most, draw);
+    }
+
     /// What the tree has become at the last commit.
     pub fn counts(&self) -> BspCounts {
         self.0.builder().order().counts()

@@ -1,7 +1,11 @@
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::plane::{Side, SplitPlane};
-use crate::{polygon::PolygonId, rivals::walk_stack::WalkStack};
+use crate::{
+    math::{Aabb, clip_convex},
+    polygon::PolygonId,
+    rivals::walk_stack::WalkStack,
+};
 
 /// Stands for a node that is not there.
 pub(super) const NO_NODE: u32 = u32::MAX;
@@ -107,6 +111,44 @@ impl OrderTree {
                     stack.push(Step::Own(at));
                     stack.push(Step::Below(far));
                 }
+            }
+        }
+    }
+
+    /// See [`Bsp::splits`](super::Bsp::splits).
+    pub(super) fn splits(&self, bounds: &Aabb, most: usize, draw: &mut impl FnMut(u32, &[Vec3])) {
+        let (center, reach) = (bounds.center().as_dvec3(), f64::from(bounds.extent().length()));
+        let sides: Vec<_> = (0..3)
+            .flat_map(|axis| {
+                let (min, max) = (bounds.min[axis], bounds.max[axis]);
+                [(SplitPlane::across(axis, min), 1.0), (SplitPlane::across(axis, max), -1.0)]
+            })
+            .collect();
+        // Level by level, so that it is the lowest that are left out.
+        let mut queue = std::collections::VecDeque::from([(0u32, 0u32, sides)]);
+        let mut drawn = 0;
+        while let Some((at, depth, sides)) = queue.pop_front() {
+            let Some(node) = self.nodes.get(at as usize).filter(|node| !node.plane.is_none()) else {
+                continue;
+            };
+            if drawn == most {
+                return;
+            }
+            drawn += 1;
+            let mut outline = node.plane.square(center, reach);
+            for (plane, sign) in &sides {
+                let mut kept = Vec::with_capacity(outline.len() + 1);
+                clip_convex(&outline, |p: DVec3| sign * plane.distance_of(p), |p| kept.push(p));
+                outline = kept;
+            }
+            let corners: Vec<Vec3> = outline.iter().map(|p| p.as_vec3()).collect();
+            if corners.len() > 2 {
+                draw(depth, &corners);
+            }
+            for (below, sign) in [(node.front, 1.0), (node.back, -1.0)] {
+                let mut sides = sides.clone();
+                sides.push((node.plane, sign));
+                queue.push_back((below, depth + 1, sides));
             }
         }
     }

@@ -80,6 +80,21 @@ impl SplitPlane {
         self.normal.dot(p.as_dvec3()) + self.d
     }
 
+    /// Distance in front of it, metres.
+    pub(super) fn distance_of(&self, p: DVec3) -> f64 {
+        self.normal.dot(p) + self.d
+    }
+
+    /// A square in it around the point nearest to `center`, `reach` metres to each side and more.
+    pub(super) fn square(&self, center: DVec3, reach: f64) -> Vec<DVec3> {
+        let middle = center - self.normal * self.distance_of(center);
+        let right = self.normal.any_orthonormal_vector();
+        let up = self.normal.cross(right);
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| middle + (right * x + up * y) * (reach * 1.5))
+            .to_vec()
+    }
+
     /// How near a point has to be to lie in it.
     fn tolerance(&self, p: Vec3) -> f64 {
         self.thickness + ROUNDING * largest_coordinate(p)
