@@ -14,18 +14,21 @@ use super::{
 };
 use crate::{
     lab::report::thousands,
+    math::Aabb,
     recording::{Environment, Header, Layer, Pace},
     replay::{Summary, summarize},
+    scene::GroupNode,
 };
 
 /// Say what a session holds: strokes, points, polygons, what was erased, how long it took, the model's bounds, what was
-/// dropped and why, its brushes and how they are drawn, its light and layers, and what of the file is not shown.
+/// dropped and why, its groups, its brushes and how they are drawn, its light and layers, and what of the file is not
+/// shown.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp info recordings/room.ron
   osp info sketch.tilt --json")]
 pub(super) struct InfoArgs {
-    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     file: PathBuf,
     /// Print one JSON object instead of text.
     #[arg(long)]
@@ -36,6 +39,9 @@ pub(super) struct InfoArgs {
 
 /// Most layers, and most things not shown, that the text lists.
 const MOST_LISTED: usize = 20;
+
+/// Most groups that the text lists.
+const MOST_GROUPS: usize = 100;
 
 #[derive(Serialize)]
 struct JsonInfo<'a> {
@@ -60,6 +66,8 @@ struct JsonInfo<'a> {
     environment: Option<&'a Environment>,
     layers: &'a [Layer],
     left_out: &'a [String],
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    groups: Vec<JsonGroup>,
     skipped: u64,
     warnings: &'a [String],
 }
@@ -73,19 +81,46 @@ struct JsonDropped {
     ignored_events: u64,
 }
 
+#[derive(Serialize)]
+struct JsonGroup {
+    group: u32,
+    name: Option<String>,
+    parent: Option<u32>,
+    strokes: u64,
+    polygons: u64,
+    bounds_m: Option<[[f32; 3]; 2]>,
+}
+
+impl JsonGroup {
+    fn of(node: &GroupNode) -> Self {
+        Self {
+            group: node.id.0,
+            name: node.name.clone(),
+            parent: node.parent.map(|parent| parent.0),
+            strokes: node.strokes,
+            polygons: node.polygons,
+            bounds_m: corners(&node.bounds),
+        }
+    }
+}
+
+fn corners(bounds: &Aabb) -> Option<[[f32; 3]; 2]> {
+    (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()])
+}
+
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let mut session = OpenSession::open(&args.file, &args.reading)?;
     let mut plain = Plain::default();
     let events = session.by_ref().inspect(|event| event.iter().for_each(|event| plain.note(event)));
-    let (summary, scene, outcome) = summarize(events, Pace::Samples(1));
-    let brushes = plain.rows(&scene);
+    let (summary, mut scene, outcome) = summarize(events, Pace::Samples(1));
+    let (brushes, groups) = (plain.rows(&scene), scene.group_tree());
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
     if args.json {
-        say(&json(args, &session, &summary, &brushes)?)?;
+        say(&json(args, &session, &summary, &brushes, &groups)?)?;
     } else {
-        say(&text(args, &session, &summary, &brushes))?;
+        say(&text(args, &session, &summary, &brushes, &groups))?;
     }
     // The part that was read is shown all the same.
     outcome?;
@@ -96,7 +131,13 @@ fn duration_secs(summary: &Summary) -> f64 {
     summary.time_span_secs.map_or(0.0, |(first, last)| last - first)
 }
 
-fn json(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow]) -> anyhow::Result<String> {
+fn json(
+    args: &InfoArgs,
+    session: &OpenSession,
+    s: &Summary,
+    brushes: &[BrushRow],
+    groups: &[GroupNode],
+) -> anyhow::Result<String> {
     let (counts, header) = (s.counts, &session.header);
     let info = JsonInfo {
         recording: args.file.display().to_string(),
@@ -114,7 +155,7 @@ fn json(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow
         head_poses: s.heads,
         duration_secs: duration_secs(s),
         backward_time_steps: s.backward_steps,
-        bounds_m: (!s.bounds.is_empty()).then(|| [s.bounds.min.to_array(), s.bounds.max.to_array()]),
+        bounds_m: corners(&s.bounds),
         dropped: JsonDropped {
             zero_length: counts.drops.zero_length,
             degenerate: counts.drops.degenerate,
@@ -126,13 +167,20 @@ fn json(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow
         environment: header.environment.as_deref(),
         layers: &header.layers,
         left_out: &header.left_out,
+        groups: groups.iter().map(JsonGroup::of).collect(),
         skipped: session.notes().skipped,
         warnings: &session.notes().warnings,
     };
     Ok(serde_json::to_string(&info)?)
 }
 
-fn text(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow]) -> String {
+fn text(
+    args: &InfoArgs,
+    session: &OpenSession,
+    s: &Summary,
+    brushes: &[BrushRow],
+    groups: &[GroupNode],
+) -> String {
     let counts = s.counts;
     let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
     let mut line = |name: &str, value: String| lines.push(format!("  {name:<11} {value}"));
@@ -195,10 +243,44 @@ fn text(args: &InfoArgs, session: &OpenSession, s: &Summary, brushes: &[BrushRow
         line("skipped", format!("{} damaged pieces", thousands(session.notes().skipped)));
     }
     look(&session.header).into_iter().for_each(|(name, value)| line(name, value));
+    lines.extend(group_lines(groups));
     if !brushes.is_empty() {
         lines.push(brush_rows::table(brushes));
     }
     lines.join("\n")
+}
+
+/// The groups, those below others indented.
+fn group_lines(groups: &[GroupNode]) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (node, number) in groups.iter().take(MOST_GROUPS).zip(0..) {
+        let title = if number == 0 { "groups" } else { "" };
+        let name = match &node.name {
+            Some(name) => one_line(name).into_owned(),
+            None => format!("group {}", node.id.0),
+        };
+        let size = match node.bounds.is_empty() {
+            true => String::new(),
+            false => {
+                let (min, size) = (node.bounds.min, node.bounds.extent());
+                format!(
+                    ", {:.3} x {:.3} x {:.3} m from ({:.3}, {:.3}, {:.3})",
+                    size.x, size.y, size.z, min.x, min.y, min.z
+                )
+            }
+        };
+        lines.push(format!(
+            "  {title:<11} {:indent$}{name}: {} strokes, {} polygons{size}",
+            "",
+            thousands(node.strokes),
+            thousands(node.polygons),
+            indent = 2 * node.depth.min(20),
+        ));
+    }
+    if groups.len() > MOST_GROUPS {
+        lines.push(format!("  {:<11} … ({} in all)", "", thousands(groups.len() as u64)));
+    }
+    lines
 }
 
 /// Light, layers, and what is not shown.

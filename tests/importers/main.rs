@@ -16,6 +16,7 @@ mod corpus;
 mod damage;
 mod files;
 mod forged;
+mod gltf;
 mod limits;
 mod messages;
 mod metadata;
