@@ -1,8 +1,10 @@
 //! The groups of a scene as a tree.
 
+use glam::Vec3;
+
 use super::{Scene, group::Extent};
 use crate::{
-    math::Aabb,
+    math::{Aabb, rotate},
     recording::{GroupId, StrokeId, Transform},
 };
 
@@ -61,6 +63,32 @@ impl Scene {
             walk.extend(groups.below(Some(at)).into_iter().rev().map(|child| (child, depth + 1)));
         }
         nodes
+    }
+
+    /// The group that a group hangs under.
+    pub fn parent_of(&self, id: GroupId) -> Option<GroupId> {
+        let parent = self.groups.parent(self.groups.find(id)?)?;
+        Some(self.groups.id(parent))
+    }
+
+    /// Where a group was placed; `None` if there is no such group.
+    pub fn group_transform(&self, id: GroupId) -> Option<Transform> {
+        self.groups.find(id).map(|group| self.groups.transform(group))
+    }
+
+    /// A point of the world in the space that a group is placed in. `None` if there is no such group, or if those above it
+    /// have shrunk to a point.
+    pub fn in_parent_of(&self, id: GroupId, world: Vec3) -> Option<Vec3> {
+        let mut chain = Vec::new();
+        self.groups.chain(self.groups.parent(self.groups.find(id)?), &mut chain);
+        let p = chain.iter().rev().fold(world, |p, to| rotate(to.q.conjugate(), p - to.p) / to.s);
+        p.is_finite().then_some(p)
+    }
+
+    /// A number that no group has.
+    pub fn free_group(&self) -> Option<GroupId> {
+        let first = self.groups.below(None).len() as u32;
+        (first..=u32::MAX).chain(0..first).map(GroupId).find(|&id| self.groups.find(id).is_none())
     }
 
     /// The strokes in a group and in those below it.

@@ -316,3 +316,24 @@ fn what_makes_no_sense_is_refused_and_changes_nothing() {
     index.commit();
     index.frustum_cull(&Frustum::everything(), &mut CullScratch::default(), |_| ());
 }
+
+/// The scene graph that lecture notes print (source document 000, 1.4), and its first exercise.
+#[test]
+fn the_planet_and_the_moon_are_where_the_lecture_says() {
+    let turn = |degrees: f32| Affine3A::from_rotation_y(degrees.to_radians());
+    let offset = |x: f32| Affine3A::from_translation(Vec3::new(x, 0.0, 0.0));
+    let mut index = GroupIndex::default();
+    let mut node = |parent: Option<NodeId>, to: Affine3A| index.add_node(parent, to, None).expect("a node");
+    let planet_orbit = node(None, turn(45.0));
+    let planet = node(Some(planet_orbit), offset(5.0));
+    let moon_orbit = node(Some(planet), turn(30.0));
+    let moon = node(Some(moon_orbit), offset(1.5));
+    let a = node(None, offset(3.0) * turn(45.0));
+    let b = node(Some(a), offset(2.0));
+    index.commit();
+    let at = |node: NodeId| Vec3::from(index.world_from_node(node).expect("a node").translation);
+    assert!(at(planet).abs_diff_eq(Vec3::new(3.54, 0.0, -3.54), 0.005), "{}", at(planet));
+    // The lecture prints (4.61, 0, -2.89), which no product of its matrices gives: 45 + 30 degrees are 75.
+    assert!(at(moon).abs_diff_eq(Vec3::new(3.924, 0.0, -4.984), 0.005), "{}", at(moon));
+    assert!(at(b).abs_diff_eq(Vec3::new(4.414, 0.0, -1.414), 0.005), "{}", at(b));
+}

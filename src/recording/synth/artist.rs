@@ -325,7 +325,7 @@ fn rotation(q: [f64; 4]) -> Quat {
     Quat::from_array(q.map(|c| rounded(c, 1e4)))
 }
 
-fn rounded(value: f64, parts: f64) -> f32 {
+pub(super) fn rounded(value: f64, parts: f64) -> f32 {
     // Zero without a sign: shorter to write.
     ((value * parts).round() / parts + 0.0) as f32
 }
