@@ -89,7 +89,7 @@ impl OutputKind {
     /// Whether a name may be given to this kind of file.
     fn fits_name(self, path: &Path) -> bool {
         let is_session = || {
-            let endings = [".ron", ".zst", ".tilt", ".apa", ".json", ".poses", ".obj", ".gz"];
+            let endings = [".ron", ".zst", ".tilt", ".apa", ".json", ".poses", ".obj", ".gz", ".gltf"];
             let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase());
             name.is_some_and(|name| endings.iter().any(|ending| name.ends_with(ending)))
         };

@@ -146,7 +146,7 @@ fn groups_forget_what_is_gone() {
         let then = |stroke, scene: &mut Scene| {
             let (t, strokes, parent) = (0.0, vec![stroke], None);
             match group {
-                Some(group) => apply(scene, Event::Group { t, group, strokes, parent }),
+                Some(group) => apply(scene, Event::Group { t, group, strokes, parent, name: None }),
                 None => apply(scene, Event::Move { t, strokes, by: Vec3::X }),
             }
             apply(scene, Event::Erase { t, stroke });

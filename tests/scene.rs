@@ -277,6 +277,7 @@ fn groups_carry_their_strokes_and_each_other() {
         group: GroupId(group),
         strokes: strokes.iter().map(|&s| StrokeId(s)).collect(),
         parent: parent.map(GroupId),
+        name: None,
     };
     let centre = |scene: &Scene| scene.bounds(PolygonId(0)).center();
     let start = centre(&scene);
@@ -304,7 +305,13 @@ fn chains_of_groups_have_a_longest_length() {
     let mut scene = Scene::new();
     // Each new group is hung above the last one: the chain grows at its top.
     for top in 0..200u32 {
-        let group = |group, parent| Event::Group { t: 0.0, group: GroupId(group), strokes: vec![], parent };
+        let group = |group, parent| Event::Group {
+            t: 0.0,
+            group: GroupId(group),
+            strokes: vec![],
+            parent,
+            name: None,
+        };
         play(&mut scene, &[group(top + 1, None), group(top, Some(GroupId(top + 1)))]);
     }
     // A link that would make a chain of more than 64 is refused, and a new chain begins there.
@@ -367,7 +374,7 @@ proptest::proptest! {
                 7 => Event::Undo { t: 0.0 },
                 8 => Event::Redo { t: 0.0 },
                 9 => Event::Move { t: 0.0, strokes: vec![StrokeId(n), StrokeId(n + 1)], by: Vec3::splat(x) },
-                10 => Event::Group { t: 0.0, group: GroupId(n), strokes: vec![StrokeId(n)], parent: (x > 0.0).then_some(GroupId(n + 1)) },
+                10 => Event::Group { t: 0.0, group: GroupId(n), strokes: vec![StrokeId(n)], parent: (x > 0.0).then_some(GroupId(n + 1)), name: None },
                 _ => Event::Place { t: 0.0, group: GroupId(n), to: Transform { p: Vec3::splat(x), q: Quat::IDENTITY, s: 0.5 } },
             };
             let changes = play(&mut scene, &[event]);

@@ -7,6 +7,8 @@ mod brushes;
 mod drawing;
 #[path = "studio/exporting.rs"]
 mod exporting;
+#[path = "studio/groups.rs"]
+mod groups;
 #[path = "studio/hands.rs"]
 mod hands;
 #[path = "studio/keeping.rs"]

@@ -245,7 +245,8 @@ fn what_was_beyond_all_range_is_seen_again_when_it_comes_back() {
         vertices: square.to_vec(),
         color: (1.0, 1.0, 1.0, 1.0),
     };
-    let group = |group, strokes, parent| Event::Group { t: 0.0, group: GroupId(group), strokes, parent };
+    let group =
+        |group, strokes, parent| Event::Group { t: 0.0, group: GroupId(group), strokes, parent, name: None };
     let far_group = Event::Place {
         t: 0.0,
         group: GroupId(2),

@@ -1,9 +1,10 @@
 use std::path::PathBuf;
 
 use super::{
-    culling::Stages, document::Opening, layers::LayerChoice, pen::Snap, question::Answer, tool::ToolChoice,
+    culling::Stages, document::Opening, groups::Placing, layers::LayerChoice, pen::Snap, question::Answer,
+    tool::ToolChoice,
 };
-use crate::{brush::Brush, occlusion::Occlusion, rivals::IndexKind};
+use crate::{brush::Brush, occlusion::Occlusion, recording::GroupId, rivals::IndexKind};
 
 /// A command that a person gives by key, button or menu.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,14 @@ pub enum Command {
     SelectAll,
     /// Select nothing.
     SelectNone,
+    /// Make a group of the selection.
+    GroupSelected,
+    /// Select all strokes of a group and of those below it.
+    SelectGroup(GroupId),
+    /// Give a group a name; none if it is empty.
+    NameGroup(GroupId, String),
+    /// Place a group anew.
+    PlaceGroup(GroupId, Placing),
     /// Step back until everything is in view.
     ShowAll,
     /// Turn the camera to the point under the pointer.

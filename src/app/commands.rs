@@ -57,6 +57,16 @@ impl Studio {
                 self.selection.set(all.filter_map(|stroke| stroke.id()));
             }
             Command::SelectNone => self.selection.clear(),
+            Command::GroupSelected => {
+                self.finish_gestures();
+                self.group_selection();
+            }
+            Command::SelectGroup(group) => self.select_group(group),
+            Command::NameGroup(group, name) => self.name_group(group, &name),
+            Command::PlaceGroup(group, placing) => {
+                self.finish_gestures();
+                self.place_group(group, &placing);
+            }
             Command::ShowAll => {
                 let bounds = self.subject.bounds();
                 self.navigator.show_all(&bounds);

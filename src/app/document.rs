@@ -7,7 +7,7 @@ use crate::{
     math::{Aabb, Ray},
     polygon::{Change, PolygonId},
     recording::{Event, EventSource, Header, RecordingError, StrokeId},
-    scene::Scene,
+    scene::{GroupNode, Scene},
 };
 
 pub use opening::{Access, OpenError, Opened, Opening};
@@ -136,6 +136,11 @@ impl Document {
     /// The model.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// The groups of the model as a tree.
+    pub fn group_tree(&mut self) -> Vec<GroupNode> {
+        self.scene.group_tree()
     }
 
     /// The changes since [`Document::take_changes`] was last called.

@@ -46,7 +46,13 @@ fn session(random: &mut Pcg64) -> Vec<Event> {
             }
             4..=5 => events.push(Event::Erase { t, stroke }),
             6..=7 => events.push(Event::Move { t, strokes: vec![stroke], by }),
-            8 => events.push(Event::Group { t, group: GroupId(0), strokes: vec![stroke], parent: None }),
+            8 => events.push(Event::Group {
+                t,
+                group: GroupId(0),
+                strokes: vec![stroke],
+                parent: None,
+                name: None,
+            }),
             9 => {
                 let to = Transform { p: by, q: Quat::IDENTITY, s: 1.0 };
                 events.push(Event::Place { t, group: GroupId(0), to });

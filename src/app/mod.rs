@@ -20,6 +20,7 @@ mod draw_cost;
 #[cfg(feature = "gamepad")]
 mod gamepad;
 mod gestures;
+mod groups;
 mod journal;
 #[cfg(test)]
 mod jump_tests;
@@ -48,6 +49,7 @@ pub use command::Command;
 pub use culling::{Culling, PickCounts, ReachCounts, Reindexed, Stages};
 pub use document::{Access, Document, OpenError, Opened, Opening};
 pub use gestures::{Button, Held, Input};
+pub use groups::Placing;
 pub use journal::{Autosaves, Journal, OpenElsewhere, SaveError, Trouble, Unwritten};
 pub use layers::LayerChoice;
 pub use navigator::Navigator;

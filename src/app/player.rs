@@ -6,7 +6,7 @@ use crate::{
     recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
     render::background_for,
     replay::{CameraChoice, CameraPath, SessionState},
-    scene::Scene,
+    scene::{GroupNode, Scene},
     view::View,
 };
 
@@ -201,6 +201,11 @@ impl Player {
     /// The model at this frame.
     pub fn scene(&self) -> &Scene {
         &self.state.scene
+    }
+
+    /// The groups of the model as a tree.
+    pub fn group_tree(&mut self) -> Vec<GroupNode> {
+        self.state.scene.group_tree()
     }
 
     /// Frames of the session.

@@ -148,9 +148,13 @@ impl Studio {
             && by != Vec3::ZERO
             && !self.selection.is_empty()
         {
-            // One edit, unless they are more than a line of the file can name.
-            let parts = self.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
-            self.events.extend(parts.map(|strokes| Event::Move { t, strokes: strokes.to_vec(), by }));
+            if let Some(placed) = self.moved_group(by) {
+                self.events.push(placed);
+            } else {
+                // One edit, unless they are more than a line of the file can name.
+                let parts = self.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
+                self.events.extend(parts.map(|strokes| Event::Move { t, strokes: strokes.to_vec(), by }));
+            }
         }
         self.gestures.pressure = None;
         self.apply_events();

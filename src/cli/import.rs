@@ -34,7 +34,7 @@ const EVENTS_PER_STEP: u64 = 4096;
   osp import sketch_history/chair.json chair.ron   (reads raw_data/chair.json, too, if it exists)
   osp import cut-off.tilt rescued.ron --lenient")]
 pub(super) struct ImportArgs {
-    /// The session: .tilt (file or folder), .apa, CASSIE .json, .poses, .obj, .obj.gz, .ron or .ron.zst.
+    /// The session: .tilt (file or folder), .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb, .gltf, .ron or .ron.zst.
     input: PathBuf,
     /// The recording to write: .ron, or .ron.zst to compress it.
     output: PathBuf,

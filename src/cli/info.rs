@@ -15,18 +15,21 @@ use super::{
 };
 use crate::{
     lab::report::thousands,
+    math::Aabb,
     recording::{Environment, Header, Layer, Pace},
     replay::{Summary, summarize},
+    scene::GroupNode,
 };
 
 /// Say what a session holds: strokes, points, polygons, what was erased, how long it took, the model's bounds, what was
-/// dropped and why, its brushes and how they are drawn, its light and layers, and what of the file is not shown.
+/// dropped and why, its groups, its brushes and how they are drawn, its light and layers, and what of the file is not
+/// shown.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp info recordings/room.ron
   osp info sketch.tilt --json")]
 pub(super) struct InfoArgs {
-    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     file: PathBuf,
     /// Print one JSON object instead of text.
     #[arg(long)]
@@ -37,6 +40,9 @@ pub(super) struct InfoArgs {
 
 /// Most layers, and most things not shown, that the text lists.
 const MOST_LISTED: usize = 20;
+
+/// Most groups that the text lists.
+const MOST_GROUPS: usize = 100;
 
 #[derive(Serialize)]
 struct JsonInfo<'a> {
@@ -63,6 +69,8 @@ struct JsonInfo<'a> {
     environment: Option<&'a Environment>,
     layers: &'a [Layer],
     left_out: &'a [String],
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    groups: Vec<JsonGroup>,
     skipped: u64,
     warnings: &'a [String],
 }
@@ -76,19 +84,46 @@ struct JsonDropped {
     ignored_events: u64,
 }
 
+#[derive(Serialize)]
+struct JsonGroup {
+    group: u32,
+    name: Option<String>,
+    parent: Option<u32>,
+    strokes: u64,
+    polygons: u64,
+    bounds_m: Option<[[f32; 3]; 2]>,
+}
+
+impl JsonGroup {
+    fn of(node: &GroupNode) -> Self {
+        Self {
+            group: node.id.0,
+            name: node.name.clone(),
+            parent: node.parent.map(|parent| parent.0),
+            strokes: node.strokes,
+            polygons: node.polygons,
+            bounds_m: corners(&node.bounds),
+        }
+    }
+}
+
+fn corners(bounds: &Aabb) -> Option<[[f32; 3]; 2]> {
+    (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()])
+}
+
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let mut session = OpenSession::open(&args.file, &args.reading)?;
     let mut plain = Plain::default();
     let events = session.by_ref().inspect(|event| event.iter().for_each(|event| plain.note(event)));
-    let (summary, scene, outcome) = summarize(events, Pace::Samples(1));
-    let (brushes, tally) = (plain.rows(&scene), PolygonTally::of(&scene));
+    let (summary, mut scene, outcome) = summarize(events, Pace::Samples(1));
+    let (brushes, tally, groups) = (plain.rows(&scene), PolygonTally::of(&scene), scene.group_tree());
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
     if args.json {
-        say(&json(args, &session, &summary, tally, &brushes)?)?;
+        say(&json(args, &session, &summary, tally, &brushes, &groups)?)?;
     } else {
-        say(&text(args, &session, &summary, tally, &brushes))?;
+        say(&text(args, &session, &summary, tally, &brushes, &groups))?;
     }
     // The part that was read is shown all the same.
     outcome?;
@@ -105,6 +140,7 @@ fn json(
     s: &Summary,
     tally: PolygonTally,
     brushes: &[BrushRow],
+    groups: &[GroupNode],
 ) -> anyhow::Result<String> {
     let (counts, header) = (s.counts, &session.header);
     let info = JsonInfo {
@@ -125,7 +161,7 @@ fn json(
         head_poses: s.heads,
         duration_secs: duration_secs(s),
         backward_time_steps: s.backward_steps,
-        bounds_m: (!s.bounds.is_empty()).then(|| [s.bounds.min.to_array(), s.bounds.max.to_array()]),
+        bounds_m: corners(&s.bounds),
         dropped: JsonDropped {
             zero_length: counts.drops.zero_length,
             degenerate: counts.drops.degenerate,
@@ -137,6 +173,7 @@ fn json(
         environment: header.environment.as_deref(),
         layers: &header.layers,
         left_out: &header.left_out,
+        groups: groups.iter().map(JsonGroup::of).collect(),
         skipped: session.notes().skipped,
         warnings: &session.notes().warnings,
     };
@@ -149,6 +186,7 @@ fn text(
     s: &Summary,
     tally: PolygonTally,
     brushes: &[BrushRow],
+    groups: &[GroupNode],
 ) -> String {
     let counts = s.counts;
     let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
@@ -209,6 +247,7 @@ fn text(
         line("skipped", format!("{} damaged pieces", thousands(session.notes().skipped)));
     }
     look(&session.header).into_iter().for_each(|(name, value)| line(name, value));
+    lines.extend(group_lines(groups));
     if !brushes.is_empty() {
         lines.push(brush_rows::table(brushes));
     }
@@ -224,6 +263,39 @@ fn polygons(made: u64, tally: PolygonTally) -> String {
         parts.push(format!("{} without area are not drawn", thousands(tally.without_area)));
     }
     format!("{} ({})", thousands(made), parts.join(", "))
+}
+
+/// The groups, those below others indented.
+fn group_lines(groups: &[GroupNode]) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (node, number) in groups.iter().take(MOST_GROUPS).zip(0..) {
+        let title = if number == 0 { "groups" } else { "" };
+        let name = match &node.name {
+            Some(name) => one_line(name).into_owned(),
+            None => format!("group {}", node.id.0),
+        };
+        let size = match node.bounds.is_empty() {
+            true => String::new(),
+            false => {
+                let (min, size) = (node.bounds.min, node.bounds.extent());
+                format!(
+                    ", {:.3} x {:.3} x {:.3} m from ({:.3}, {:.3}, {:.3})",
+                    size.x, size.y, size.z, min.x, min.y, min.z
+                )
+            }
+        };
+        lines.push(format!(
+            "  {title:<11} {:indent$}{name}: {} strokes, {} polygons{size}",
+            "",
+            thousands(node.strokes),
+            thousands(node.polygons),
+            indent = 2 * node.depth.min(20),
+        ));
+    }
+    if groups.len() > MOST_GROUPS {
+        lines.push(format!("  {:<11} … ({} in all)", "", thousands(groups.len() as u64)));
+    }
+    lines
 }
 
 /// Light, layers, and what is not shown.

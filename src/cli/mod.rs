@@ -80,7 +80,7 @@ const EXAMPLES: &str = "Examples:
   osp sketch house.ron
   osp replay --help       describes the indexes and the methods of occlusion culling
 
-Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
 Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
 
 #[derive(Subcommand, Debug)]

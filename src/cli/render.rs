@@ -56,7 +56,7 @@ are those of the second. --check compares both with the picture without culling:
 with what was visible in the picture before, which has another view and an earlier model.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct RenderArgs {
-    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     file: PathBuf,
     /// The picture to write.
     #[arg(value_name = "OUT.png", required_unless_present_any = ["to", "every"])]

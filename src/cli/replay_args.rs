@@ -73,7 +73,7 @@ Methods of --occlusion:
   msvbsp-paper, depth-centers
                    not conservative: they can cull visible polygons")]
 pub(super) struct ReplayArgs {
-    /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+    /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     #[arg(required = true)]
     pub(super) files: Vec<PathBuf>,
     /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].

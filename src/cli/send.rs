@@ -33,7 +33,7 @@ const PACKET_BYTES: usize = 1200;
   osp send sketch.tilt --to 192.168.0.7:9000 --osc
   osp send sketch.tilt --to 192.168.0.7:9000 --key a-word")]
 pub(super) struct SendArgs {
-    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj or .obj.gz.
+    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     file: PathBuf,
     /// Address and port of the window that listens.
     #[arg(long, value_name = "ADDRESS:PORT")]

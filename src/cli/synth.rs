@@ -35,7 +35,8 @@ Kinds:
   room       walls, furniture and ribbons in several rooms; the artist walks through them
   scribble   long loose strokes that fill the whole 4 m volume
   grow       tendrils that leave the root cube and go on far beyond it
-  brushes    a card of samples: each brush draws a wave, in rows (--polygons 2400: each once)")]
+  brushes    a card of samples: each brush draws a wave, in rows (--polygons 2400: each once)
+  nested     a planet with moons and a spaceship with engines: groups that move within groups")]
 pub(super) struct SynthArgs {
     /// What is drawn.
     #[arg(value_parser = kind_parser())]

@@ -298,6 +298,7 @@ mod tests {
             group: GroupId(id),
             strokes,
             parent: parent.map(GroupId),
+            name: None,
         };
         let to = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e30 };
         let place = |id: u32| Event::Place { t: 0.0, group: GroupId(id), to };

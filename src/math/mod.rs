@@ -15,6 +15,7 @@ mod frustum;
 mod obb;
 mod outward;
 mod plane;
+mod quad;
 mod ray;
 mod rotation;
 mod solid_angle;
@@ -29,6 +30,9 @@ pub use frustum::{Containment, Frustum, PlaneMask};
 pub use obb::Obb;
 pub(crate) use outward::Corners;
 pub use plane::Plane;
+pub(crate) use quad::QUAD_FLATNESS;
+#[cfg(feature = "session")]
+pub(crate) use quad::is_flat_and_convex;
 pub use ray::Ray;
 pub(crate) use ray::is_no_later;
 pub(crate) use rotation::rotate_exactly;

@@ -116,6 +116,19 @@ impl Frustum {
         )
     }
 
+    /// The frustum with its planes moved outwards by what rounding may cost a box within `bounds`, so that such boxes may be
+    /// tested by [`Frustum::classify`] and [`Frustum::may_see`]. For a frustum that came from another space
+    /// ([`Frustum::in_space`]).
+    #[must_use]
+    pub fn widened_for(&self, bounds: &Aabb) -> Self {
+        let far = bounds.min.abs().max(bounds.max.abs()).max_element();
+        Self::new(self.planes().map(|Plane { normal, d }| {
+            let rounding = ROUNDING * (normal.abs().element_sum() * far + d.abs());
+            let d = round_up(f64::from(d) + f64::from(rounding));
+            if d.is_finite() { Plane { normal, d } } else { EVERYTHING }
+        }))
+    }
+
     /// The frustum as it is in another space: what lies in it there lies in this one here. Volumes that are kept in the
     /// space of a group are then tested as they are.
     ///

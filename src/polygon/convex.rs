@@ -1,10 +1,10 @@
 use glam::Vec3;
 
-use crate::math::{Aabb, Ray};
+use crate::math::{Aabb, QUAD_FLATNESS, Ray};
 
 /// A quad whose fourth corner leaves the plane of the others by less than this fraction of its longest edge is
 /// flat. Larger: fewer polygons, but occluders are pushed further back to stay conservative.
-pub const FLATNESS: f32 = 1.0e-2;
+pub const FLATNESS: f32 = QUAD_FLATNESS;
 
 /// A convex, planar polygon with 3 or 4 corners, two-sided.
 #[derive(Clone, Copy, Debug, PartialEq)]

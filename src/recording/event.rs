@@ -298,6 +298,9 @@ pub enum Event {
         /// The group that this one hangs under; if absent, it hangs under none (also if it did before).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         parent: Option<GroupId>,
+        /// The group's name from now on; if absent, it keeps the one it has (since format 2).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
     },
     /// A group is placed: its transform becomes this one (it does not add to the former).
     Place {
@@ -360,8 +363,11 @@ impl Event {
     /// Most corners that a polygon event may have.
     pub const MAX_VERTICES: usize = 1024;
 
+    /// Longest name of a group, bytes.
+    pub const MAX_GROUP_NAME_BYTES: usize = 256;
+
     /// Most strokes that one event may name so that it fits into a line, whatever their numbers.
-    pub const MAX_STROKES_NAMED: usize = (super::MAX_LINE_BYTES - 256) / 11;
+    pub const MAX_STROKES_NAMED: usize = (super::MAX_LINE_BYTES - 2048) / 11;
 
     /// Its time stamp, seconds.
     pub fn time_secs(&self) -> f64 {
@@ -424,11 +430,11 @@ impl Event {
                 vertices.iter().try_for_each(|&p| check_point(p))?;
                 check_color(*color)
             }
-            Self::End { .. }
-            | Self::Erase { .. }
-            | Self::Undo { .. }
-            | Self::Redo { .. }
-            | Self::Group { .. } => Ok(()),
+            Self::Group { name, .. } => finite(
+                name.as_ref().is_none_or(|name| name.len() <= Self::MAX_GROUP_NAME_BYTES),
+                "a group's name of at most 256 bytes",
+            ),
+            Self::End { .. } | Self::Erase { .. } | Self::Undo { .. } | Self::Redo { .. } => Ok(()),
         }
     }
 }

@@ -202,6 +202,8 @@ pub(super) struct Limited {
     open: HashMap<StrokeId, Weight>,
     /// The stroke that the last sample was of, if each counts the same: most often that of the next one, too.
     last: Option<(StrokeId, u64)>,
+    /// The stroke of the last face: most often that of the next one, too.
+    last_face: Option<StrokeId>,
     /// Why the source was ended, for a lenient reader.
     warning: Option<String>,
     unknown_brushes: UnknownBrushes,
@@ -217,6 +219,7 @@ impl Limited {
             read: Amount::default(),
             open: HashMap::new(),
             last: None,
+            last_face: None,
             warning: None,
             unknown_brushes: UnknownBrushes::default(),
             is_over: false,
@@ -264,7 +267,8 @@ impl Limited {
             }
             Event::Polygon { vertices, stroke, .. } => {
                 read.faces += 1;
-                read.strokes += u64::from(stroke.is_some());
+                read.strokes += u64::from(stroke.is_some() && *stroke != self.last_face);
+                self.last_face = *stroke;
                 read.polygons += vertices.len().saturating_sub(2) as u64;
             }
             Event::Move { strokes, .. } => read.events += strokes.len() as u64,

@@ -18,6 +18,8 @@ pub(super) enum Edit {
         group: usize,
         parent_before: Option<usize>,
         parent: Option<usize>,
+        /// Before and after, if the edit names the group.
+        names: Option<Box<[Option<String>; 2]>>,
     },
     /// A group was placed.
     Place { group: usize, before: Transform, after: Transform },

@@ -93,6 +93,7 @@ impl Scene {
         if was == is {
             return;
         }
+        self.groups.note_changed(stroke.group);
         let count = stroke.polygons.iter().map(|r| u64::from(r.end - r.start)).sum::<u64>();
         if is {
             self.counts.visible += count;
@@ -187,6 +188,7 @@ impl Scene {
         let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
         stroke.is_displaced = false;
         stroke.was_displaced_unseen = !stroke.is_visible();
+        self.groups.note_changed(stroke.group);
         self.groups.chain(stroke.group, &mut self.chain);
         let scale = self.chain.iter().map(|to| to.s).product();
         for id in stroke.polygon_ids() {
@@ -201,7 +203,13 @@ impl Scene {
         }
     }
 
-    pub(super) fn group(&mut self, id: GroupId, strokes: &[StrokeId], parent: Option<GroupId>) -> Option<()> {
+    pub(super) fn group(
+        &mut self,
+        id: GroupId,
+        strokes: &[StrokeId],
+        parent: Option<GroupId>,
+        name: Option<&str>,
+    ) -> Option<()> {
         let parent = match parent {
             Some(parent) => Some(self.groups.find(parent)?),
             None => None,
@@ -216,7 +224,11 @@ impl Scene {
         let parent_before = self.groups.parent(at);
         self.groups.hang(at, parent);
         before.iter().for_each(|&(stroke, _)| self.set_group(stroke, Some(at)));
-        self.record(Edit::Group { before, group: at, parent_before, parent });
+        let names = name.map(|name| {
+            let name = Some(name.to_owned()).filter(|name| !name.is_empty());
+            Box::new([self.groups.set_name(at, name.clone()), name])
+        });
+        self.record(Edit::Group { before, group: at, parent_before, parent, names });
         Some(())
     }
 
@@ -243,7 +255,10 @@ impl Scene {
             Edit::Draw { stroke } => self.set_undone(*stroke, true),
             Edit::Erase { stroke } => self.set_erased(*stroke, false),
             Edit::Move { offsets } => self.swap_offsets(offsets),
-            Edit::Group { before, group, parent_before, .. } => {
+            Edit::Group { before, group, parent_before, names, .. } => {
+                if let Some(names) = names {
+                    self.groups.set_name(*group, names[0].clone());
+                }
                 self.groups.hang(*group, *parent_before);
                 before.iter().for_each(|&(stroke, group)| self.set_group(stroke, group));
             }
@@ -259,7 +274,10 @@ impl Scene {
             Edit::Draw { stroke } => self.set_undone(*stroke, false),
             Edit::Erase { stroke } => self.set_erased(*stroke, true),
             Edit::Move { offsets } => self.swap_offsets(offsets),
-            Edit::Group { before, group, parent, .. } => {
+            Edit::Group { before, group, parent, names, .. } => {
+                if let Some(names) = names {
+                    self.groups.set_name(*group, names[1].clone());
+                }
                 self.groups.hang(*group, *parent);
                 before.iter().for_each(|&(stroke, _)| self.set_group(stroke, Some(*group)));
             }

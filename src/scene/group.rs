@@ -3,7 +3,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use glam::{Quat, Vec3};
 
 use crate::{
-    math::rotate,
+    math::{Aabb, rotate},
     recording::{GroupId, Transform},
 };
 
@@ -17,6 +17,7 @@ const IDENTITY: Transform = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0
 #[derive(Clone, Debug)]
 struct Group {
     id: GroupId,
+    name: Option<String>,
     parent: Option<usize>,
     to: Transform,
     /// Its own members, by their place in the scene's list.
@@ -28,6 +29,32 @@ struct Group {
     has_moved: bool,
     /// Scratch of [`Groups::take_moved`].
     is_walked: bool,
+    /// What its own strokes come to, and they with all groups below: as they were when last asked for.
+    own: Extent,
+    whole: Extent,
+    /// Its own strokes have changed since.
+    is_own_stale: bool,
+    /// They or a group below have; then those above are stale, too.
+    is_stale: bool,
+}
+
+/// How much a group holds that can be seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extent {
+    pub(super) strokes: u64,
+    pub(super) polygons: u64,
+    /// World space.
+    pub(super) bounds: Aabb,
+}
+
+impl Extent {
+    pub(super) const NOTHING: Self = Self { strokes: 0, polygons: 0, bounds: Aabb::EMPTY };
+
+    pub(super) fn add(&mut self, other: &Self) {
+        self.strokes += other.strokes;
+        self.polygons += other.polygons;
+        self.bounds = self.bounds.union(&other.bounds);
+    }
 }
 
 impl Group {
@@ -66,6 +93,75 @@ impl Groups {
         self.groups[group].to
     }
 
+    pub(super) fn name(&self, group: usize) -> Option<&str> {
+        self.groups[group].name.as_deref()
+    }
+
+    /// Gives a group a name; returns the one of before.
+    pub(super) fn set_name(&mut self, group: usize, name: Option<String>) -> Option<String> {
+        std::mem::replace(&mut self.groups[group].name, name)
+    }
+
+    /// The groups that hang under one, or under none, in the order in which they were made.
+    pub(super) fn below(&self, group: Option<usize>) -> Vec<usize> {
+        match group {
+            Some(group) => self.groups[group].children.iter().copied().collect(),
+            None => (0..self.groups.len()).filter(|&at| self.groups[at].parent.is_none()).collect(),
+        }
+    }
+
+    pub(super) fn strokes(&self, group: usize) -> impl Iterator<Item = u32> + '_ {
+        self.groups[group].strokes.iter().copied()
+    }
+
+    /// What a group and those below it held when [`Groups::refresh`] was called last.
+    pub(super) fn whole(&self, group: usize) -> Extent {
+        self.groups[group].whole
+    }
+
+    /// Something of a group's own strokes has come, gone or moved. Goes up no further than to a group that knows already.
+    pub(super) fn note_changed(&mut self, group: Option<usize>) {
+        if let Some(group) = group {
+            self.groups[group].is_own_stale = true;
+        }
+        self.note_stale(group);
+    }
+
+    fn note_stale(&mut self, mut group: Option<usize>) {
+        while let Some(at) = group
+            && !std::mem::replace(&mut self.groups[at].is_stale, true)
+        {
+            group = self.groups[at].parent;
+        }
+    }
+
+    /// Computes anew what has changed since the last call; `extent` says what a stroke comes to. Costs the strokes of the
+    /// groups that have changed and the groups above them.
+    pub(super) fn refresh(&mut self, extent: impl Fn(u32) -> Extent) {
+        // Those above come before those below; nothing under a group that is not stale is.
+        let mut stale: Vec<usize> = (0..self.groups.len())
+            .filter(|&at| self.groups[at].parent.is_none() && self.groups[at].is_stale)
+            .collect();
+        let mut at = 0;
+        while let Some(&group) = stale.get(at) {
+            at += 1;
+            let children = self.groups[group].children.iter().copied();
+            stale.extend(children.filter(|&child| self.groups[child].is_stale));
+        }
+        for &group in stale.iter().rev() {
+            let of = &self.groups[group];
+            let mut own = of.own;
+            if of.is_own_stale {
+                own = Extent::NOTHING;
+                of.strokes.iter().for_each(|&stroke| own.add(&extent(stroke)));
+            }
+            let mut whole = own;
+            of.children.iter().for_each(|&child| whole.add(&self.groups[child].whole));
+            let of = &mut self.groups[group];
+            (of.own, of.whole, of.is_own_stale, of.is_stale) = (own, whole, false, false);
+        }
+    }
+
     /// Groups looked at so far, to find out how deep they lie and which strokes a change of theirs concerns.
     pub(super) fn steps(&self) -> u64 {
         self.steps
@@ -89,6 +185,7 @@ impl Groups {
             let at = self.groups.len();
             self.groups.push(Group {
                 id,
+                name: None,
                 parent: None,
                 to: IDENTITY,
                 strokes: BTreeSet::new(),
@@ -96,6 +193,10 @@ impl Groups {
                 heights: BTreeMap::new(),
                 has_moved: false,
                 is_walked: false,
+                own: Extent::NOTHING,
+                whole: Extent::NOTHING,
+                is_own_stale: false,
+                is_stale: false,
             });
             self.by_id.insert(id, at);
             at
@@ -121,6 +222,8 @@ impl Groups {
             self.groups[parent].children.insert(group);
             self.follow_height(parent, None, Some(height));
         }
+        self.note_stale(before);
+        self.note_stale(parent);
         self.note_moved(group);
     }
 
@@ -147,6 +250,8 @@ impl Groups {
 
     /// A stroke goes from one group to another.
     pub(super) fn change_member(&mut self, stroke: u32, from: Option<usize>, to: Option<usize>) {
+        self.note_changed(from);
+        self.note_changed(to);
         if let Some(from) = from {
             self.groups[from].strokes.remove(&stroke);
         }

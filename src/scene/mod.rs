@@ -24,6 +24,8 @@ mod history;
 mod model;
 mod pieces;
 mod solid;
+mod tree;
 mod used;
 
 pub use model::{Scene, SceneCounts, SceneWork, Stroke};
+pub use tree::GroupNode;

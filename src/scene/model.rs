@@ -402,7 +402,9 @@ impl Scene {
             Event::Undo { .. } => self.undo(),
             Event::Redo { .. } => self.redo(),
             Event::Move { strokes, by, .. } => self.move_strokes(strokes, *by),
-            Event::Group { group, strokes, parent, .. } => self.group(*group, strokes, *parent),
+            Event::Group { group, strokes, parent, name, .. } => {
+                self.group(*group, strokes, *parent, name.as_deref())
+            }
             Event::Place { group, to, .. } => self.place(*group, Transform { q: unit(to.q), ..*to }),
             Event::Polygon { stroke, vertices, color, .. } => {
                 self.add_polygon(*stroke, vertices, *color, changes)

@@ -90,6 +90,7 @@ impl Scene {
         self.polygons[id.index()] = piece.polygon;
         self.set_surface(id, piece.surface);
         self.bounds[id.index()] = self.world_bounds(at, piece);
+        self.groups.note_changed(self.strokes[at as usize].group);
         self.note_replaced(at, if is_same { Change::Repaint(id) } else { Change::Update(id) }, changes);
     }
 
@@ -119,6 +120,7 @@ impl Scene {
         let id = PolygonId(self.bounds.len() as u32);
         let bounds = self.world_bounds(at, piece);
         let stroke = &mut self.strokes[at as usize];
+        self.groups.note_changed(stroke.group);
         match stroke.polygons.last_mut() {
             Some(range) if range.end == id.0 => range.end += 1,
             _ => stroke.polygons.push(id.0..id.0 + 1),

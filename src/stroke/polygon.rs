@@ -2,8 +2,8 @@ use glam::Vec3;
 
 use super::Drops;
 use crate::{
-    math::{COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2},
-    polygon::{ConvexPolygon, FLATNESS},
+    math::{COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2, is_flat_and_convex},
+    polygon::ConvexPolygon,
 };
 
 impl ConvexPolygon {
@@ -42,21 +42,6 @@ impl ConvexPolygon {
         drops.degenerate = drops.degenerate.min(before.degenerate + 1);
         drops.out_of_range = drops.out_of_range.min(before.out_of_range + 1);
     }
-}
-
-fn is_flat_and_convex([a, b, c, d]: [Vec3; 4]) -> bool {
-    let normal = (c - a).cross(d - b);
-    let length = normal.length();
-    // A quad without area is neither: its halves are then dropped, or kept, one by one.
-    if !length.is_normal() {
-        return false;
-    }
-    let normal = normal / length;
-    let longest = [(a, b), (b, c), (c, d), (d, a)].iter().map(|(p, q)| p.distance(*q)).fold(0.0, f32::max);
-    // The two diagonals of a planar quad meet; their distance along the normal is the bend.
-    let flat = normal.dot(b - a).abs() <= FLATNESS * longest;
-    let corner = |p: Vec3, q: Vec3, r: Vec3| (q - p).cross(r - q).dot(normal) >= 0.0;
-    flat && corner(a, b, c) && corner(b, c, d) && corner(c, d, a) && corner(d, a, b)
 }
 
 #[cfg(test)]

@@ -3,7 +3,9 @@
 use std::{fs, path::Path};
 
 use crate::{
-    files::{METADATA, OBJ, POSES, gzip, small_apa, small_cassie, small_sketch, small_tilt},
+    files::{
+        METADATA, OBJ, POSES, gzip, small_apa, small_cassie, small_glb, small_gltf, small_sketch, small_tilt,
+    },
     fuzzing::read_bytes::{FORMATS, Packing},
 };
 use osp::{
@@ -49,6 +51,10 @@ pub fn recordings() -> Vec<Vec<u8>> {
     add("a.obj", Packing::Whole, OBJ.into());
     add("a.obj.gz", Packing::Gzip, OBJ.into());
     add("b.obj.gz", Packing::Whole, gzip(OBJ.as_bytes()));
+    add("a.glb", Packing::Whole, small_glb());
+    let inside =
+        "{\"byteLength\":124,\"uri\":\"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAA\"}";
+    add("a.gltf", Packing::Whole, small_gltf().0.replace("{\"byteLength\":124}", inside).into_bytes());
     seeds
 }
 

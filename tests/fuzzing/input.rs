@@ -174,7 +174,7 @@ pub fn event(u: &mut Input<'_>) -> Event {
         17 => Event::Move { t, strokes: strokes(u), by: point(u) },
         18 => {
             let parent = chance(u, 2).then(|| group(u));
-            Event::Group { t, group: group(u), strokes: strokes(u), parent }
+            Event::Group { t, group: group(u), strokes: strokes(u), parent, name: None }
         }
         19 => {
             let s = if chance(u, 8) { 1.0e15 } else { 0.01 + unit(u) * 3.0 };

@@ -30,6 +30,8 @@ pub const FORMATS: &[(&str, Packing)] = &[
     ("a.obj.gz", Packing::Gzip),
     ("b.obj.gz", Packing::Whole),
     ("a", Packing::Whole),
+    ("a.glb", Packing::Whole),
+    ("a.gltf", Packing::Whole),
 ];
 
 /// How bytes become a file. Where a checksum would notice every change, the changed bytes are packed anew.

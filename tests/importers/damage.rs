@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::files::{
-    METADATA, OBJ, POSES, gzip, read, small_apa, small_cassie, small_sketch, small_tilt, write,
+    METADATA, OBJ, POSES, gzip, read, small_apa, small_cassie, small_glb, small_sketch, small_tilt, write,
 };
 use osp::recording::{Event, OpenOptions, open};
 use zip::CompressionMethod;
@@ -21,6 +21,7 @@ fn every_format() -> Vec<(&'static str, Vec<u8>)> {
         ("a.poses", POSES.into()),
         ("a.obj", OBJ.into()),
         ("b.obj.gz", gzip(OBJ.as_bytes())),
+        ("a.glb", small_glb()),
     ]
 }
 

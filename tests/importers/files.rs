@@ -301,3 +301,72 @@ pub(crate) fn gzip(bytes: &[u8]) -> Vec<u8> {
     encoder.write_all(bytes).unwrap();
     encoder.finish().unwrap()
 }
+
+/// A binary glTF file of some JSON and a binary chunk.
+pub(crate) fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
+    let padded = |mut bytes: Vec<u8>, with: u8| {
+        bytes.resize(bytes.len().next_multiple_of(4), with);
+        bytes
+    };
+    let (json, binary) = (padded(json.into(), b' '), padded(binary.into(), 0));
+    let length = 12 + 8 + json.len() + 8 + binary.len();
+    let mut file = Bytes::default().text("glTF").u32s(&[2, length as u32, json.len() as u32]).text("JSON");
+    file.0.extend(json);
+    let mut file = file.u32s(&[binary.len() as u32]).text("BIN\0");
+    file.0.extend(binary);
+    file.0
+}
+
+/// JSON and buffer of a model: an arm (turned, scaled by 2) with a hand (a mirror) on it, a square as a fan, a strip with
+/// colours, lines; a camera, two suns and a lamp.
+pub(crate) fn small_gltf() -> (String, Vec<u8>) {
+    let positions: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+    let bent: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.5];
+    let buffer = Bytes::default()
+        .f32s(&positions)
+        .f32s(&bent)
+        .u16(0)
+        .u16(1)
+        .u16(2)
+        .u16(0)
+        .u16(2)
+        .u16(3)
+        .append(&Bytes(vec![255, 0, 0, 128, 255, 0, 0, 128, 255, 0, 0, 128, 255, 0, 0, 255]))
+        // What nobody reads.
+        .u32s(&[0, 0]);
+    let json = r#"{"asset":{"version":"2.0","generator":"a test"},"scene":0,"scenes":[{"nodes":[0,3,4,5,6]}],
+"extensionsUsed":["KHR_lights_punctual"],
+"extensions":{"KHR_lights_punctual":{"lights":[
+ {"type":"directional","color":[1,1,1],"intensity":2.0},{"type":"directional","color":[1,0,0],"intensity":8.0},
+ {"type":"point"}]}},
+"nodes":[
+ {"name":"arm","mesh":0,"children":[1],"translation":[1,2,3],"rotation":[0,0.70710678,0,0.70710678],"scale":[2,2,2]},
+ {"name":"hand","mesh":1,"children":[2],"translation":[0,1,0],"scale":[-1,1,1]},
+ {"mesh":0,"translation":[5,0,0]},
+ {"name":"eye","camera":0,"translation":[0,1.5,4]},
+ {"name":"sun","rotation":[-0.70710678,0,0,0.70710678],"extensions":{"KHR_lights_punctual":{"light":0}}},
+ {"name":"red sun","extensions":{"KHR_lights_punctual":{"light":1}}},
+ {"name":"lamp","extensions":{"KHR_lights_punctual":{"light":2}}}],
+"cameras":[{"type":"perspective","perspective":{"yfov":0.7853981634,"znear":0.01}}],
+"materials":[{"doubleSided":true,"pbrMetallicRoughness":{"baseColorFactor":[0.21404114,0.21404114,1,1]}},
+ {"alphaMode":"BLEND","doubleSided":true}],
+"meshes":[
+ {"name":"square","primitives":[{"attributes":{"POSITION":0},"indices":2,"material":0},
+  {"attributes":{"POSITION":0},"mode":1}]},
+ {"name":"strip","primitives":[{"attributes":{"POSITION":1,"COLOR_0":3},"mode":5,"material":1}]}],
+"accessors":[
+ {"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+ {"bufferView":0,"byteOffset":48,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0.5]},
+ {"bufferView":1,"componentType":5123,"count":6,"type":"SCALAR"},
+ {"bufferView":2,"componentType":5121,"count":4,"type":"VEC4","normalized":true}],
+"bufferViews":[
+ {"buffer":0,"byteOffset":0,"byteLength":96},{"buffer":0,"byteOffset":96,"byteLength":12},
+ {"buffer":0,"byteOffset":108,"byteLength":16}],
+"buffers":[{"byteLength":124}]}"#;
+    (json.to_owned(), buffer.0)
+}
+
+pub(crate) fn small_glb() -> Vec<u8> {
+    let (json, buffer) = small_gltf();
+    glb(&json, &buffer)
+}

@@ -16,6 +16,7 @@ mod corpus;
 mod damage;
 mod files;
 mod forged;
+mod gltf;
 mod left_out;
 mod limits;
 mod messages;

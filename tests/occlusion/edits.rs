@@ -44,7 +44,7 @@ fn a_wall_that_was_moved_hides_nothing_at_its_old_place() {
     let moves: [Vec<Event>; 4] = [
         vec![Event::Move { t: 0.0, strokes: strokes.clone(), by }],
         vec![
-            Event::Group { t: 0.0, group, strokes: strokes.clone(), parent: None },
+            Event::Group { t: 0.0, group, strokes: strokes.clone(), parent: None, name: None },
             Event::Place { t: 0.0, group, to },
         ],
         // Erased, moved, and taken back in one frame.
@@ -190,7 +190,13 @@ fn random_edits_leave_no_shadow_behind() {
                     5 => events.push(Event::Redo { t: 0.0 }),
                     6 => {
                         let group = GroupId(random.below(2) as u32);
-                        events.push(Event::Group { t: 0.0, group, strokes: vec![stroke], parent: None });
+                        events.push(Event::Group {
+                            t: 0.0,
+                            group,
+                            strokes: vec![stroke],
+                            parent: None,
+                            name: None,
+                        });
                         let q = Quat::from_rotation_y(random.range(-3.0, 3.0) as f32);
                         let to = Transform { p: random.in_cube().as_vec3(), q, s: 1.0 };
                         events.push(Event::Place { t: 0.0, group, to });

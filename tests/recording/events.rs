@@ -84,8 +84,8 @@ pub(crate) fn sample_events() -> Vec<Event> {
         Event::Undo { t: 0.09 },
         Event::Redo { t: 0.1 },
         Event::Move { t: 0.11, strokes: vec![stroke, StrokeId(0)], by: Vec3::new(0.0, 0.5, 0.0) },
-        Event::Group { t: 0.12, group: GroupId(3), strokes: vec![stroke], parent: None },
-        Event::Group { t: 0.12, group: GroupId(4), strokes: vec![], parent: Some(GroupId(3)) },
+        Event::Group { t: 0.12, group: GroupId(3), strokes: vec![stroke], parent: None, name: None },
+        Event::Group { t: 0.12, group: GroupId(4), strokes: vec![], parent: Some(GroupId(3)), name: None },
         Event::Place { t: 0.13, group: GroupId(3), to: Transform { p: Vec3::X, q, s: 2.0 } },
         Event::Polygon {
             t: 0.14,
@@ -171,7 +171,7 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
         1 => time().prop_map(|t| Event::Redo { t }),
         1 => (time(), strokes(), point()).prop_map(|(t, strokes, by)| Event::Move { t, strokes, by }),
         1 => (time(), group(), strokes(), prop::option::of(group()))
-            .prop_map(|(t, group, strokes, parent)| Event::Group { t, group, strokes, parent }),
+            .prop_map(|(t, group, strokes, parent)| Event::Group { t, group, strokes, parent, name: None }),
         1 => (time(), group(), point(), rotation(), 1e-6f32..1e6)
             .prop_map(|(t, group, p, q, s)| Event::Place { t, group, to: Transform { p, q, s } }),
         1 => (time(), prop::option::of(stroke()), prop::collection::vec(point(), 3..20), color())

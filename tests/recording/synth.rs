@@ -69,7 +69,8 @@ fn the_bytes_of_a_seed_are_pinned() {
             "room 58dffbcc130c0c1a",
             "scribble 1b5d7ec57dcad1e6",
             "grow 2e2ca858ee32a27c",
-            "brushes 5858ea13edb33b4c"
+            "brushes 5858ea13edb33b4c",
+            "nested 183daf728ee1cf6a"
         ],
         "a change of these breaks every session that was made by its command: say so in the changelog"
     );

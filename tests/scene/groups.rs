@@ -18,7 +18,7 @@ fn place(group: u32, p: Vec3, q: Quat, s: f32) -> Event {
 
 fn group(group: u32, strokes: &[u32], parent: Option<u32>) -> Event {
     let strokes = strokes.iter().map(|&s| StrokeId(s)).collect();
-    Event::Group { t: 0.0, group: GroupId(group), strokes, parent: parent.map(GroupId) }
+    Event::Group { t: 0.0, group: GroupId(group), strokes, parent: parent.map(GroupId), name: None }
 }
 
 fn moved(stroke: u32, by: Vec3) -> Event {

@@ -98,7 +98,7 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
     assert_eq!(scene.strokes().iter().count(), 1);
     // Groups only take what is there, and numbers go on.
     let all = [1, 2, 3].map(StrokeId).to_vec();
-    play(&mut scene, &[Event::Group { t: 0.0, group: GroupId(1), strokes: all, parent: None }]);
+    play(&mut scene, &[Event::Group { t: 0.0, group: GroupId(1), strokes: all, parent: None, name: None }]);
     let changes = play(&mut scene, &straight(4, 2, NormalRule::LocalX));
     assert_eq!(changes, [Change::Insert(PolygonId(4))]);
 }

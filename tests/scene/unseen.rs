@@ -45,7 +45,8 @@ fn undo() -> Event {
 fn a_stroke_that_was_moved_while_it_was_away_is_told_of_when_it_comes_back() {
     let erase = Event::Erase { t: 0.0, stroke: StrokeId(1) };
     let moved = Event::Move { t: 0.0, strokes: vec![StrokeId(1)], by: Vec3::X };
-    let group = Event::Group { t: 0.0, group: GroupId(1), strokes: vec![StrokeId(1)], parent: None };
+    let group =
+        Event::Group { t: 0.0, group: GroupId(1), strokes: vec![StrokeId(1)], parent: None, name: None };
     let to = Transform { p: Vec3::Y, q: Quat::IDENTITY, s: 2.0 };
     let place = Event::Place { t: 0.0, group: GroupId(1), to };
     let redo = Event::Redo { t: 0.0 };

@@ -77,7 +77,7 @@ impl Editor {
             3..=5 => Event::Move { t, strokes: vec![a, b], by: self.way() },
             6..=7 => {
                 let parent = Some(GroupId(self.below(GROUPS + 2))).filter(|parent| parent.0 < GROUPS);
-                Event::Group { t, group, strokes: vec![a], parent }
+                Event::Group { t, group, strokes: vec![a], parent, name: None }
             }
             8..=9 => {
                 let to = Transform { p: self.way() * 0.3, q: self.turn(), s: self.between(0.7, 1.4) };

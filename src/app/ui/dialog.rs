@@ -38,7 +38,7 @@ impl Ask {
 
     fn hint(self) -> &'static str {
         match self {
-            Self::Open => ".ron .tilt .apa .json .poses .obj",
+            Self::Open => ".ron .tilt .apa .json .poses .obj .glb .gltf",
             Self::SaveAs => "session.ron",
             Self::Export => "model.glb",
         }

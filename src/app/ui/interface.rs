@@ -7,6 +7,7 @@ use super::{
     brushes::BrushList,
     canvas,
     dialog::{Answer, Ask, PathDialog},
+    groups::GroupList,
     keys::{Action, HINTS, SHORTCUTS},
     numbers, questions, replay_bar, tools,
     wishes::Wishes,
@@ -35,6 +36,7 @@ pub struct Interface {
     /// Whether something was drawn: then the first hint is not shown any more.
     has_drawn: bool,
     brushes: BrushList,
+    groups: GroupList,
 }
 
 impl Interface {
@@ -74,7 +76,11 @@ impl Interface {
         let mut wishes = Wishes { panel: !self.hides_panel, help: self.shows_help, ..Wishes::default() };
         self.shortcuts(ui, studio, &mut wishes);
         Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
-            ScrollArea::vertical().show(ui, |ui| tools::show(ui, studio, &mut self.brushes, &mut wishes));
+            ScrollArea::vertical().show(ui, |ui| {
+                tools::show(ui, studio, &mut self.brushes, &mut wishes);
+                ui.separator();
+                self.groups.show(ui, studio, &mut wishes);
+            });
         });
         if wishes.panel {
             Panel::right("numbers").resizable(false).exact_size(268.0).show(ui, |ui| {

@@ -67,6 +67,7 @@ pub const SHORTCUTS: &[Shortcut] = &[
     command_key(Key::O, "open", Action::AskOpen),
     command_key(Key::S, "save as", Action::AskSaveAs),
     command_key(Key::E, "export glTF", Action::AskExport),
+    command_key(Key::G, "make a group of the selection", Action::Do(|| Command::GroupSelected)),
     command_key(Key::A, "select all", Action::Do(|| Command::SelectAll)),
     key(Key::Num1, "draw ribbons", Action::Do(|| Command::Tool(ToolChoice::Draw(Tool::Ribbon)))),
     key(Key::Num2, "draw walls", Action::Do(|| Command::Tool(ToolChoice::Draw(Tool::Wall)))),

@@ -5,6 +5,7 @@
 mod brushes;
 mod canvas;
 mod dialog;
+mod groups;
 mod interface;
 mod keys;
 mod numbers;

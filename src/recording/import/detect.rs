@@ -1,11 +1,11 @@
 use std::path::Path;
 
-use super::{apa, open_apa, open_cassie, open_obj, open_poses, open_tilt, tilt};
+use super::{apa, gltf, open_apa, open_cassie, open_gltf, open_obj, open_poses, open_tilt, tilt};
 use crate::recording::{OpenOptions, RecordingError, Session};
 
 /// The formats that can be read, for an error message.
 pub(in crate::recording) const FORMATS: &[&str] =
-    &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz"];
+    &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz", ".glb", ".gltf"];
 
 /// A function that opens one format.
 type Opener = fn(&Path, &OpenOptions) -> Result<Session, RecordingError>;
@@ -18,6 +18,8 @@ pub(in crate::recording) fn by_mark(path: &Path, start: &[u8]) -> Option<Opener>
         Some(open_tilt)
     } else if start.starts_with(apa::MAGIC) {
         Some(open_apa)
+    } else if start.starts_with(gltf::MAGIC) {
+        Some(open_gltf)
     } else {
         None
     }
@@ -27,7 +29,7 @@ pub(in crate::recording) fn by_mark(path: &Path, start: &[u8]) -> Option<Opener>
 pub(in crate::recording) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
     // Text may be packed with gzip. A binary format by its name is one whose mark is damaged: its reader says so.
-    let endings: [(&str, Opener); 7] = [
+    let endings: [(&str, Opener); 9] = [
         (".poses", open_poses),
         (".poses.gz", open_poses),
         (".obj", open_obj),
@@ -35,6 +37,8 @@ pub(in crate::recording) fn by_name(path: &Path, start: &[u8]) -> Option<Opener>
         (".tilt", open_tilt),
         (".apa", open_apa),
         (".json", open_cassie),
+        (".glb", open_gltf),
+        (".gltf", open_gltf),
     ];
     let named = endings.into_iter().find(|(ending, _)| name.ends_with(ending)).map(|(_, opener)| opener);
     let json =

@@ -8,9 +8,10 @@
 //! | [`open_cassie`] | CASSIE `sketch_history` and `raw_data` json, one or both | none was recorded |
 //! | [`open_poses`] | tracker poses, one a line | local x is the normal |
 //! | [`open_obj`] | Wavefront `.obj` and `.obj.gz`: finished polygons | |
+//! | [`open_gltf`] | glTF 2.0 `.glb` and `.gltf`: finished polygons in nested groups | |
 //!
-//! Every reader but CASSIE's works from a stream and holds no more than the piece it decodes (an `.obj` must keep its
-//! vertices). No count that a file states is believed: memory grows with bytes that were really there.
+//! Every reader but CASSIE's and glTF's works from a stream and holds no more than the piece it decodes (an `.obj` must
+//! keep its vertices). No count that a file states is believed: memory grows with bytes that were really there.
 //!
 //! # Damage
 //! The events before the damage are delivered, then one error that names the byte or line and what was expected
@@ -24,6 +25,7 @@ mod bytes;
 mod cassie;
 mod cassie_json;
 mod detect;
+mod gltf;
 mod lines;
 mod obj;
 mod poses;
@@ -33,15 +35,23 @@ mod tilt_environment;
 mod tilt_metadata;
 
 pub(crate) use apa::open_apa;
-#[cfg(feature = "cli")]
-pub(crate) use cassie::files_beside;
 pub(crate) use cassie::open_cassie;
 pub(super) use detect::{FORMATS, by_mark, by_name};
+pub(crate) use gltf::open_gltf;
 pub(crate) use obj::open_obj;
 pub(crate) use poses::open_poses;
 pub(crate) use tilt::open_tilt;
 
 use std::path::Path;
+
+/// The other files that a session of this name is read from.
+#[cfg(feature = "cli")]
+pub(crate) fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {
+    let is_gltf = path
+        .extension()
+        .is_some_and(|ending| ["glb", "gltf"].iter().any(|known| ending.eq_ignore_ascii_case(known)));
+    if is_gltf { gltf::buffers_beside(path) } else { cassie::files_beside(path) }
+}
 
 /// The name that a session gets from its file: the file's name without its extensions.
 fn session_name(path: &Path) -> String {

@@ -212,7 +212,7 @@ impl Artist {
         let group = GroupId(self.next_group);
         self.next_group += 1;
         let t = self.time();
-        self.queue.push_back(Event::Group { t, group, strokes: strokes.to_vec(), parent: None });
+        self.queue.push_back(Event::Group { t, group, strokes: strokes.to_vec(), parent: None, name: None });
         let turned = |v: DVec3| super::vector::turned(v, DVec3::Y, angle);
         let q = super::vector::quaternion(turned(DVec3::X), DVec3::Y, turned(DVec3::Z));
         let to = Transform { p: position(center - turned(center) + by), q: rotation(q), s: 1.0 };
@@ -325,7 +325,7 @@ fn rotation(q: [f64; 4]) -> Quat {
     Quat::from_array(q.map(|c| rounded(c, 1e4)))
 }
 
-fn rounded(value: f64, parts: f64) -> f32 {
+pub(super) fn rounded(value: f64, parts: f64) -> f32 {
     // Zero without a sign: shorter to write.
     ((value * parts).round() / parts + 0.0) as f32
 }

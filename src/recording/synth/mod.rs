@@ -13,6 +13,7 @@ mod brushes;
 mod grow;
 mod hand;
 mod head;
+mod nested;
 mod path;
 mod portrait;
 mod random;
@@ -42,11 +43,14 @@ pub enum SynthKind {
     Grow,
     /// A card of samples: a wave of each brush, in rows.
     Brushes,
+    /// A planet with moons and a spaceship with engines: named groups that hang under one another and move.
+    Nested,
 }
 
 impl SynthKind {
     /// Every kind.
-    pub const ALL: [Self; 5] = [Self::Portrait, Self::Room, Self::Scribble, Self::Grow, Self::Brushes];
+    pub const ALL: [Self; 6] =
+        [Self::Portrait, Self::Room, Self::Scribble, Self::Grow, Self::Brushes, Self::Nested];
 
     /// The kinds that an artist draws, with a hand, a head and second thoughts.
     pub const DRAWN_BY_ARTISTS: [Self; 4] = [Self::Portrait, Self::Room, Self::Scribble, Self::Grow];
@@ -59,6 +63,7 @@ impl SynthKind {
             Self::Scribble => "scribble",
             Self::Grow => "grow",
             Self::Brushes => "brushes",
+            Self::Nested => "nested",
         }
     }
 }
@@ -71,7 +76,7 @@ impl fmt::Display for SynthKind {
 
 /// A kind that is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("expected portrait, room, scribble, grow or brushes; found `{0}`")]
+#[error("expected portrait, room, scribble, grow, brushes or nested; found `{0}`")]
 pub struct ParseSynthKindError(String);
 
 impl FromStr for SynthKind {
@@ -102,6 +107,10 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
         SynthKind::Brushes => {
             let card = brushes::Brushes::new(polygons, seed);
             return Session { header: card.header(source), format: "synth", events: Box::new(card) };
+        }
+        SynthKind::Nested => {
+            let events = Box::new(nested::Nested::new(polygons, seed));
+            return Session { header: nested::Nested::header(source), format: "synth", events };
         }
     };
     // Nothing in it came with a later format, so programs of the first can read it.

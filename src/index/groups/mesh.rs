@@ -1,0 +1,87 @@
+use crate::{
+    index::{BruteForce, IndexConfig, IndexError, Osp, SpatialIndex},
+    math::Aabb,
+    polygon::PolygonId,
+};
+
+/// Polygons that a mesh keeps as a list. More are worth a tree, whose upper levels are there from the first polygon on.
+const MOST_LISTED: usize = 512;
+
+/// Polygons by their boxes in a space of their own.
+pub(super) struct Mesh {
+    /// By id; [`Aabb::EMPTY`] where there is none.
+    boxes: Vec<Aabb>,
+    index: Box<dyn SpatialIndex>,
+    is_tree: bool,
+    /// Around all polygons; too large after some were taken out.
+    bounds: Aabb,
+    /// Polygons were taken out or moved since `bounds` was computed.
+    is_loose: bool,
+    /// The nodes that show it.
+    pub(super) shown_by: Vec<u32>,
+    pub(super) has_changed: bool,
+}
+
+impl Mesh {
+    pub(super) fn new() -> Self {
+        Self {
+            boxes: Vec::new(),
+            index: Box::new(BruteForce::new()),
+            is_tree: false,
+            bounds: Aabb::EMPTY,
+            is_loose: false,
+            shown_by: Vec::new(),
+            has_changed: false,
+        }
+    }
+
+    pub(super) fn index(&self) -> &dyn SpatialIndex {
+        &*self.index
+    }
+
+    pub(super) fn bounds(&self) -> &Aabb {
+        &self.bounds
+    }
+
+    pub(super) fn set(&mut self, id: PolygonId, bounds: Option<&Aabb>) -> Result<(), IndexError> {
+        let is_there = self.boxes.get(id.index()).is_some_and(|filed| !filed.is_empty());
+        match bounds {
+            Some(bounds) if is_there => self.index.update(id, bounds)?,
+            Some(bounds) => self.index.insert(id, bounds)?,
+            None => self.index.remove(id)?,
+        }
+        if id.index() >= self.boxes.len() {
+            self.boxes.resize(id.index() + 1, Aabb::EMPTY);
+        }
+        self.boxes[id.index()] = bounds.copied().unwrap_or(Aabb::EMPTY);
+        self.is_loose |= is_there;
+        if let Some(bounds) = bounds {
+            self.bounds = self.bounds.union(bounds);
+        }
+        self.has_changed = true;
+        Ok(())
+    }
+
+    /// Ends a batch of changes.
+    pub(super) fn commit(&mut self) {
+        self.has_changed = false;
+        if std::mem::take(&mut self.is_loose) {
+            self.bounds = self.boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
+        }
+        if self.index.len() > MOST_LISTED && !std::mem::replace(&mut self.is_tree, true) {
+            let side = self.bounds.extent().max_element().max(f32::MIN_POSITIVE);
+            let root = Aabb::cube(self.bounds.center(), side);
+            let mut tree = Osp::new(&IndexConfig { root, capacity: self.boxes.len() });
+            for (bounds, number) in self.boxes.iter().zip(0..) {
+                // What is not there has an empty box, which is refused.
+                let _ = tree.insert(PolygonId(number), bounds);
+            }
+            self.index = Box::new(tree);
+        }
+        self.index.commit();
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.index.bytes() + self.boxes.capacity() * size_of::<Aabb>() + self.shown_by.capacity() * 4
+    }
+}

@@ -1,0 +1,364 @@
+use glam::Affine3A;
+use thiserror::Error;
+
+use super::{MeshId, NodeId, mesh::Mesh, transform::box_in};
+use crate::{
+    index::{IndexConfig, IndexError, Osp, SpatialIndex},
+    math::Aabb,
+    polygon::PolygonId,
+};
+
+/// Why a [`GroupIndex`] refused a change. It is then as it was before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum GroupError {
+    /// There is no such mesh.
+    #[error("mesh {}: there is none", .0.0)]
+    NoMesh(MeshId),
+    /// There is no such node.
+    #[error("node {}: there is none", .0.0)]
+    NoNode(NodeId),
+    /// It would hang below itself.
+    #[error("node {}: expected a parent that is not below it", .0.0)]
+    Ring(NodeId),
+    /// A number of the transform is not finite.
+    #[error("node {}: expected a transform of finite numbers", .0.0)]
+    NotFinite(NodeId),
+    /// The mesh's index refused the polygon.
+    #[error("mesh {}: {}", .0.0, .1)]
+    Index(MeshId, IndexError),
+}
+
+/// A node, with what is known of its place in the world.
+pub(super) struct Node {
+    pub(super) parent: Option<u32>,
+    pub(super) children: Vec<u32>,
+    pub(super) mesh: Option<u32>,
+    /// The parent's space from its own.
+    to_parent: Affine3A,
+    /// The world from its own space; of `to_parent` and those above as they were at the last commit.
+    pub(super) world: Affine3A,
+    /// Its mesh and all below, world space; as at the last commit.
+    pub(super) bounds: Aabb,
+    /// It was placed or hung elsewhere: neither `world` nor `bounds`, here and below, are those of now.
+    has_moved: bool,
+    /// Something below or its mesh has changed: `bounds` are not those of now. Set all the way up.
+    is_stale: bool,
+}
+
+/// What commits have done so far, in counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GroupWork {
+    /// World matrices multiplied.
+    pub matrices: u64,
+    /// Boxes of nodes computed anew.
+    pub boxes: u64,
+    /// Entries of trees changed in the index of trees.
+    pub entries: u64,
+}
+
+/// Polygons in groups that move. See [`crate::index::groups`].
+pub struct GroupIndex {
+    pub(super) meshes: Vec<Mesh>,
+    pub(super) nodes: Vec<Node>,
+    /// The nodes that hang under none, by their numbers; those whose box is empty are not in it.
+    pub(super) trees: Osp,
+    is_in_trees: Vec<bool>,
+    /// Nodes whose flag was set, tops of trees only.
+    stale_tops: Vec<u32>,
+    changed_meshes: Vec<u32>,
+    work: GroupWork,
+}
+
+impl std::fmt::Debug for GroupIndex {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("GroupIndex")
+            .field("meshes", &self.meshes.len())
+            .field("nodes", &self.nodes.len())
+            .field("work", &self.work)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Default for GroupIndex {
+    fn default() -> Self {
+        Self::new(&IndexConfig { capacity: 1024, ..IndexConfig::default() })
+    }
+}
+
+impl GroupIndex {
+    /// An empty index; `config` is that of the index of trees.
+    pub fn new(config: &IndexConfig) -> Self {
+        Self {
+            meshes: Vec::new(),
+            nodes: Vec::new(),
+            trees: Osp::new(config),
+            is_in_trees: Vec::new(),
+            stale_tops: Vec::new(),
+            changed_meshes: Vec::new(),
+            work: GroupWork::default(),
+        }
+    }
+
+    /// Adds a mesh without polygons.
+    pub fn add_mesh(&mut self) -> MeshId {
+        self.meshes.push(Mesh::new());
+        MeshId(self.meshes.len() as u32 - 1)
+    }
+
+    /// Files a polygon of a mesh by its box in the mesh's space, gives it a new box, or takes it out (`None`). Queries see
+    /// it after the next [`GroupIndex::commit`].
+    ///
+    /// # Errors
+    /// There is no such mesh, or its index refuses the box or the number.
+    pub fn set_polygon(
+        &mut self,
+        mesh: MeshId,
+        id: PolygonId,
+        bounds: Option<&Aabb>,
+    ) -> Result<(), GroupError> {
+        let of = self.meshes.get_mut(mesh.0 as usize).ok_or(GroupError::NoMesh(mesh))?;
+        let had_changed = of.has_changed;
+        of.set(id, bounds).map_err(|error| GroupError::Index(mesh, error))?;
+        if !had_changed {
+            self.changed_meshes.push(mesh.0);
+        }
+        Ok(())
+    }
+
+    /// Adds a node that shows `mesh`, or nothing of its own. Several nodes may show one mesh.
+    ///
+    /// # Errors
+    /// There is no such parent or mesh, or a number is not finite.
+    pub fn add_node(
+        &mut self,
+        parent: Option<NodeId>,
+        parent_from_node: Affine3A,
+        mesh: Option<MeshId>,
+    ) -> Result<NodeId, GroupError> {
+        let id = NodeId(self.nodes.len() as u32);
+        if let Some(mesh) = mesh.filter(|mesh| mesh.0 as usize >= self.meshes.len()) {
+            return Err(GroupError::NoMesh(mesh));
+        }
+        if let Some(parent) = parent {
+            self.node(parent)?;
+        }
+        if !parent_from_node.is_finite() {
+            return Err(GroupError::NotFinite(id));
+        }
+        self.nodes.push(Node {
+            parent: None,
+            children: Vec::new(),
+            mesh: mesh.map(|mesh| mesh.0),
+            to_parent: parent_from_node,
+            world: Affine3A::IDENTITY,
+            bounds: Aabb::EMPTY,
+            has_moved: false,
+            is_stale: false,
+        });
+        self.is_in_trees.push(false);
+        if let Some(mesh) = mesh {
+            self.meshes[mesh.0 as usize].shown_by.push(id.0);
+        }
+        self.attach(id.0, parent.map(|parent| parent.0));
+        self.note_moved(id.0);
+        Ok(id)
+    }
+
+    /// Places a node anew. Costs the way up to the top of its tree; the next [`GroupIndex::commit`] costs the nodes below.
+    ///
+    /// # Errors
+    /// There is no such node, or a number is not finite.
+    pub fn place(&mut self, node: NodeId, parent_from_node: Affine3A) -> Result<(), GroupError> {
+        self.node(node)?;
+        if !parent_from_node.is_finite() {
+            return Err(GroupError::NotFinite(node));
+        }
+        self.nodes[node.0 as usize].to_parent = parent_from_node;
+        self.note_moved(node.0);
+        Ok(())
+    }
+
+    /// Hangs a node, with all below, under another one or under none. Its transform is from its own space to that one's.
+    ///
+    /// # Errors
+    /// There is no such node, or the parent is the node itself or below it.
+    pub fn hang(&mut self, node: NodeId, parent: Option<NodeId>) -> Result<(), GroupError> {
+        self.node(node)?;
+        if let Some(parent) = parent {
+            self.node(parent)?;
+            let mut above = Some(parent.0);
+            while let Some(at) = above {
+                if at == node.0 {
+                    return Err(GroupError::Ring(node));
+                }
+                above = self.nodes[at as usize].parent;
+            }
+        }
+        self.note_stale(node.0);
+        if let Some(before) = self.nodes[node.0 as usize].parent {
+            self.nodes[before as usize].children.retain(|&child| child != node.0);
+        }
+        self.attach(node.0, parent.map(|parent| parent.0));
+        self.note_moved(node.0);
+        Ok(())
+    }
+
+    fn node(&self, node: NodeId) -> Result<&Node, GroupError> {
+        self.nodes.get(node.0 as usize).ok_or(GroupError::NoNode(node))
+    }
+
+    fn attach(&mut self, node: u32, parent: Option<u32>) {
+        self.nodes[node as usize].parent = parent;
+        if let Some(parent) = parent {
+            self.nodes[parent as usize].children.push(node);
+            // It was the top of a tree, perhaps.
+            if std::mem::take(&mut self.is_in_trees[node as usize]) {
+                let _ = self.trees.remove(PolygonId(node));
+            }
+        }
+    }
+
+    fn note_moved(&mut self, node: u32) {
+        let of = &mut self.nodes[node as usize];
+        // Those above need not know: it may have come from elsewhere.
+        (of.has_moved, of.is_stale) = (true, false);
+        self.note_stale(node);
+    }
+
+    /// Sets the flag up to the top, or to a node where it is set.
+    fn note_stale(&mut self, mut node: u32) {
+        loop {
+            let of = &mut self.nodes[node as usize];
+            if std::mem::replace(&mut of.is_stale, true) && of.parent.is_some() {
+                return;
+            }
+            match of.parent {
+                Some(parent) => node = parent,
+                None => break,
+            }
+        }
+        self.stale_tops.push(node);
+    }
+
+    /// Ends a batch of changes: matrices and boxes of what has changed become those of now.
+    pub fn commit(&mut self) {
+        let mut changed = std::mem::take(&mut self.changed_meshes);
+        for mesh in changed.drain(..) {
+            self.meshes[mesh as usize].commit();
+            let shown_by = std::mem::take(&mut self.meshes[mesh as usize].shown_by);
+            shown_by.iter().for_each(|&node| self.note_stale(node));
+            self.meshes[mesh as usize].shown_by = shown_by;
+        }
+        self.changed_meshes = changed;
+        let mut tops = std::mem::take(&mut self.stale_tops);
+        for top in tops.drain(..) {
+            let of = &self.nodes[top as usize];
+            // Told twice, or it hangs under another one now, whose top was told, too.
+            if of.is_stale && of.parent.is_none() {
+                self.refresh(top);
+            }
+        }
+        self.stale_tops = tops;
+        self.trees.commit();
+    }
+
+    /// Computes anew what has changed in a tree.
+    fn refresh(&mut self, top: u32) {
+        // Parents before children: down for the matrices, backwards for the boxes.
+        let mut order = vec![top];
+        let mut at = 0;
+        while let Some(&node) = order.get(at) {
+            at += 1;
+            let of = &self.nodes[node as usize];
+            let has_moved = of.has_moved;
+            if has_moved {
+                let above = of.parent.map_or(Affine3A::IDENTITY, |parent| self.nodes[parent as usize].world);
+                self.nodes[node as usize].world = above * of.to_parent;
+                self.work.matrices += 1;
+            }
+            for i in 0..self.nodes[node as usize].children.len() {
+                let child = self.nodes[node as usize].children[i];
+                let below = &mut self.nodes[child as usize];
+                below.has_moved |= has_moved;
+                if below.has_moved || below.is_stale {
+                    order.push(child);
+                }
+            }
+        }
+        for &node in order.iter().rev() {
+            let of = &self.nodes[node as usize];
+            let own =
+                of.mesh.map_or(Aabb::EMPTY, |mesh| box_in(&of.world, self.meshes[mesh as usize].bounds()));
+            let children = of.children.iter().map(|&child| &self.nodes[child as usize].bounds);
+            let bounds = children.fold(own, |all, below| all.union(below));
+            let of = &mut self.nodes[node as usize];
+            (of.bounds, of.has_moved, of.is_stale) = (bounds, false, false);
+            self.work.boxes += 1;
+        }
+        self.file_tree(top);
+    }
+
+    fn file_tree(&mut self, top: u32) {
+        // What lies so far away that no number tells where is kept, at the edge of what can be told.
+        let bounds = self.nodes[top as usize].bounds;
+        let bounds = Aabb { min: bounds.min.max(glam::Vec3::MIN), max: bounds.max.min(glam::Vec3::MAX) };
+        let is_in = &mut self.is_in_trees[top as usize];
+        let id = PolygonId(top);
+        let outcome = match (*is_in, bounds.is_valid()) {
+            (true, true) => self.trees.update(id, &bounds),
+            (true, false) => self.trees.remove(id),
+            (false, true) => self.trees.insert(id, &bounds),
+            (false, false) => return,
+        };
+        debug_assert_eq!(outcome, Ok(()), "a valid box of a number that is counted here");
+        *is_in = bounds.is_valid();
+        self.work.entries += 1;
+    }
+
+    /// The world from a node's space, as at the last commit.
+    ///
+    /// # Errors
+    /// There is no such node.
+    pub fn world_from_node(&self, node: NodeId) -> Result<Affine3A, GroupError> {
+        self.node(node).map(|node| node.world)
+    }
+
+    /// The box of a node and all below, world space, as at the last commit; empty if there is no polygon.
+    ///
+    /// # Errors
+    /// There is no such node.
+    pub fn bounds(&self, node: NodeId) -> Result<Aabb, GroupError> {
+        self.node(node).map(|node| node.bounds)
+    }
+
+    /// The nodes below a node, itself first, parents before children.
+    ///
+    /// # Errors
+    /// There is no such node.
+    pub fn walk(&self, node: NodeId) -> Result<Vec<NodeId>, GroupError> {
+        self.node(node)?;
+        let mut order = vec![node];
+        let mut at = 0;
+        while let Some(&node) = order.get(at) {
+            at += 1;
+            order.extend(self.nodes[node.0 as usize].children.iter().map(|&child| NodeId(child)));
+        }
+        Ok(order)
+    }
+
+    /// Polygons filed; one that several nodes show counts once.
+    pub fn polygon_count(&self) -> usize {
+        self.meshes.iter().map(|mesh| mesh.index().len()).sum()
+    }
+
+    /// What commits have done so far.
+    pub fn work(&self) -> GroupWork {
+        self.work
+    }
+
+    /// Memory held, bytes.
+    pub fn bytes(&self) -> usize {
+        let nodes = self.nodes.iter().map(|node| size_of::<Node>() + node.children.capacity() * 4);
+        self.meshes.iter().map(Mesh::bytes).sum::<usize>() + nodes.sum::<usize>() + self.trees.bytes()
+    }
+}

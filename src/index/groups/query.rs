@@ -1,0 +1,120 @@
+use glam::Affine3A;
+
+use super::{GroupIndex, MeshId, NodeId, node::Node};
+use crate::{
+    index::{SpatialIndex, WorkCounts},
+    math::{Aabb, Containment, Frustum},
+    polygon::{PolygonId, VisibleBlocks},
+};
+
+/// The polygons of a mesh that a view may see.
+#[derive(Clone, Copy, Debug)]
+pub enum Polygons<'a> {
+    /// Every one.
+    All,
+    /// These, at least one.
+    Some(&'a VisibleBlocks),
+}
+
+/// A mesh in view.
+#[derive(Clone, Copy, Debug)]
+pub struct Found<'a> {
+    /// The node that shows it.
+    pub node: NodeId,
+    /// The mesh.
+    pub mesh: MeshId,
+    /// The world from the mesh's space.
+    pub world_from_mesh: &'a Affine3A,
+    /// Which of its polygons.
+    pub polygons: Polygons<'a>,
+}
+
+/// What queries keep from frame to frame, for its memory.
+#[derive(Clone, Debug, Default)]
+pub struct CullScratch {
+    tops: VisibleBlocks,
+    polygons: VisibleBlocks,
+    /// Nodes to visit, and whether all below is in view.
+    walk: Vec<(u32, bool)>,
+}
+
+impl GroupIndex {
+    /// Hands out every mesh in view, as often as it is shown, with the polygons that the frustum may see.
+    pub fn frustum_cull(
+        &self,
+        frustum: &Frustum,
+        scratch: &mut CullScratch,
+        mut found: impl FnMut(Found<'_>),
+    ) -> WorkCounts {
+        let CullScratch { tops, polygons, walk } = scratch;
+        tops.clear();
+        let mut work = self.trees.frustum_cull_blocks(frustum, tops);
+        (work.reported, work.taken_whole) = (0, 0);
+        for PolygonId(top) in tops.ids() {
+            walk.push((top, false));
+            while let Some((number, is_above_inside)) = walk.pop() {
+                let node = &self.nodes[number as usize];
+                work.nodes += 1;
+                if node.bounds.is_empty() {
+                    continue;
+                }
+                let containment = match is_above_inside {
+                    true => Containment::Inside,
+                    false => {
+                        work.boxes += 1;
+                        frustum.classify_volume(&node.bounds)
+                    }
+                };
+                if containment == Containment::Outside {
+                    continue;
+                }
+                let is_inside = containment == Containment::Inside;
+                if let Some((mesh, shown)) = self.shown(node, is_inside, frustum, polygons, &mut work) {
+                    found(Found {
+                        node: NodeId(number),
+                        mesh: MeshId(mesh),
+                        world_from_mesh: &node.world,
+                        polygons: shown,
+                    });
+                }
+                walk.extend(node.children.iter().rev().map(|&child| (child, is_inside)));
+            }
+        }
+        work
+    }
+
+    /// What of a node's own mesh is in view.
+    fn shown<'a>(
+        &self,
+        node: &Node,
+        is_inside: bool,
+        frustum: &Frustum,
+        polygons: &'a mut VisibleBlocks,
+        work: &mut WorkCounts,
+    ) -> Option<(u32, Polygons<'a>)> {
+        let number = node.mesh?;
+        let mesh = &self.meshes[number as usize];
+        let all = mesh.index().len() as u64;
+        if all == 0 {
+            return None;
+        }
+        // The box in its own space is turned with the mesh: tighter than that in the world.
+        let local = (!is_inside).then(|| in_space_of(frustum, &node.world, mesh.bounds()));
+        let Some(local) = local.filter(|local| {
+            work.boxes += 1;
+            local.classify_volume(mesh.bounds()) != Containment::Inside
+        }) else {
+            work.taken_whole += all;
+            work.reported += all;
+            return Some((number, Polygons::All));
+        };
+        polygons.clear();
+        *work += mesh.index().frustum_cull_blocks(&local, polygons);
+        (!polygons.is_empty()).then_some((number, Polygons::Some(polygons)))
+    }
+}
+
+/// The frustum in the space of a mesh, wide enough there for boxes within `bounds` to be tested as they are.
+fn in_space_of(frustum: &Frustum, world_from_mesh: &Affine3A, bounds: &Aabb) -> Frustum {
+    frustum.in_space(world_from_mesh).widened_for(bounds)
+}

@@ -1,0 +1,22 @@
+#[cfg(feature = "session")]
+use glam::Vec3;
+
+/// Part of its longest edge by which a quad may leave a plane and count as flat.
+pub(crate) const QUAD_FLATNESS: f32 = 1.0e-2;
+
+/// Whether a quad is flat to [`QUAD_FLATNESS`] and none of its corners turns in.
+#[cfg(feature = "session")]
+pub(crate) fn is_flat_and_convex([a, b, c, d]: [Vec3; 4]) -> bool {
+    let normal = (c - a).cross(d - b);
+    let length = normal.length();
+    // A quad without area is neither: its halves are then dropped, or kept, one by one.
+    if !length.is_normal() {
+        return false;
+    }
+    let normal = normal / length;
+    let longest = [(a, b), (b, c), (c, d), (d, a)].iter().map(|(p, q)| p.distance(*q)).fold(0.0, f32::max);
+    // The two diagonals of a planar quad meet; their distance along the normal is the bend.
+    let flat = normal.dot(b - a).abs() <= QUAD_FLATNESS * longest;
+    let corner = |p: Vec3, q: Vec3, r: Vec3| (q - p).cross(r - q).dot(normal) >= 0.0;
+    flat && corner(a, b, c) && corner(b, c, d) && corner(c, d, a) && corner(d, a, b)
+}

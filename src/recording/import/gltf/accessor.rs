@@ -1,0 +1,188 @@
+//! Numbers in buffers, read where they lie: nothing is allocated for what a file only claims to hold.
+
+use ::gltf::json::{
+    Root,
+    accessor::{ComponentType, Type},
+    validation::Checked,
+};
+
+use super::{Fault, container::File};
+
+/// A row of elements at a distance of each other.
+#[derive(Clone, Copy)]
+struct Row<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+}
+
+impl<'a> Row<'a> {
+    /// `count` elements of `size` bytes each, from `offset` in a view.
+    fn new(file: &'a File, view: usize, offset: u64, count: u64, size: usize) -> Result<Self, Fault> {
+        let whole = || Fault::new(format!("the bytes of buffer view {view} in its buffer"), "too few");
+        let Root { buffer_views, .. } = &file.root;
+        let missing = || Fault::new(format!("buffer view {view}"), format!("{} of them", buffer_views.len()));
+        let described = buffer_views.get(view).ok_or_else(missing)?;
+        let buffer = file.buffers.get(described.buffer.value()).ok_or_else(whole)?;
+        let start = described.byte_offset.unwrap_or_default().0;
+        let end = start.checked_add(described.byte_length.0).ok_or_else(whole)?;
+        let place = |at: u64| usize::try_from(at).ok();
+        let bytes =
+            place(start).zip(place(end)).and_then(|(start, end)| buffer.get(start..end)).ok_or_else(whole)?;
+        let stride = described.byte_stride.map_or(size, |stride| stride.0);
+        let few = || {
+            let expected = format!("{count} elements of {size} bytes in buffer view {view}");
+            Fault::new(expected, format!("a view of {} bytes", bytes.len()))
+        };
+        if stride < size {
+            return Err(Fault::new(
+                format!("a stride of {size} bytes in buffer view {view}"),
+                stride.to_string(),
+            ));
+        }
+        let bytes = place(offset).and_then(|offset| bytes.get(offset..)).ok_or_else(few)?;
+        let Some(last) = count.checked_sub(1) else { return Ok(Self { bytes: &[], stride }) };
+        let needed = last.checked_mul(stride as u64).and_then(|bytes| bytes.checked_add(size as u64));
+        if needed.is_none_or(|needed| needed > bytes.len() as u64) {
+            return Err(few());
+        }
+        Ok(Self { bytes, stride })
+    }
+
+    fn at(&self, number: usize) -> &'a [u8] {
+        self.bytes.get(number.saturating_mul(self.stride)..).unwrap_or(&[])
+    }
+}
+
+/// The elements of an accessor.
+pub(super) struct Elements<'a> {
+    count: usize,
+    width: usize,
+    kind: ComponentType,
+    normalized: bool,
+    /// None: all zero.
+    base: Option<Row<'a>>,
+    sparse: Option<Sparse<'a>>,
+}
+
+/// Elements that replace others, in the order of their numbers.
+struct Sparse<'a> {
+    count: usize,
+    numbers: Row<'a>,
+    number_kind: ComponentType,
+    values: Row<'a>,
+}
+
+impl<'a> Elements<'a> {
+    pub(super) fn new(file: &'a File, accessor: usize) -> Result<Self, Fault> {
+        let accessors = &file.root.accessors;
+        let missing = || Fault::new(format!("accessor {accessor}"), format!("{} of them", accessors.len()));
+        let described = accessors.get(accessor).ok_or_else(missing)?;
+        let (Checked::Valid(component), Checked::Valid(shape)) =
+            (&described.component_type, &described.type_)
+        else {
+            let expected = format!("a component type and a type of glTF in accessor {accessor}");
+            return Err(Fault::new(expected, "others"));
+        };
+        let width = match shape {
+            Type::Scalar => 1,
+            Type::Vec2 => 2,
+            Type::Vec3 => 3,
+            Type::Vec4 => 4,
+            Type::Mat2 | Type::Mat3 | Type::Mat4 => {
+                return Err(Fault::new(format!("a scalar or a vector in accessor {accessor}"), "a matrix"));
+            }
+        };
+        let kind = component.0;
+        let (count, size) = (described.count.0, width * kind.size());
+        let counted = u32::try_from(count)
+            .map_err(|_| Fault::new(format!("fewer than 2^32 elements in accessor {accessor}"), "more"))?;
+        let base = described
+            .buffer_view
+            .map(|view| {
+                Row::new(file, view.value(), described.byte_offset.unwrap_or_default().0, count, size)
+            })
+            .transpose()?;
+        let sparse = described.sparse.as_ref().map(|sparse| {
+            let Checked::Valid(number_kind) = &sparse.indices.component_type else {
+                return Err(Fault::new("the component type of sparse indices", "another"));
+            };
+            let (count, indices) = (sparse.count.0, &sparse.indices);
+            let number_kind = number_kind.0;
+            let numbers = Row::new(
+                file,
+                indices.buffer_view.value(),
+                indices.byte_offset.0,
+                count,
+                number_kind.size(),
+            )?;
+            let values =
+                Row::new(file, sparse.values.buffer_view.value(), sparse.values.byte_offset.0, count, size)?;
+            Ok(Sparse { count: count as usize, numbers, number_kind, values })
+        });
+        let sparse = sparse.transpose()?;
+        let normalized = described.normalized;
+        Ok(Self { count: counted as usize, width, kind, normalized, base, sparse })
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.count
+    }
+
+    pub(super) fn width(&self) -> usize {
+        self.width
+    }
+
+    fn bytes(&self, number: usize) -> &'a [u8] {
+        if let Some(sparse) = &self.sparse {
+            let number_at = |at| integer(sparse.number_kind, sparse.numbers.at(at)) as usize;
+            let (mut low, mut high) = (0, sparse.count);
+            while low < high {
+                let middle = low + (high - low) / 2;
+                if number_at(middle) < number { low = middle + 1 } else { high = middle }
+            }
+            if low < sparse.count && number_at(low) == number {
+                return sparse.values.at(low);
+            }
+        }
+        self.base.map_or(&[], |row| row.at(number))
+    }
+
+    /// A whole number; 0 where there is none.
+    pub(super) fn integer(&self, number: usize) -> u32 {
+        integer(self.kind, self.bytes(number))
+    }
+
+    /// The numbers of an element; those that it does not have stay as they are in `usual`.
+    pub(super) fn vector(&self, number: usize, usual: [f32; 4]) -> [f32; 4] {
+        let bytes = self.bytes(number);
+        let mut values = usual;
+        for (component, value) in values.iter_mut().enumerate().take(self.width) {
+            let bytes = bytes.get(component * self.kind.size()..).unwrap_or(&[]);
+            *value = self.float(bytes);
+        }
+        values
+    }
+
+    fn float(&self, bytes: &[u8]) -> f32 {
+        let raw = integer(self.kind, bytes);
+        let (value, most) = match self.kind {
+            ComponentType::F32 => return f32::from_bits(raw),
+            ComponentType::I8 => (f32::from(raw as u8 as i8), f32::from(i8::MAX)),
+            ComponentType::U8 => (raw as f32, f32::from(u8::MAX)),
+            ComponentType::I16 => (f32::from(raw as u16 as i16), f32::from(i16::MAX)),
+            ComponentType::U16 => (raw as f32, f32::from(u16::MAX)),
+            ComponentType::U32 => (raw as f32, u32::MAX as f32),
+        };
+        if self.normalized { (value / most).max(-1.0) } else { value }
+    }
+}
+
+/// The bits of a component; 0 where there is none.
+fn integer(kind: ComponentType, bytes: &[u8]) -> u32 {
+    let mut word = [0; 4];
+    let size = kind.size();
+    if let Some(bytes) = bytes.get(..size) {
+        word[..size].copy_from_slice(bytes);
+    }
+    u32::from_le_bytes(word)
+}

@@ -1,0 +1,229 @@
+//! The tree of nodes, as nested groups.
+
+use ::gltf::json::scene::Node;
+use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
+
+use super::{Damage, Fault, container::File, is_identity};
+use crate::recording::{Event, GroupId, RecordingError, StrokeId, Transform, import::axes};
+
+/// Groups below one another; a node deeper than that goes into the group above it.
+const MOST_DEPTH: usize = 60;
+/// Part by which scales of the axes may differ and count as one.
+const SAME_SCALE: f64 = 1.0e-5;
+
+/// A node that becomes a group.
+pub(super) struct Planned {
+    pub(super) group: GroupId,
+    parent: Option<GroupId>,
+    name: Option<String>,
+    /// None: it moves nothing, or belongs to the group of a node above.
+    pub(super) to: Option<Transform>,
+    /// Its mesh.
+    pub(super) mesh: Option<usize>,
+    /// What the group's transform lacks, for the vertices.
+    pub(super) residual: DAffine3,
+}
+
+impl Planned {
+    /// Puts strokes into the group.
+    pub(super) fn group_event(&self, strokes: Vec<StrokeId>) -> Event {
+        let name = self.name.clone().filter(|_| strokes.is_empty());
+        Event::Group { t: 0.0, group: self.group, strokes, parent: self.parent, name }
+    }
+}
+
+/// A camera or a light of a node, with the node's place in the world.
+pub(super) struct Seen {
+    pub(super) world: DAffine3,
+    pub(super) camera: Option<usize>,
+    pub(super) light: Option<usize>,
+}
+
+/// What the tree of nodes comes to.
+pub(super) struct Nodes {
+    pub(super) planned: Vec<Planned>,
+    pub(super) seen: Vec<Seen>,
+}
+
+/// A node to visit, and what those above it come to.
+struct Visit {
+    node: usize,
+    parent: Option<GroupId>,
+    depth: usize,
+    residual: DAffine3,
+    world: DAffine3,
+}
+
+/// Plans the nodes of the scene that the file shows, parents first.
+pub(super) fn plan(file: &File, damage: &mut Damage) -> Result<Nodes, RecordingError> {
+    let nodes = &file.root.nodes;
+    let has_mesh = having_meshes(nodes);
+    let mut nodes_out = Nodes { planned: Vec::new(), seen: Vec::new() };
+    let mut is_visited = vec![false; nodes.len()];
+    let visit = |node| Visit {
+        node,
+        parent: None,
+        depth: 0,
+        residual: DAffine3::IDENTITY,
+        world: DAffine3::IDENTITY,
+    };
+    let mut stack: Vec<Visit> = roots(file).into_iter().rev().map(visit).collect();
+    while let Some(Visit { node, parent, depth, residual, world }) = stack.pop() {
+        let fault = match (nodes.get(node), is_visited.get(node)) {
+            (None, _) => Some(Fault::new(format!("node {node}"), format!("{} of them", nodes.len()))),
+            (_, Some(true)) => Some(Fault::new("a tree of nodes", format!("node {node} in it twice"))),
+            _ => None,
+        };
+        if let Some(fault) = fault {
+            damage.note(&file.path, fault)?;
+            continue;
+        }
+        let described = &nodes[node];
+        is_visited[node] = true;
+        let local = local_transform(described);
+        let world = world * local;
+        let camera = described.camera.map(|camera| camera.value());
+        let lights = described.extensions.as_ref().and_then(|of| of.khr_lights_punctual.as_ref());
+        let light = lights.map(|of| of.light.value());
+        if camera.is_some() || light.is_some() {
+            nodes_out.seen.push(Seen { world, camera, light });
+        }
+        let mut below = Visit { node, parent, depth: depth + 1, residual: residual * local, world };
+        if has_mesh[node] {
+            let group = GroupId(node as u32);
+            let mut to = None;
+            // A group that hangs too deep would be refused: its transform goes into the vertices.
+            if depth < MOST_DEPTH {
+                let (transform, rest) = split(described, residual, local);
+                let place = Event::Place { t: 0.0, group, to: transform };
+                match place.check() {
+                    Ok(()) => (to, below.residual) = (Some(transform), rest),
+                    Err(expected) => {
+                        let found = format!("another transform of node {node}");
+                        damage.note(&file.path, Fault::new(expected, found))?;
+                        below.residual = DAffine3::IDENTITY;
+                    }
+                }
+                below.parent = Some(group);
+            }
+            nodes_out.planned.push(Planned {
+                group: if depth < MOST_DEPTH { group } else { parent.unwrap_or(group) },
+                parent,
+                name: name_of(file, described),
+                to: to.filter(|to| !is_identity(to)),
+                mesh: described.mesh.map(|mesh| mesh.value()),
+                residual: below.residual,
+            });
+            if depth >= MOST_DEPTH
+                && let Some(deep) = nodes_out.planned.pop()
+            {
+                let above = nodes_out.planned.iter().rev().find(|of| Some(of.group) == parent);
+                let (parent, name) = above.map_or((None, None), |of| (of.parent, of.name.clone()));
+                nodes_out.planned.push(Planned { parent, name, ..deep });
+            }
+        }
+        let children = described.children.iter().flatten().rev();
+        let Visit { parent, depth, residual, world, .. } = below;
+        stack.extend(children.map(|child| Visit { node: child.value(), parent, depth, residual, world }));
+    }
+    Ok(nodes_out)
+}
+
+/// The nodes that the file shows: those of its scene, or all that hang under no other.
+fn roots(file: &File) -> Vec<usize> {
+    let number = file.root.scene.map_or(0, |scene| scene.value());
+    if let Some(scene) = file.root.scenes.get(number) {
+        return scene.nodes.iter().map(|node| node.value()).collect();
+    }
+    let mut is_child = vec![false; file.root.nodes.len()];
+    for child in file.root.nodes.iter().flat_map(|node| node.children.iter().flatten()) {
+        if let Some(is_child) = is_child.get_mut(child.value()) {
+            *is_child = true;
+        }
+    }
+    (0..is_child.len()).filter(|&node| !is_child[node]).collect()
+}
+
+/// Which nodes have a mesh, themselves or below.
+fn having_meshes(nodes: &[Node]) -> Vec<bool> {
+    let mut parents = vec![None; nodes.len()];
+    for (node, number) in nodes.iter().zip(0..) {
+        for child in node.children.iter().flatten() {
+            if let Some(parent) = parents.get_mut(child.value()) {
+                *parent = Some(number);
+            }
+        }
+    }
+    let mut has_mesh = vec![false; nodes.len()];
+    for (node, number) in nodes.iter().zip(0..) {
+        let mut at = node.mesh.map(|_| number);
+        // Stops where it has been: a ring of nodes, too.
+        while let Some(number) = at.filter(|&number: &usize| !has_mesh[number]) {
+            has_mesh[number] = true;
+            at = parents[number];
+        }
+    }
+    has_mesh
+}
+
+/// The node's name, or its mesh's.
+fn name_of(file: &File, node: &Node) -> Option<String> {
+    let mesh = || node.mesh.and_then(|mesh| file.root.meshes.get(mesh.value())?.name.as_deref());
+    let name = node.name.as_deref().filter(|name| !name.is_empty()).or_else(mesh)?;
+    let end =
+        (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev().find(|&end| name.is_char_boundary(end))?;
+    Some(name[..end].to_owned())
+}
+
+fn local_transform(node: &Node) -> DAffine3 {
+    if let Some(matrix) = node.matrix {
+        let m = matrix.map(f64::from);
+        let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
+        return DAffine3 {
+            matrix3: DMat3::from_cols(column(0), column(1), column(2)),
+            translation: column(3),
+        };
+    }
+    let [p, s] = [node.translation.unwrap_or([0.0; 3]), node.scale.unwrap_or([1.0; 3])].map(Vec3::from);
+    DAffine3::from_scale_rotation_translation(
+        s.as_dvec3(),
+        rotation(node).as_dquat().normalize(),
+        p.as_dvec3(),
+    )
+}
+
+fn rotation(node: &Node) -> Quat {
+    Quat::from_array(node.rotation.unwrap_or_default().0)
+}
+
+/// What a group can have of a node's transform, and the rest, which its vertices get.
+fn split(node: &Node, above: DAffine3, local: DAffine3) -> (Transform, DAffine3) {
+    let scale = node.scale.unwrap_or([1.0; 3]);
+    if above == DAffine3::IDENTITY && node.matrix.is_none() {
+        let p = Vec3::from(node.translation.unwrap_or([0.0; 3]));
+        let stored = rotation(node);
+        let q = if stored == Quat::IDENTITY { stored } else { axes::unit(stored) };
+        let is_even = scale[0] == scale[1] && scale[1] == scale[2] && scale[0] > 0.0;
+        let rest = DAffine3::from_scale(Vec3::from(scale).as_dvec3());
+        return match is_even {
+            true => (Transform { p, q, s: scale[0] }, DAffine3::IDENTITY),
+            false => (Transform { p, q, s: 1.0 }, rest),
+        };
+    }
+    let whole = above * local;
+    let p = whole.translation.as_vec3();
+    match similarity(whole.matrix3) {
+        Some((q, s)) => (Transform { p, q: q.as_quat(), s: s as f32 }, DAffine3::IDENTITY),
+        None => (Transform { p, q: Quat::IDENTITY, s: 1.0 }, DAffine3::from_mat3(whole.matrix3)),
+    }
+}
+
+/// The rotation and the scale of a matrix, if it has nothing else.
+pub(super) fn similarity(m: DMat3) -> Option<(DQuat, f64)> {
+    let scale = m.x_axis.length();
+    let unit = m * (1.0 / scale);
+    let is_even = [unit.y_axis, unit.z_axis].iter().all(|axis| (axis.length() - 1.0).abs() <= SAME_SCALE);
+    let is_square = unit.x_axis.dot(unit.y_axis).abs() <= SAME_SCALE
+        && unit.x_axis.cross(unit.y_axis).distance(unit.z_axis) <= SAME_SCALE;
+    (is_even && is_square).then(|| (DQuat::from_mat3(&unit).normalize(), scale))
+}

@@ -1,0 +1,89 @@
+//! What a URI in a glTF file says.
+
+use std::path::{Component, Path, PathBuf};
+
+use base64::{
+    Engine as _,
+    alphabet::STANDARD,
+    engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig},
+};
+
+use super::Fault;
+use crate::recording::import::lines::shown;
+
+/// Some writers leave the padding out.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
+
+/// The bytes of a `data:` URI; `None` for another URI.
+pub(super) fn data(uri: &str) -> Option<Result<Vec<u8>, Fault>> {
+    let content = uri.strip_prefix("data:")?;
+    let decoded = content
+        .split_once(',')
+        .filter(|(kind, _)| kind.ends_with(";base64"))
+        .ok_or_else(|| Fault::new("data as `data:…;base64,…`", shown(uri)))
+        .and_then(|(_, text)| {
+            BASE64
+                .decode(text)
+                .map_err(|error| Fault::new("a data URI in base64", format!("{error} of {}", shown(uri))))
+        });
+    Some(decoded)
+}
+
+/// The file of a relative URI: one in the folder of `beside` or below it. A model does not reach further.
+pub(super) fn file(uri: &str, beside: &Path) -> Result<PathBuf, Fault> {
+    let refuse = || Fault::new("the URI of a buffer in the same folder or below", shown(uri));
+    let decoded = percent_decoded(uri).ok_or_else(refuse)?;
+    let relative = Path::new(&decoded);
+    let is_plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if decoded.is_empty() || decoded.contains(['\0', ':', '\\']) || !relative.components().all(is_plain) {
+        return Err(refuse());
+    }
+    Ok(beside.parent().unwrap_or(Path::new("")).join(relative))
+}
+
+fn percent_decoded(text: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let Some((&first, after)) = rest.split_first() {
+        rest = after;
+        if first != b'%' {
+            bytes.push(first);
+            continue;
+        }
+        let digits = std::str::from_utf8(rest.get(..2)?).ok()?;
+        bytes.push(u8::from_str_radix(digits, 16).ok()?);
+        rest = &rest[2..];
+    }
+    String::from_utf8(bytes).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_reads_its_own_folder_and_no_other() {
+        let model = Path::new("models/a.gltf");
+        let path = |uri| file(uri, model).ok();
+        assert_eq!(path("a.bin"), Some(PathBuf::from("models/a.bin")));
+        assert_eq!(path("./parts/a%20b.bin"), Some(PathBuf::from("models/./parts/a b.bin")));
+        for uri in
+            ["", "/etc/passwd", "../a.bin", "x/../../a.bin", "http://a/b", "C:\\a", "%2e%2e/a", "a%", "a%00"]
+        {
+            assert_eq!(path(uri), None, "{uri}");
+        }
+    }
+
+    #[test]
+    fn data_uris() {
+        let bytes = |uri| data(uri).map(|outcome| outcome.ok());
+        assert_eq!(bytes("data:application/octet-stream;base64,AAEC/w=="), Some(Some(vec![0, 1, 2, 255])));
+        assert_eq!(bytes("data:;base64,AAEC/w"), Some(Some(vec![0, 1, 2, 255])));
+        assert_eq!(bytes("data:;base64,?"), Some(None));
+        assert_eq!(bytes("data:text/plain,hello"), Some(None));
+        assert_eq!(bytes("a.bin"), None);
+    }
+}

@@ -1,0 +1,105 @@
+//! The groups of a scene as a tree.
+
+use glam::Vec3;
+
+use super::{Scene, group::Extent};
+use crate::{
+    math::{Aabb, rotate},
+    recording::{GroupId, StrokeId, Transform},
+};
+
+/// A group, and how much of it can be seen, with the groups below.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupNode {
+    /// Its number.
+    pub id: GroupId,
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// The group that it hangs under.
+    pub parent: Option<GroupId>,
+    /// Groups above it.
+    pub depth: usize,
+    /// Where it was placed.
+    pub to: Transform,
+    /// Strokes in it and below that are in the model now.
+    pub strokes: u64,
+    /// Their polygons.
+    pub polygons: u64,
+    /// The box of them all, world space; empty if there is none.
+    pub bounds: Aabb,
+}
+
+impl Scene {
+    /// The groups, each followed by those that hang under it. Their boxes are kept: what has not changed since the last
+    /// call is not computed again.
+    pub fn group_tree(&mut self) -> Vec<GroupNode> {
+        let Self { groups, strokes, bounds, .. } = self;
+        groups.refresh(|at| {
+            let Some(stroke) = strokes.get(at as usize).filter(|stroke| stroke.is_visible()) else {
+                return Extent::NOTHING;
+            };
+            let mut extent = Extent { strokes: 1, ..Extent::NOTHING };
+            // Those that the stroke does not need now have shrunk to one of its points.
+            for id in stroke.polygon_ids().take(stroke.used as usize) {
+                extent.polygons += 1;
+                extent.bounds = extent.bounds.union(&bounds[id.index()]);
+            }
+            extent
+        });
+        let mut nodes = Vec::new();
+        let mut walk: Vec<(usize, usize)> = groups.below(None).into_iter().rev().map(|at| (at, 0)).collect();
+        while let Some((at, depth)) = walk.pop() {
+            let Extent { strokes, polygons, bounds } = groups.whole(at);
+            nodes.push(GroupNode {
+                id: groups.id(at),
+                name: groups.name(at).map(str::to_owned),
+                parent: groups.parent(at).map(|parent| groups.id(parent)),
+                depth,
+                to: groups.transform(at),
+                strokes,
+                polygons,
+                bounds,
+            });
+            walk.extend(groups.below(Some(at)).into_iter().rev().map(|child| (child, depth + 1)));
+        }
+        nodes
+    }
+
+    /// The group that a group hangs under.
+    pub fn parent_of(&self, id: GroupId) -> Option<GroupId> {
+        let parent = self.groups.parent(self.groups.find(id)?)?;
+        Some(self.groups.id(parent))
+    }
+
+    /// Where a group was placed; `None` if there is no such group.
+    pub fn group_transform(&self, id: GroupId) -> Option<Transform> {
+        self.groups.find(id).map(|group| self.groups.transform(group))
+    }
+
+    /// A point of the world in the space that a group is placed in. `None` if there is no such group, or if those above it
+    /// have shrunk to a point.
+    pub fn in_parent_of(&self, id: GroupId, world: Vec3) -> Option<Vec3> {
+        let mut chain = Vec::new();
+        self.groups.chain(self.groups.parent(self.groups.find(id)?), &mut chain);
+        let p = chain.iter().rev().fold(world, |p, to| rotate(to.q.conjugate(), p - to.p) / to.s);
+        p.is_finite().then_some(p)
+    }
+
+    /// A number that no group has.
+    pub fn free_group(&self) -> Option<GroupId> {
+        let first = self.groups.below(None).len() as u32;
+        (first..=u32::MAX).chain(0..first).map(GroupId).find(|&id| self.groups.find(id).is_none())
+    }
+
+    /// The strokes in a group and in those below it.
+    pub fn strokes_below(&self, id: GroupId) -> Vec<StrokeId> {
+        let mut walk: Vec<usize> = self.groups.find(id).into_iter().collect();
+        let mut ids = Vec::new();
+        while let Some(group) = walk.pop() {
+            let members = self.groups.strokes(group).filter_map(|at| self.strokes.get(at as usize)?.id);
+            ids.extend(members);
+            walk.extend(self.groups.below(Some(group)));
+        }
+        ids
+    }
+}
