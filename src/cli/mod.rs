@@ -34,12 +34,14 @@ mod import;
 mod info;
 #[cfg(feature = "render")]
 mod render;
+#[cfg(feature = "render")]
+mod render_pictures;
 mod replay;
 mod replay_args;
 mod replay_outputs;
 mod replay_session;
 mod replay_text;
-#[cfg(feature = "window")]
+mod rig_args;
 mod send;
 #[cfg(feature = "window")]
 mod sketch;

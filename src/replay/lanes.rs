@@ -1,4 +1,4 @@
-use super::{CameraPath, Player};
+use super::{CameraPath, Player, RigPath, RigView};
 use crate::{
     frame::{FrameRecord, Pipeline, Stage},
     polygon::{Change, VisibleBlocks},
@@ -7,6 +7,9 @@ use crate::{
     scene::Scene,
     view::View,
 };
+
+/// Frames after which a lane of one view looks at the next one.
+const FRAMES_A_TURN: u64 = 16;
 
 /// Parts of a session in each of which a lane may spend the same share of its budget.
 pub const STRETCHES: u64 = 40;
@@ -36,12 +39,20 @@ pub struct Lane {
     spent_ns: u64,
     /// Changes have been applied without a commit: the next frame pays for more than itself.
     behind: bool,
+    one_view: bool,
 }
 
 impl Lane {
     /// A lane around a pipeline that has seen nothing yet.
     pub fn new(pipeline: Pipeline, budget: Budget) -> Self {
-        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false }
+        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false, one_view: false }
+    }
+
+    /// The lane looking at one of each frame's views only, every few frames at the next one: the measure of what several
+    /// views cost.
+    #[must_use]
+    pub fn of_one_view(self) -> Self {
+        Self { one_view: true, ..self }
     }
 
     /// The pipeline.
@@ -49,7 +60,7 @@ impl Lane {
         &self.pipeline
     }
 
-    fn step(&mut self, frame: u64, scene: &Scene, changes: &[Change], view: &View) -> Option<LaneFrame> {
+    fn step(&mut self, frame: u64, scene: &Scene, changes: &[Change], views: &[View]) -> Option<LaneFrame> {
         let stretch = stretch_of_frame(frame, self.budget.frames);
         if stretch != self.stretch {
             (self.stretch, self.spent_ns) = (stretch, 0);
@@ -59,7 +70,11 @@ impl Lane {
             self.behind = true;
             return None;
         }
-        let record = self.pipeline.frame(scene, changes, view);
+        let views = match self.one_view && !views.is_empty() {
+            true => std::slice::from_ref(&views[(frame / FRAMES_A_TURN) as usize % views.len()]),
+            false => views,
+        };
+        let record = self.pipeline.frame_of_views(scene, changes, views);
         let catches_up = std::mem::take(&mut self.behind);
         let start = self.pipeline.clock().start();
         let in_view = fingerprint_of_views(self.pipeline.in_view_lists().iter().map(VisibleBlocks::ids));
@@ -97,8 +112,10 @@ pub struct LaneFrame {
 pub struct Replay<I> {
     player: Player<I>,
     camera: CameraPath,
+    rig: Option<RigPath>,
     lanes: Vec<Lane>,
-    view: Option<View>,
+    views: Vec<View>,
+    rig_views: Vec<RigView>,
     outcomes: Vec<Option<LaneFrame>>,
 }
 
@@ -113,7 +130,14 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
             }
         }
         let outcomes = vec![None; lanes.len()];
-        Self { player, camera, lanes, view: None, outcomes }
+        let (views, rig_views) = (Vec::new(), Vec::new());
+        Self { player, camera, rig: None, lanes, views, rig_views, outcomes }
+    }
+
+    /// The replay on the screens of a rig around the camera's eye: each frame has a view for each screen and eye.
+    #[must_use]
+    pub fn on_rig(self, rig: RigPath) -> Self {
+        Self { rig: Some(rig), ..self }
     }
 
     /// Plays one frame; what each lane did, in their order (`None`: it is out of its budget for now). `Ok(None)`: the
@@ -127,13 +151,20 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         }
         let moment = self.player.moment();
         let view = self.camera.view(&moment);
-        self.view = Some(view);
+        self.views.clear();
+        match &mut self.rig {
+            Some(rig) => {
+                rig.views_into(&view, &mut self.rig_views);
+                self.views.extend(self.rig_views.iter().filter_map(|seen| seen.view));
+            }
+            None => self.views.push(view),
+        }
         let count = self.lanes.len();
         for turn in 0..count {
             // Another lane begins each frame: none always meets the caches that the reader has just filled.
             let at = (turn + moment.frame as usize) % count;
             self.outcomes[at] =
-                self.lanes[at].step(moment.frame, self.player.scene(), self.player.changes(), &view);
+                self.lanes[at].step(moment.frame, self.player.scene(), self.player.changes(), &self.views);
         }
         Ok(Some(&self.outcomes))
     }
@@ -148,9 +179,14 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         self.player.changes()
     }
 
-    /// The view of the last frame.
-    pub fn view(&self) -> Option<&View> {
-        self.view.as_ref()
+    /// The views of the last frame: one, or on a rig one for each screen and eye that is in front of it.
+    pub fn views(&self) -> &[View] {
+        &self.views
+    }
+
+    /// What each eye sees on each screen of the rig in the last frame; empty without a rig.
+    pub fn rig_views(&self) -> &[RigView] {
+        &self.rig_views
     }
 
     /// The lanes.

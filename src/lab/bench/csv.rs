@@ -26,6 +26,11 @@ impl BenchReport {
                 lines.value(&of, "boxes", "1/frame", row.boxes);
                 lines.value(&of, "planes", "1/frame", row.planes);
                 lines.value(&of, "memory", "bytes/polygon", row.bytes_per_polygon);
+                if let Some(views) = &row.views {
+                    lines.value(&of, "views", "1/frame", views.views);
+                    lines.estimate(&of, "one_view_frame", "us", &views.one_view_us);
+                    lines.estimate(&of, "frame_against_views_times_one", "", &views.against_one_view);
+                }
             }
         }
         for row in &self.growth {

@@ -1,7 +1,7 @@
 use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 
 use super::{
-    BenchReport, Estimate, Flight, GrowthRow, SessionResult,
+    BenchReport, Estimate, Flight, GrowthRow, SessionResult, SessionRow,
     paper::{notes, tables},
     rays::show,
 };
@@ -40,7 +40,7 @@ pub(super) fn interval(estimate: &Estimate) -> String {
 }
 
 pub(super) fn session_grid(session: &SessionResult) -> Grid {
-    let head = vec![
+    let mut head = vec![
         "index",
         "insert\nns/polygon",
         "insert p99\nµs",
@@ -53,11 +53,22 @@ pub(super) fn session_grid(session: &SessionResult) -> Grid {
         "memory\nB/polygon",
         "frames\nmeasured",
     ];
+    let has_views = session.rig.is_some();
+    if has_views {
+        head.extend(["views\n(mean)", "one view\nµs", "all against\nviews x one"]);
+    }
+    let views = |row: &SessionRow| match &row.views {
+        Some(views) => {
+            vec![short(views.views), short(views.one_view_us.median), interval(&views.against_one_view)]
+        }
+        None if has_views => vec!["-".to_owned(); 3],
+        None => Vec::new(),
+    };
     let rows = session
         .rows
         .iter()
         .map(|row| {
-            vec![
+            let mut cells = vec![
                 row.index.clone(),
                 short(row.insert_ns_per_polygon.median),
                 short(row.insert_us[1]),
@@ -69,7 +80,9 @@ pub(super) fn session_grid(session: &SessionResult) -> Grid {
                 short(row.boxes),
                 short(row.bytes_per_polygon),
                 thousands(row.frames_measured as u64),
-            ]
+            ];
+            cells.extend(views(row));
+            cells
         })
         .collect();
     Grid { head, rows }
@@ -175,6 +188,14 @@ impl BenchReport {
                 self.reference
             ));
             parts.push(session_grid(session).text());
+            if let Some(rig) = &session.rig {
+                parts.push(
+                    "Each frame has all views. all against views x one: its time divided by that of the same frame with \
+                     one view, each in turn, times their number."
+                        .to_owned(),
+                );
+                parts.extend(rig.blind(session.frames));
+            }
             if !session.indexes_agree {
                 parts.push("NOT ALL INDEXES SAW THE SAME POLYGONS.".to_owned());
             }

@@ -10,6 +10,7 @@ mod printable;
 mod run;
 mod structure;
 mod table;
+mod views;
 
 pub(crate) use chart::register_font;
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
@@ -22,3 +23,4 @@ pub use run::{OcclusionReport, ReplayReport, RunReport};
 pub use structure::{Side, Structure, StructureNode, StructureView};
 pub use table::replay_table;
 pub(crate) use table::{short, thousands};
+pub use views::{RigReport, RigViewReport, ViewMeans, ViewsReport};
