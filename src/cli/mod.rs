@@ -42,6 +42,7 @@ mod replay_outputs;
 mod replay_session;
 mod replay_text;
 mod rig_args;
+#[cfg(feature = "window")]
 mod send;
 #[cfg(feature = "window")]
 mod sketch;

@@ -44,9 +44,9 @@ With --rig each frame is culled for every screen and eye of the rig. The camera'
 recorded head, where the session has one) is the tracked head; its room goes along with it, or stands
 (--room). visible, culled, occluded and all times are those of all views together. A second table has
 for each screen and eye the polygons in view and drawn (means of the frames with this view), and:
-  all views     time of a frame with all its views, median
-  views x one   time of a frame with one of its views, each in turn, times their number, median
-  ratio         the first divided by the second, frame by frame, median
+  all views     time of a frame with all its views, mean without the slowest hundredth
+  views x one   time of a frame with one of its views, each in turn, times their number, likewise
+  ratio         the first divided by the second
 With --draw:
   draw     time from submission to completion on the graphics adapter: median and 99th percentile
 With --draw and --occlusion hzb: the groups of polygons tested, the polygons drawn in the depth pass

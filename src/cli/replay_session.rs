@@ -62,10 +62,10 @@ pub(super) fn replay_file(
     let mut rig_report = rig.as_ref().map(RigReport::new);
     let mut lanes = lanes(args, &kinds, &session.header, &summary, pvs);
     if rig.is_some() {
-        // What several views cost is compared with one.
-        lanes.extend(
-            self::lanes(args, &kinds, &session.header, &summary, pvs).into_iter().map(Lane::of_one_view),
-        );
+        // What several views cost is compared with one. Occlusion culling learns from frame to frame what hides in a view.
+        let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
+        let more = self::lanes(args, &kinds, &session.header, &summary, pvs);
+        lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
     }
     let mut runs: Vec<RunReport> = Vec::new();
     for &(index, method) in &kinds {

@@ -8,9 +8,6 @@ use crate::{
     view::View,
 };
 
-/// Frames after which a lane of one view looks at the next one.
-const FRAMES_A_TURN: u64 = 16;
-
 /// Parts of a session in each of which a lane may spend the same share of its budget.
 pub const STRETCHES: u64 = 40;
 
@@ -39,20 +36,21 @@ pub struct Lane {
     spent_ns: u64,
     /// Changes have been applied without a commit: the next frame pays for more than itself.
     behind: bool,
-    one_view: bool,
+    /// The lane looks at one view of each frame, and after so many frames at the next one.
+    turn: Option<u64>,
 }
 
 impl Lane {
     /// A lane around a pipeline that has seen nothing yet.
     pub fn new(pipeline: Pipeline, budget: Budget) -> Self {
-        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false, one_view: false }
+        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false, turn: None }
     }
 
-    /// The lane looking at one of each frame's views only, every few frames at the next one: the measure of what several
-    /// views cost.
+    /// The lane looking at one of each frame's views only, and after so many frames at the next one: the measure of what
+    /// several views cost.
     #[must_use]
-    pub fn of_one_view(self) -> Self {
-        Self { one_view: true, ..self }
+    pub fn of_one_view(self, frames_a_turn: u64) -> Self {
+        Self { turn: Some(frames_a_turn.max(1)), ..self }
     }
 
     /// The pipeline.
@@ -70,9 +68,11 @@ impl Lane {
             self.behind = true;
             return None;
         }
-        let views = match self.one_view && !views.is_empty() {
-            true => std::slice::from_ref(&views[(frame / FRAMES_A_TURN) as usize % views.len()]),
-            false => views,
+        let views = match self.turn {
+            Some(turn) if !views.is_empty() => {
+                std::slice::from_ref(&views[(frame / turn) as usize % views.len()])
+            }
+            _ => views,
         };
         let record = self.pipeline.frame_of_views(scene, changes, views);
         let catches_up = std::mem::take(&mut self.behind);

@@ -4,7 +4,7 @@ use super::{Contender, Estimate, estimate::quantile};
 use crate::{
     frame::{FrameRecord, Pipeline, StageClock},
     index::IndexConfig,
-    lab::report::{ReplayReport, RigReport, RunReport},
+    lab::report::{AgainstOneView, ReplayReport, RigReport, RunReport},
     math::Aabb,
     recording::{Event, Pace, RecordingError},
     replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, STRETCHES, Summary, stretch_of_frame},
@@ -95,30 +95,22 @@ pub struct SessionRow {
     pub frames_measured: usize,
 }
 
-/// Frames with all views of a rig, beside the same frames with one of the views, each in turn.
+/// The frames of a rig beside frames with one of their views.
 #[derive(Clone, Debug, Serialize)]
 pub struct ViewsRow {
     /// Views of a frame, mean.
     pub views: f64,
-    /// A frame with one view, microseconds.
-    pub one_view_us: Estimate,
-    /// Time of a frame with all views, divided by that of the same frame with one view times their number.
-    pub against_one_view: Estimate,
+    /// What they cost.
+    pub against_one_view: AgainstOneView,
 }
 
 impl ViewsRow {
     fn of(all: &[FrameRecord], one: &[FrameRecord]) -> Option<Self> {
         let with_views = || same_frames(all, one).filter(|(all, _)| all.views > 0);
-        let mut us: Vec<f64> = with_views().map(|(_, one)| one.total_ns() as f64 / 1000.0).collect();
-        let mut ratios: Vec<f64> = with_views()
-            .map(|(all, one)| all.total_ns().max(1) as f64 / (one.total_ns().max(1) * all.views) as f64)
-            .collect();
-        let views = with_views().map(|(all, _)| all.views as f64).sum::<f64>() / us.len().max(1) as f64;
-        Some(Self {
-            views,
-            one_view_us: Estimate::of(&mut us)?,
-            against_one_view: Estimate::of(&mut ratios)?,
-        })
+        let times = |(all, one): (&FrameRecord, &FrameRecord)| (all.total_ns(), one.total_ns() * all.views);
+        let against_one_view = AgainstOneView::of(with_views().map(times).collect())?;
+        let views = with_views().map(|(all, _)| all.views).sum::<u64>() as f64 / with_views().count() as f64;
+        Some(Self { views, against_one_view })
     }
 }
 
@@ -143,7 +135,7 @@ where
     };
     let mut lanes: Vec<Lane> = input.kinds.iter().map(lane).collect();
     if input.rig.is_some() {
-        lanes.extend(input.kinds.iter().map(lane).map(Lane::of_one_view));
+        lanes.extend(input.kinds.iter().map(lane).map(|lane| lane.of_one_view(1)));
     }
     let run = |kind: &Contender| RunReport::new(kind.name(), summary.frames);
     let mut report = ReplayReport {

@@ -23,4 +23,4 @@ pub use run::{OcclusionReport, ReplayReport, RunReport};
 pub use structure::{Side, Structure, StructureNode, StructureView};
 pub use table::replay_table;
 pub(crate) use table::{short, thousands};
-pub use views::{RigReport, RigViewReport, ViewMeans, ViewsReport};
+pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

@@ -165,19 +165,40 @@ impl RunReport {
         (frames > 0.0).then(|| ViewMeans { in_view: in_view / frames, drawn: drawn / frames })
     }
 
-    /// Median times of the frames that were measured with all views and with one: with all, and with one times the number of
-    /// views, microseconds; and the median of their ratios, frame by frame. `None` if there was no such frame.
-    pub fn against_one_view(&self) -> Option<(f64, f64, f64)> {
-        let pairs: Vec<(u64, u64)> = self.views.as_ref()?.against_one.iter().copied().flatten().collect();
-        let median = |of: fn(&(u64, u64)) -> f64| {
-            let mut values: Vec<f64> = pairs.iter().map(of).collect();
-            values.sort_unstable_by(f64::total_cmp);
-            values.get(values.len() / 2).copied()
+    /// What the frames cost with all views beside one view times their number; `None` if no frame was measured with both.
+    pub fn against_one_view(&self) -> Option<AgainstOneView> {
+        AgainstOneView::of(self.views.as_ref()?.against_one.iter().copied().flatten().collect())
+    }
+}
+
+/// Frames with all views of a rig beside the same frames with one of the views, each view in turn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AgainstOneView {
+    /// A frame with all views, mean, microseconds.
+    pub all_views_us: f64,
+    /// A frame with one view, times the number of views, mean, microseconds.
+    pub views_times_one_us: f64,
+    /// The first divided by the second.
+    pub ratio: f64,
+}
+
+impl AgainstOneView {
+    /// Of the two times of each frame, nanoseconds. Views differ, so that only means can be compared; the slowest hundredth of
+    /// each, in which the machine did something else, is left out.
+    pub fn of(mut pairs: Vec<(u64, u64)>) -> Option<Self> {
+        let slowest = |values: &mut dyn Iterator<Item = u64>| {
+            let mut values: Vec<u64> = values.collect();
+            values.sort_unstable();
+            values.get(values.len().saturating_sub(1 + values.len() / 100)).copied()
         };
-        let all = median(|pair| pair.0 as f64 / 1000.0)?;
-        let times_one = median(|pair| pair.1 as f64 / 1000.0)?;
-        let ratio = median(|pair| pair.0.max(1) as f64 / pair.1.max(1) as f64)?;
-        Some((all, times_one, ratio))
+        let all_ns = slowest(&mut pairs.iter().map(|pair| pair.0))?;
+        let times_one_ns = slowest(&mut pairs.iter().map(|pair| pair.1))?;
+        pairs.retain(|&(all, times_one)| all <= all_ns && times_one <= times_one_ns);
+        let us = |sum: u64| sum as f64 / 1000.0 / pairs.len().max(1) as f64;
+        let all_views_us = us(pairs.iter().map(|pair| pair.0).sum());
+        let views_times_one_us = us(pairs.iter().map(|pair| pair.1).sum());
+        let ratio = all_views_us.max(1.0e-3) / views_times_one_us.max(1.0e-3);
+        Some(Self { all_views_us, views_times_one_us, ratio })
     }
 }
 
@@ -186,7 +207,7 @@ impl RunReport {
 pub(super) struct JsonViews {
     views: Vec<JsonView>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    against_one_view: Option<JsonAgainstOne>,
+    against_one_view: Option<AgainstOneView>,
 }
 
 #[derive(Serialize)]
@@ -195,13 +216,6 @@ struct JsonView {
     eye: &'static str,
     in_view_mean: Option<f64>,
     drawn_mean: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct JsonAgainstOne {
-    all_views_us: f64,
-    views_times_one_us: f64,
-    ratio: f64,
 }
 
 impl JsonViews {
@@ -215,10 +229,10 @@ impl JsonViews {
                 drawn_mean: means.map(|means| means.drawn),
             }
         };
-        let against_one_view = run.against_one_view().map(|(all_views_us, views_times_one_us, ratio)| {
-            JsonAgainstOne { all_views_us, views_times_one_us, ratio }
-        });
-        Some(Self { views: rig?.views.iter().enumerate().map(view).collect(), against_one_view })
+        Some(Self {
+            views: rig?.views.iter().enumerate().map(view).collect(),
+            against_one_view: run.against_one_view(),
+        })
     }
 }
 
@@ -240,7 +254,7 @@ pub(super) fn views_table(rig: &RigReport, runs: &[RunReport]) -> String {
             None => "no view".to_owned(),
         }));
         match run.against_one_view() {
-            Some((all, times_one, ratio)) => row.extend([all, times_one, ratio].map(short)),
+            Some(of) => row.extend([of.all_views_us, of.views_times_one_us, of.ratio].map(short)),
             None => row.extend(["-"; 3].map(str::to_owned)),
         }
         table.add_row(row);
@@ -249,4 +263,24 @@ pub(super) fn views_table(rig: &RigReport, runs: &[RunReport]) -> String {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_that_differ_are_compared_by_their_means() {
+        // Two views of 10 and 30 us in turns: both together take as long as their sum.
+        let mut pairs: Vec<(u64, u64)> =
+            (0..400).map(|i| (40_000, if i % 2 == 0 { 20_000 } else { 60_000 })).collect();
+        let of = AgainstOneView::of(pairs.clone()).expect("frames");
+        assert_eq!((of.all_views_us, of.views_times_one_us, of.ratio), (40.0, 40.0, 1.0));
+        // A pause of the machine does not count.
+        pairs[7].0 = 90_000_000;
+        pairs[9].1 = 90_000_000;
+        assert!((AgainstOneView::of(pairs).expect("frames").ratio - 1.0).abs() < 0.01);
+        assert_eq!(AgainstOneView::of(Vec::new()), None);
+        assert!(AgainstOneView::of(vec![(5, 7)]).is_some());
+    }
 }
