@@ -7,7 +7,7 @@ use super::{
 use crate::{
     math::{Aabb, rotate},
     render::Channels,
-    view::{Eye, Projection, Rig, Screen, Stereo, View},
+    view::{Eye, Projection, Rig, RoomPlace, Screen, Stereo, View},
 };
 
 /// Nearest distance drawn on a rig's screens, metres.
@@ -58,25 +58,24 @@ impl Room {
         self.stereo = stereo;
     }
 
-    /// Turn of the room in the world: only about +y, so that the floor stays level.
-    fn world_from_room(navigator: &Navigator) -> Quat {
-        let back = rotate(navigator.world_from_view(), Vec3::Z);
-        Quat::from_rotation_y(back.x.atan2(back.z))
+    /// Where the rig's room is. Flying moves it; its place for the head is where the camera is.
+    fn place(rig: &Rig, navigator: &Navigator) -> RoomPlace {
+        RoomPlace::around(rig, navigator.eye(), navigator.world_from_view())
     }
 
-    /// A point of the room in the world. Flying moves the room; its place for the head is where the camera is.
+    /// A point of the room in the world.
     pub fn to_world(&self, navigator: &Navigator, p: Vec3) -> Vec3 {
-        match &self.rig {
-            None => p,
-            Some(rig) => navigator.eye() + rotate(Self::world_from_room(navigator), p - rig.head),
-        }
+        self.rig.as_ref().map_or(p, |rig| Self::place(rig, navigator).to_world(p))
     }
 
     fn turn_to_world(&self, navigator: &Navigator, q: Quat) -> Quat {
-        match &self.rig {
-            None => q,
-            Some(_) => (Self::world_from_room(navigator) * q).normalize(),
-        }
+        self.rig.as_ref().map_or(q, |rig| Self::place(rig, navigator).turn_to_world(q))
+    }
+
+    /// The head at the rig's place for it, tilted like this one in the world; `None` without a rig.
+    pub fn head_tilted_like(&self, world_from_head: Quat) -> Option<(Vec3, Quat)> {
+        let rig = self.rig.as_ref()?;
+        Some((rig.head, RoomPlace::around(rig, Vec3::ZERO, world_from_head).turn_to_room(world_from_head)))
     }
 
     /// A tracker's message with world positions. The head stays in the room: it decides what the screens show.
@@ -130,7 +129,7 @@ impl Room {
                 };
                 let (from, to) = (Vec2::new(column(left), 0.0), Vec2::new(column(right), 1.0));
                 let view = match &self.rig {
-                    Some(rig) => self.on_screen(rig, &rig.screens[screen], eye, navigator, hands, bounds),
+                    Some(rig) => Self::on_screen(rig, &rig.screens[screen], eye, navigator, hands, bounds),
                     None => Some(at_desk(eye, navigator, hands, aspect * (to.x - from.x), bounds)),
                 };
                 // An eye behind a screen sees nothing on it: that part of the window stays dark.
@@ -142,7 +141,6 @@ impl Room {
     }
 
     fn on_screen(
-        &self,
         rig: &Rig,
         screen: &Screen,
         eye: Eye,
@@ -152,10 +150,9 @@ impl Room {
     ) -> Option<View> {
         let (head, turn) = hands.head.unwrap_or((rig.head, Quat::IDENTITY));
         let eye_in_room = rig.eye_in_room(eye, head, turn);
-        let eye_in_world = self.to_world(navigator, eye_in_room);
-        let in_room = screen.view(eye_in_room, NEAR_M, far_m(eye_in_world, bounds))?;
-        let world_from_view = self.turn_to_world(navigator, in_room.world_from_view);
-        Some(View { eye_in_world, world_from_view, ..in_room })
+        let place = Self::place(rig, navigator);
+        let far_m = far_m(place.to_world(eye_in_room), bounds);
+        Some(place.view_to_world(screen.view(eye_in_room, NEAR_M, far_m)?))
     }
 
     /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).

@@ -20,7 +20,7 @@ use super::{
     spans::Part,
     subject::Subject,
     tool::ToolChoice,
-    tracker::{Hands, Tracker},
+    tracker::{Hands, HandsState, Tracker},
 };
 use crate::{
     frame::{FrameRecord, StageClock},
@@ -456,9 +456,22 @@ impl Studio {
         }
     }
 
+    /// The poses that decide what the screens show. In a replay on a rig the recorded head is the tracked one, as long as the
+    /// camera goes with it: the room goes along with its place and direction, its eyes are tilted as it was.
+    fn hands_before_screens(&self) -> HandsState {
+        let hands = self.hands.state();
+        match &self.subject {
+            Subject::Replay(player) if self.follows_replay_camera && hands.head.is_none() => {
+                HandsState { head: self.room.head_tilted_like(player.view().world_from_view), ..hands }
+            }
+            _ => hands,
+        }
+    }
+
     /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).
     pub(super) fn view_at(&self, at: Vec2, aspect: f32) -> Option<(View, Vec2)> {
-        let views = self.room.views(&self.navigator, &self.hands.state(), aspect, &self.subject.bounds());
+        let hands = self.hands_before_screens();
+        let views = self.room.views(&self.navigator, &hands, aspect, &self.subject.bounds());
         self.room.under(&views, at)
     }
 
@@ -508,7 +521,8 @@ impl Studio {
         self.pending.changes.extend_from_slice(&self.changes);
 
         let bounds = self.subject.bounds();
-        self.room.views_into(&self.navigator, &self.hands.state(), aspect, &bounds, &mut self.views);
+        let hands = self.hands_before_screens();
+        self.room.views_into(&self.navigator, &hands, aspect, &bounds, &mut self.views);
         let eyes: Vec<View> = self.views.iter().map(|view| view.view).collect();
         let cull_views = match &self.frozen {
             Some(frozen) if frozen.len() == eyes.len() => frozen,

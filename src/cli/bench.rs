@@ -20,6 +20,7 @@ use super::{
     outputs::Outputs,
     parsers::{camera_parser, index_parser},
     reading::ReadArgs,
+    rig_args::RigPathArgs,
     session::{OpenSession, root_cube},
 };
 use crate::{
@@ -32,7 +33,7 @@ use crate::{
     occlusion::{CullConfig, Occlusion, OcclusionConfig, SelectConfig},
     output_file::OutputKind,
     recording::{Event, Header, Pace, RecordingError, SynthKind, synthesize},
-    replay::{CameraChoice, CameraPath, Summary, summarize},
+    replay::{CameraChoice, CameraPath, RigPath, Summary, summarize},
     rivals::IndexKind,
     scene::Scene,
 };
@@ -54,11 +55,14 @@ const MOST_FOR_RAYS: u32 = 1_000_000;
   osp bench sketch.tilt --html sketch.html --csv sketch.csv
   osp bench --sizes 1000,100000,10000000 --index osp,octree-rebuild,lbvh
   osp bench recordings/room.ron --no-growth --json
+  osp bench recordings/room.ron --rig dual-wall --no-growth --no-rays
   osp bench recordings/room.ron --paper --draw --html paper.html
   osp bench sketch.tilt --paper --depth 15 --cube 0.5,1,2 --score paper --node-test sphere
 
 Parts of the report:
   sessions  each file through every index, with one sample of the hand per frame
+            (with --rig each frame is culled for all screens and eyes, beside one view times their
+            number)
   growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
             frames that insert none
   flight    the finished sessions: frustum culling alone, and with occlusion culling
@@ -118,6 +122,8 @@ pub(super) struct BenchArgs {
     #[command(flatten)]
     paper: PaperArgs,
     #[command(flatten)]
+    rig: RigPathArgs,
+    #[command(flatten)]
     reading: ReadArgs,
 }
 
@@ -147,7 +153,12 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         !args.files.is_empty() || !args.no_growth || args.paper.is_asked(),
         "nothing to measure: name a session, or leave --no-growth out"
     );
-    let mut outputs = Outputs::new(args.force).reads(&args.files);
+    let rig = args.rig.path()?;
+    ensure!(
+        rig.is_none() || (!args.files.is_empty() && !args.paper.is_alone()),
+        "--rig is about the frames of sessions: name a session"
+    );
+    let mut outputs = Outputs::new(args.force).reads(&args.files).reads(&args.rig.screens.file());
     let csv = outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?;
     let html = outputs.add_any("--html", args.html.as_ref(), OutputKind::Html)?;
     let mut kinds = if args.index.is_empty() { Contender::all() } else { args.index.clone() };
@@ -160,7 +171,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     for file in &args.files {
         let opened = read(args, file, &progress)?;
         if !args.paper.is_alone() {
-            let (session, more) = measure_session(args, &kinds, &opened, &progress)?;
+            let (session, more) = measure_session(args, rig.clone(), &kinds, &opened, &progress)?;
             sessions.push(session);
             flights.extend(more);
             if !args.no_rays {
@@ -294,6 +305,7 @@ fn measure_paper(
 
 fn measure_session(
     args: &BenchArgs,
+    rig: Option<RigPath>,
     kinds: &[Contender],
     opened: &Opened<'_>,
     progress: &ProgressBar,
@@ -307,6 +319,7 @@ fn measure_session(
         summary: opened.summary,
         pace: args.pace,
         camera: opened.path(args.camera),
+        rig,
         root,
         kinds: kinds.to_vec(),
         reference: args.reference,

@@ -8,7 +8,8 @@ use crate::{
     occlusion::Occlusion,
     recording::{Event, RecordingError},
     render::{DrawTimes, Gpu, Layer, Offscreen, RendererConfig},
-    replay::{LaneFrame, Replay},
+    replay::{LaneFrame, Replay, RigPath},
+    view::View,
 };
 
 /// Draws the polygons that culling leaves of each frame.
@@ -26,15 +27,27 @@ impl Drawing {
     pub(super) fn new(
         Size { width, height }: Size,
         choices: impl IntoIterator<Item = Option<Occlusion>>,
+        rig: Option<&RigPath>,
     ) -> anyhow::Result<Self> {
         let gpu = Arc::new(Gpu::headless()?);
-        complain(&format!("drawn by {}, {width} x {height} pixels", gpu.name()));
+        let size = Size { width, height };
+        let sizes: Vec<Size> = match rig {
+            Some(rig) => rig.slots().map(|(screen, _)| size.on(&rig.rig().screens[screen])).collect(),
+            None => vec![size],
+        };
+        let named: Vec<String> =
+            sizes.iter().map(|size| format!("{} x {}", size.width, size.height)).collect();
+        complain(&format!("drawn by {}, {} pixels", gpu.name(), named.join(" and ")));
         let mut drawing = Self { drawers: Vec::new(), of_lane: Vec::new(), frame: 0 };
         for choice in choices {
             let occlusion = choice.map_or(Occlusion::None, Occlusion::on_gpu);
             let found = drawing.drawers.iter().position(|(other, _)| *other == occlusion);
             if found.is_none() {
+                let Size { width, height } = sizes[0];
                 let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &RendererConfig::default())?;
+                for size in &sizes[1..] {
+                    drawer.add_view(size.width, size.height)?;
+                }
                 drawer.set_occlusion(occlusion)?;
                 drawing.drawers.push((occlusion, drawer));
             }
@@ -57,7 +70,16 @@ impl Drawing {
         for (_, drawer) in &mut self.drawers {
             drawer.follow(replay.changes());
         }
-        let Some(view) = replay.view() else { return Ok(()) };
+        // The views of the frame, each with its number among all screens and eyes.
+        let views: Vec<(usize, &View)> = match replay.rig_views() {
+            [] => replay.views().iter().enumerate().collect(),
+            of_rig => {
+                of_rig.iter().enumerate().filter_map(|(i, seen)| Some((i, seen.view.as_ref()?))).collect()
+            }
+        };
+        if views.is_empty() {
+            return Ok(());
+        }
         self.frame += 1;
         let mut drawn: Vec<(usize, u64, DrawTimes)> = Vec::new();
         // In turns, so that no lane is always the first.
@@ -69,9 +91,17 @@ impl Drawing {
             let times = match same {
                 Some((.., times)) => *times,
                 None => {
-                    let ids = replay.lanes()[i].pipeline().draw_list();
+                    let lists = replay.lanes()[i].pipeline().draw_lists();
                     let drawer = &mut self.drawers[number].1;
-                    let times = drawer.draw(replay.scene(), view, &[Layer::plain(ids)])?;
+                    let mut all: Option<DrawTimes> = None;
+                    for (&(sight, view), ids) in views.iter().zip(lists) {
+                        let times = drawer.draw_view(sight, replay.scene(), view, &[Layer::plain(ids)])?;
+                        match &mut all {
+                            Some(all) => *all += times,
+                            None => all = Some(times),
+                        }
+                    }
+                    let times = all.unwrap_or_default();
                     drawn.push((number, fingerprint, times));
                     times
                 }

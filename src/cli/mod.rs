@@ -34,11 +34,14 @@ mod import;
 mod info;
 #[cfg(feature = "render")]
 mod render;
+#[cfg(feature = "render")]
+mod render_pictures;
 mod replay;
 mod replay_args;
 mod replay_outputs;
 mod replay_session;
 mod replay_text;
+mod rig_args;
 #[cfg(feature = "window")]
 mod send;
 #[cfg(feature = "window")]

@@ -34,6 +34,15 @@ pub(super) struct Size {
 }
 
 #[cfg(feature = "render")]
+impl Size {
+    /// The size of a picture of this height that has the shape of a screen.
+    pub(super) fn on(self, screen: &crate::view::Screen) -> Self {
+        let width = (f64::from(screen.aspect()) * f64::from(self.height)).round().max(1.0);
+        Self { width: width as u32, ..self }
+    }
+}
+
+#[cfg(feature = "render")]
 impl std::str::FromStr for Size {
     type Err = String;
 

@@ -21,6 +21,8 @@ use super::{
     outputs::Outputs,
     parsers::{Size, index_parser, occlusion_parser},
     reading::ReadArgs,
+    render_pictures::{Picture, Pictures},
+    rig_args::RigPathArgs,
     session::{OpenSession, root_cube},
 };
 use crate::{
@@ -50,6 +52,11 @@ use crate::{
   osp render painting.apa --every 30 --to frames/
   osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
   osp render sketch.tilt sketch.png --occlusion hzb --check
+  osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
+
+With --rig there is a picture for each screen and eye, with their names: room-left-right-eye.png is
+what the right eye sees on the screen `left`. --size gives the height; the width follows the screen.
+The camera's eye is the head before the screens.
 
 With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
 are those of the second. --check compares both with the picture without culling: the first draws
@@ -102,6 +109,8 @@ pub(super) struct RenderArgs {
     /// Let a picture replace a file of another kind, but never the session.
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    rig: RigPathArgs,
 }
 
 /// The position of a picture's eye.
@@ -130,13 +139,18 @@ fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
 }
 
 pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
-    let mut outputs = Outputs::new(args.force).reads([&args.file]);
-    outputs.add_any("OUT.png", args.out.as_ref(), OutputKind::Png)?;
+    let rig = args.rig.path()?;
+    let pictures = Pictures::new(args.size, rig.as_ref());
+    let mut outputs = Outputs::new(args.force).reads([&args.file]).reads(&args.rig.screens.file());
+    if let Some(out) = &args.out {
+        for picture in pictures.all() {
+            outputs.add("OUT.png", &picture.path(out), OutputKind::Png)?;
+        }
+    }
     if let Some(folder) = args.to.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         bail!("{}: expected a folder; found a file", folder.display());
     }
     let gpu = Arc::new(Gpu::headless()?);
-    let Size { width, height } = args.size;
     let mut session = OpenSession::open(&args.file, &args.reading)?;
     let environment = session.header.environment.clone();
     let mut artist = ArtistSide::default();
@@ -148,24 +162,29 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     read?;
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
     drop(model);
-    let mut drawer = Offscreen::on(Arc::clone(&gpu), width, height, &config)?;
+    let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
     drawer.set_occlusion(args.occlusion)?;
     drawer.set_environment(environment.as_deref());
     drawer.set_time(args.time);
     // A second drawer, so that what one remembers cannot hide a fault of the other.
     let mut uncut = match args.check {
-        true => Some(Offscreen::on(gpu, width, height, &config)?),
+        true => Some(pictures.drawer(gpu, &config)?),
         false => None,
     };
     if let Some(uncut) = &mut uncut {
         uncut.set_environment(environment.as_deref());
         uncut.set_time(args.time);
     }
+    let mut rig = rig;
     let wanted = Wanted::new(args, &summary)?;
     if let Some(folder) = &args.to {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         let numbers = (0..=wanted.last).filter(|&number| wanted.has(number));
-        outputs.add_pictures("--to", numbers.map(|number| wanted.path(args, number)))?;
+        let paths = numbers.flat_map(|number| {
+            let path = wanted.path(args, number);
+            pictures.all().iter().map(move |picture| picture.path(&path))
+        });
+        outputs.add_pictures("--to", paths)?;
     }
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
@@ -199,43 +218,56 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             uncut.follow(changes);
         }
         if wanted.has(moment.frame) {
-            let view = camera(&moment);
-            pipeline.frame(scene, changes, &view);
-            let every: VisibleBlocks;
-            let ids = if args.no_cull {
-                every = scene.visible_ids().collect();
-                &every
-            } else {
-                pipeline.draw_list()
-            };
-            let whole = match &mut uncut {
-                Some(uncut) => {
-                    let every: VisibleBlocks = scene.visible_ids().collect();
-                    Some(picture(uncut, scene, &view, &every)?.0)
-                }
-                None => None,
-            };
-            let mut compare = |image: &Image, when: &str| {
-                let differing = whole.as_ref().map_or(0, |whole| whole.differing_pixels(image));
-                if differing > 0 {
-                    complain(&format!("frame {}{when}: culling changes {differing} pixels", moment.frame));
-                    outcome = Outcome::CheckFailed;
-                }
-            };
-            if args.occlusion.is_while_drawing() {
-                // The polygons of the last frame occlude in the next; here the last frame is the last picture.
-                let (first, _) = picture(&mut drawer, scene, &view, ids)?;
-                compare(&first, ", drawn first");
+            let seen = pictures.seen(rig.as_mut(), &camera(&moment));
+            let views: Vec<View> = seen.iter().map(|(_, view)| *view).collect();
+            pipeline.frame_of_views(scene, changes, &views);
+            for blind in pictures.all().iter().filter(|picture| seen.iter().all(|(seen, _)| seen != *picture))
+            {
+                complain(&format!("frame {}: no picture: {}", moment.frame, blind.why_not()));
             }
-            let (image, times) = picture(&mut drawer, scene, &view, ids)?;
-            let path = wanted.path(args, moment.frame);
-            image.write_png(&path)?;
-            say(&line(moment.frame, scene, ids, &times, &path))?;
-            compare(&image, "");
+            for ((shown, view), in_list) in seen.iter().zip(pipeline.draw_lists()) {
+                let every: VisibleBlocks;
+                let ids = if args.no_cull {
+                    every = scene.visible_ids().collect();
+                    &every
+                } else {
+                    in_list
+                };
+                let whole = match &mut uncut {
+                    Some(uncut) => {
+                        let every: VisibleBlocks = scene.visible_ids().collect();
+                        Some(picture(uncut, shown, scene, view, &every)?.0)
+                    }
+                    None => None,
+                };
+                let of = shown.name();
+                let mut compare = |image: &Image, when: &str| {
+                    let differing = whole.as_ref().map_or(0, |whole| whole.differing_pixels(image));
+                    if differing > 0 {
+                        let frame = moment.frame;
+                        complain(&format!("frame {frame}{of}{when}: culling changes {differing} pixels"));
+                        outcome = Outcome::CheckFailed;
+                    }
+                };
+                if args.occlusion.is_while_drawing() {
+                    // The polygons of the last frame occlude in the next; here the last frame is the last picture.
+                    let (first, _) = picture(&mut drawer, shown, scene, view, ids)?;
+                    compare(&first, ", drawn first");
+                }
+                let (image, times) = picture(&mut drawer, shown, scene, view, ids)?;
+                let path = shown.path(&wanted.path(args, moment.frame));
+                image.write_png(&path)?;
+                say(&line(moment.frame, scene, ids, &times, &path))?;
+                compare(&image, "");
+            }
         } else if has_occlusion {
             // As a replay does: which polygons may hide others, it learns from frame to frame.
-            pipeline.frame(scene, changes, &camera(&moment));
+            let seen = pictures.seen(rig.as_mut(), &camera(&moment));
+            let views: Vec<View> = seen.iter().map(|(_, view)| *view).collect();
+            pipeline.frame_of_views(scene, changes, &views);
         } else {
+            // A room that stands stands where the first eye is.
+            pictures.seen(rig.as_mut(), &camera(&moment));
             pipeline.skip(scene, changes);
         }
     }
@@ -247,11 +279,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
 
 fn picture(
     drawer: &mut Offscreen,
+    shown: &Picture,
     scene: &Scene,
     view: &View,
     polygons: &VisibleBlocks,
 ) -> anyhow::Result<(Image, DrawTimes)> {
-    let times = drawer.draw(scene, view, &[Layer::plain(polygons)])?;
+    let times = drawer.draw_view(shown.number, scene, view, &[Layer::plain(polygons)])?;
     Ok((drawer.image()?, times))
 }
 

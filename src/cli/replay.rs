@@ -15,9 +15,11 @@ use super::{
     replay_text::text,
 };
 #[cfg(feature = "window")]
-use crate::{lab::pvs::Pvs, rivals::IndexKind};
+use crate::{lab::pvs::Pvs, replay::RoomMotion, rivals::IndexKind};
 use crate::{
-    lab::report::{ChartError, CsvWriter, OcclusionColumns, Pin, Pins, draw_frame_times, pinned_name},
+    lab::report::{
+        ChartError, CsvWriter, OcclusionColumns, Pin, Pins, RigReport, draw_frame_times, pinned_name,
+    },
     occlusion::{Occlusion, Soundness},
 };
 
@@ -42,6 +44,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     if let Some(option) = args.tests.given().filter(|_| args.occlusion.is_empty()) {
         bail!("{option} is about occlusion culling: it needs --occlusion");
     }
+    let rig = args.rig.path()?;
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
     let mut new_pins = match &outputs.pin {
         Some(output) if output.replaces_its_kind() => Pins::read(output.path())?,
@@ -53,14 +56,14 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
                 true => OcclusionColumns::Without,
                 false => OcclusionColumns::With,
             };
-            let file = CsvWriter::new(output.create()?, columns);
+            let file = CsvWriter::new(output.create()?, columns, rig.as_ref().map(RigReport::new).as_ref());
             Some(file.with_context(|| output.path().display().to_string())?)
         }
         None => None,
     };
     let mut outcome = Outcome::Done;
     for (number, file) in args.files.iter().enumerate() {
-        let report = replay_file(args, file, csv.as_mut())?;
+        let report = replay_file(args, file, rig.clone(), csv.as_mut())?;
         if args.json {
             say(&report.to_json())?;
         } else {
@@ -131,6 +134,10 @@ const INCOMPLETE: &str = "no index replayed every frame, so the session has no f
 #[cfg(feature = "window")]
 fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outcome> {
     use crate::app::{Autosaves, Command, Player, Studio, Subject, WindowOptions, run};
+    if args.rig.room == RoomMotion::Stands {
+        bail!("--room stands is not for --window: there the room goes along with the replay's camera");
+    }
+    let room = args.rig.screens.room()?;
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
     let options = args.reading.options();
     let player = Player::open_with(file, args.pace, args.camera, &options)?;
@@ -140,6 +147,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     let index = args.index.first().copied().unwrap_or(IndexKind::Osp);
     let pvs = args.pvs.as_ref().map(|path| Pvs::read(path, &player.finished_model())).transpose()?;
     let mut studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
+    studio.set_room(room);
     studio.set_limits(options.limits);
     if let Some(pvs) = pvs {
         studio.set_pvs(Arc::new(pvs));

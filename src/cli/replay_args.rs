@@ -9,6 +9,7 @@ use super::{
     occlusion_tests::TestArgs,
     parsers::{camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
+    rig_args::RigPathArgs,
 };
 use crate::{occlusion::Occlusion, recording::Pace, replay::CameraChoice, rivals::IndexKind};
 
@@ -25,6 +26,7 @@ use crate::{occlusion::Occlusion, recording::Pace, replay::CameraChoice, rivals:
   osp replay recordings/*.ron --check recordings/fingerprints.pins
   osp replay recordings/room.ron --occlusion none,msvbsp,auto --verify-frames 8
   osp replay recordings/room.ron --occlusion msvbsp --node-test sphere --score paper
+  osp replay recordings/room.ron --rig dual-wall --occlusion none,msvbsp
 
 The table has a line for each index (times of this machine, one thread):
   insert   time to insert the frame's polygons, including a rebuild: nanoseconds per polygon, median
@@ -38,6 +40,13 @@ With --occlusion it has a line for each index and method, and more columns:
   occlusion  time to choose occluders, build the culler and test: median of the frames that used it
   used       share of the frames that used the method
   with drawing   time of the frame plus --polygon-ns for each polygon that is drawn, median
+With --rig each frame is culled for every screen and eye of the rig. The camera's eye (--camera: the
+recorded head, where the session has one) is the tracked head; its room goes along with it, or stands
+(--room). visible, culled, occluded and all times are those of all views together. A second table has
+for each screen and eye the polygons in view and drawn (means of the frames with this view), and:
+  all views     time of a frame with all its views, mean without the slowest hundredth
+  views x one   time of a frame with one of its views, each in turn, times their number, likewise
+  ratio         the first divided by the second
 With --draw:
   draw     time from submission to completion on the graphics adapter: median and 99th percentile
 With --draw and --occlusion hzb: the groups of polygons tested, the polygons drawn in the depth pass
@@ -129,6 +138,8 @@ pub(super) struct ReplayArgs {
     /// Let an output replace a file of another kind, even a session, but never a file that is read.
     #[arg(long)]
     pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) rig: RigPathArgs,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
     /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].

@@ -23,6 +23,7 @@ pub(super) struct ReplayOutputs {
 impl ReplayOutputs {
     pub(super) fn checked(args: &ReplayArgs) -> anyhow::Result<Self> {
         let mut outputs = Outputs::new(args.force).reads(&args.files).reads(&args.check).reads(&args.pvs);
+        outputs = outputs.reads(&args.rig.screens.file());
         if let Some(path) = &args.pin
             && matches!(Destination::of(path), Ok(Destination::Special(_)))
         {

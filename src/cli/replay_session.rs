@@ -19,12 +19,12 @@ use crate::{
         lost_polygons,
         oracle::OracleConfig,
         pvs::{Pvs, PvsPass},
-        report::{CsvWriter, OcclusionReport, ReplayReport, RunReport},
+        report::{CsvWriter, OcclusionReport, ReplayReport, RigReport, RunReport, ViewsReport},
         verify,
     },
     occlusion::Occlusion,
     recording::{Event, Header, Pace, RecordingError},
-    replay::{Budget, CameraPath, Lane, Player, Replay, Summary, summarize},
+    replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, Summary, summarize},
     rivals::IndexKind,
     scene::Scene,
 };
@@ -33,6 +33,7 @@ use crate::{
 pub(super) fn replay_file(
     args: &ReplayArgs,
     file: &Path,
+    rig: Option<RigPath>,
     mut csv: Option<&mut CsvWriter<AtomicFile>>,
 ) -> anyhow::Result<ReplayReport> {
     let mut session = OpenSession::open(file, &args.reading)?;
@@ -58,7 +59,14 @@ pub(super) fn replay_file(
     let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
     let finished = args.pvs.as_ref().map(|path| finished_model(args, file, path)).transpose()?;
     let pvs = finished.as_ref().map(|(_, pvs)| pvs);
-    let lanes = lanes(args, &kinds, &session.header, &summary, pvs);
+    let mut rig_report = rig.as_ref().map(RigReport::new);
+    let mut lanes = lanes(args, &kinds, &session.header, &summary, pvs);
+    if rig.is_some() {
+        // What several views cost is compared with one. Occlusion culling learns from frame to frame what hides in a view.
+        let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
+        let more = self::lanes(args, &kinds, &session.header, &summary, pvs);
+        lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
+    }
     let mut runs: Vec<RunReport> = Vec::new();
     for &(index, method) in &kinds {
         let mut run = RunReport::new(index.name(), summary.frames);
@@ -66,6 +74,7 @@ pub(super) fn replay_file(
             tests: (args.tests.node_test(), args.tests.score()),
             ..OcclusionReport::new(method.name(), args.polygon_ns)
         });
+        run.views = rig.as_ref().map(|_| ViewsReport::default());
         runs.push(run);
     }
     let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
@@ -73,7 +82,10 @@ pub(super) fn replay_file(
     #[cfg(feature = "render")]
     let methods = kinds.iter().map(|(_, method)| *method);
     #[cfg(feature = "render")]
-    let mut drawing = args.draw.map(|size| super::drawing::Drawing::new(size, methods)).transpose()?;
+    let mut drawing = args
+        .draw
+        .map(|size| super::drawing::Drawing::new(size, methods.clone(), rig.as_ref()))
+        .transpose()?;
     let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
     let progress = progress_bar(summary.frames, &name);
@@ -82,12 +94,24 @@ pub(super) fn replay_file(
         None => Player::new(session, args.pace),
     };
     let mut replay = Replay::new(player, camera, lanes);
+    if let Some(rig) = rig {
+        replay = replay.on_rig(rig);
+    }
     while let Some(outcomes) = replay.step()? {
-        let frames = outcomes.to_vec();
+        let mut frames = outcomes.to_vec();
+        // With a rig the lanes of one view come after the others.
+        let of_one_view = frames.split_off(kinds.len());
+        if let Some(report) = &mut rig_report {
+            report.add(replay.rig_views());
+        }
         let looked: Vec<bool> = frames.iter().map(Option::is_some).collect();
-        for (run, frame) in runs.iter_mut().zip(&frames) {
+        for (i, (run, frame)) in runs.iter_mut().zip(&frames).enumerate() {
             let Some(frame) = frame else { continue };
             run.add(frame);
+            if let Some(views) = &mut run.views {
+                let one = of_one_view.get(i).and_then(Option::as_ref);
+                views.add(replay.rig_views(), replay.lanes()[i].pipeline(), frame, one);
+            }
             if let Some(csv) = &mut csv {
                 csv.write(&name, run, frame).with_context(csv_name)?;
             }
@@ -116,7 +140,11 @@ pub(super) fn replay_file(
         polygons: counts.polygons,
         frames: summary.frames,
         pace: args.pace.to_string(),
-        camera: args.camera.name().to_owned(),
+        camera: match &rig_report {
+            Some(rig) => rig.camera(args.camera.name()),
+            None => args.camera.name().to_owned(),
+        },
+        rig: rig_report,
         runs,
     })
 }
@@ -138,21 +166,29 @@ fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    let Some(view) = replay.view() else { return };
-    let Some(window) = view.window() else { return };
-    let mut visible = None;
-    for ((lane, run), _) in replay.lanes().iter().zip(runs).zip(looked).filter(|(_, looked)| **looked) {
-        let Some(occlusion) = &mut run.occlusion else { continue };
-        let pipeline = lane.pipeline();
-        // All see the same in the frustum.
-        let visible = visible.get_or_insert_with(|| {
-            // Polygons that the frustum has culled wrongly are tested, too.
-            let mut ids = lost_polygons(replay.scene(), view, &pipeline.in_view().to_vec());
-            ids.extend(pipeline.in_view().ids());
-            verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
-        });
-        let missing = verify::missing(visible, &pipeline.draw_list().to_vec());
-        *occlusion.false_culls.get_or_insert(0) += missing;
+    for (number, view) in replay.views().iter().enumerate() {
+        let Some(window) = view.window() else { continue };
+        let mut visible = None;
+        for ((lane, run), _) in
+            replay.lanes().iter().zip(&mut *runs).zip(looked).filter(|(_, looked)| **looked)
+        {
+            let Some(occlusion) = &mut run.occlusion else { continue };
+            let pipeline = lane.pipeline();
+            let (Some(in_view), Some(drawn)) =
+                (pipeline.in_view_lists().get(number), pipeline.draw_lists().get(number))
+            else {
+                continue;
+            };
+            // All see the same in the frustum.
+            let visible = visible.get_or_insert_with(|| {
+                // Polygons that the frustum has culled wrongly are tested, too.
+                let mut ids = lost_polygons(replay.scene(), view, &in_view.to_vec());
+                ids.extend(in_view.ids());
+                verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
+            });
+            let missing = verify::missing(visible, &drawn.to_vec());
+            *occlusion.false_culls.get_or_insert(0) += missing;
+        }
     }
 }
 

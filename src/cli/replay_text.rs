@@ -13,13 +13,14 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
         thousands(report.polygons),
         thousands(report.frames),
         args.pace,
-        args.camera.name(),
+        one_line(&report.camera),
     )];
     if report.frames == 0 {
         lines.push("Nothing was drawn in this session: there is nothing to measure.".to_owned());
         return lines.join("\n");
     }
     lines.push(replay_table(report));
+    lines.extend(report.rig.iter().flat_map(|rig| rig.blind(report.frames)));
     if args.tests.given().is_some() {
         lines.push(format!(
             "Occlusion culling: nodes tested by {}, occluders scored by {}.",

@@ -12,18 +12,18 @@ use super::{
     outputs::Outputs,
     parsers::{index_parser, occlusion_parser},
     reading::LimitArgs,
+    rig_args::RigArgs,
 };
 use crate::{
     app::{
-        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Room,
-        Studio, Subject, WindowOptions, run as run_window,
+        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Studio,
+        Subject, WindowOptions, run as run_window,
         tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
     occlusion::Occlusion,
     output_file::OutputKind,
     rivals::IndexKind,
     small_file::open_regular,
-    view::Rig,
 };
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
@@ -99,12 +99,8 @@ pub(super) struct WindowArgs {
     pub(super) occlusion: Occlusion,
     #[command(flatten)]
     pub(super) tests: TestArgs,
-    /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes one.
-    #[arg(long, value_name = "RIG")]
-    rig: Option<String>,
-    /// How the pictures for the two eyes are shown: mono, side-by-side, anaglyph, or windows (one for each screen and eye).
-    #[arg(long, value_name = "HOW", value_parser = ["mono", "side-by-side", "anaglyph", "windows"])]
-    stereo: Option<String>,
+    #[command(flatten)]
+    rig: RigArgs,
     /// Width and height of the window, in points.
     #[arg(long, value_name = "WxH", value_parser = size)]
     window: Option<(u32, u32)>,
@@ -145,29 +141,9 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl WindowArgs {
-    /// The room that the arguments ask for.
-    pub(super) fn room(&self) -> anyhow::Result<Room> {
-        use crate::view::Stereo;
-        let mut room = match &self.rig {
-            Some(name) => Room::new(Rig::open(name)?),
-            None => Room::default(),
-        };
-        match self.stereo.as_deref() {
-            Some("mono") => room.set_stereo(Stereo::Mono),
-            Some("side-by-side") => room.set_stereo(Stereo::SideBySide),
-            Some("anaglyph") => room.set_stereo(Stereo::Anaglyph),
-            Some("windows") if self.rig.is_none() => {
-                anyhow::bail!("--stereo windows needs a --rig: its screens are the windows")
-            }
-            Some(_) => room.set_stereo(Stereo::Windows),
-            None => {}
-        }
-        Ok(room)
-    }
-
     /// Refuses a trace that would replace a file of another kind.
     fn check_trace(&self, session: Option<&PathBuf>, tracker: Option<&TrackerAddress>) -> anyhow::Result<()> {
-        let rig = self.rig.as_ref().map(PathBuf::from);
+        let rig = self.rig.file();
         let tracker = tracker.and_then(|tracker| match tracker {
             TrackerAddress::File(path) => Some(path),
             _ => None,
@@ -189,7 +165,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         // Before there is a window.
         open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
     }
-    let room = args.window.room()?;
+    let room = args.window.rig.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
     let (document, opened, held) = match &args.file {
         Some(path) => args.open(path, &autosaves)?,

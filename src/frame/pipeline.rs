@@ -107,6 +107,7 @@ impl Pipeline {
         record.cull = self.clock.since(stage);
 
         record.polygons = self.index.len() as u64;
+        record.views = views.len() as u64;
         record.visible = self.in_view.iter().map(|list| list.len() as u64).sum();
         if let Some(pass) = &mut self.pass {
             let (index, in_view) = (&*self.index, &*self.in_view);

@@ -14,13 +14,16 @@ pub struct FrameRecord {
     pub updated: u64,
     /// Polygons in the index at the end of the frame.
     pub polygons: u64,
+    /// Views that were culled.
+    pub views: u64,
     /// Applying the changes, including a rebuild if the index is one that rebuilds.
     pub insert: Stage,
     /// Culling by the frustum.
     pub cull: Stage,
     /// How much work culling by the frustum was.
     pub work: WorkCounts,
-    /// Polygons in the frustum, hidden or not; [`FrameRecord::drawn`] are those of them that occlusion culling leaves.
+    /// Polygons in the frustum, hidden or not, of all views together; [`FrameRecord::drawn`] are those of them that occlusion
+    /// culling leaves.
     pub visible: u64,
     /// Culling by occlusion, after the frustum.
     pub occlusion: OcclusionRecord,
@@ -60,6 +63,11 @@ impl FrameRecord {
     /// Polygons to draw.
     pub fn drawn(&self) -> u64 {
         self.visible - self.occlusion.occluded.min(self.visible)
+    }
+
+    /// Polygons outside of the frustum, of all views together.
+    pub fn culled(&self) -> u64 {
+        (self.polygons * self.views).saturating_sub(self.visible)
     }
 
     /// All stages, nanoseconds.

@@ -1,4 +1,4 @@
-use std::sync::Arc;
+use std::{ops::AddAssign, sync::Arc};
 
 use super::{
     DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, PassTimes, PyramidLevel, RenderError, Renderer,
@@ -34,12 +34,37 @@ pub struct DrawTimes {
     pub draw_calls: u64,
 }
 
+impl AddAssign for DrawTimes {
+    /// Of several views together.
+    fn add_assign(&mut self, other: Self) {
+        self.prepare += other.prepare;
+        self.draw += other.draw;
+        self.gpu_ns = self.gpu_ns.zip(other.gpu_ns).map(|(a, b)| a + b);
+        self.passes = self.passes.zip(other.passes).map(|(a, b)| a + b);
+        self.occlusion = match (self.occlusion, other.occlusion) {
+            (Some(a), Some(b)) => Some(a + b),
+            (a, b) => a.or(b),
+        };
+        self.polygon_bytes += other.polygon_bytes;
+        self.list_bytes += other.list_bytes;
+        self.draw_calls += other.draw_calls;
+    }
+}
+
+/// One of the views that a drawer draws frames of.
+#[derive(Debug)]
+struct Sight {
+    slot: ViewSlot,
+    target: Target,
+}
+
 /// Draws without a window, one frame at a time, and waits for each.
 #[derive(Debug)]
 pub struct Offscreen {
     renderer: Renderer,
-    slot: ViewSlot,
-    target: Target,
+    sights: Vec<Sight>,
+    /// The number of the view that was drawn last.
+    last: usize,
     timer: GpuTimer,
     clock: StageClock,
 }
@@ -63,7 +88,19 @@ impl Offscreen {
         let renderer = Renderer::new(gpu, config);
         renderer.gpu().check()?;
         let slot = renderer.create_view_slot();
-        Ok(Self { renderer, slot, target, timer, clock: StageClock::default() })
+        let sights = vec![Sight { slot, target }];
+        Ok(Self { renderer, sights, last: 0, timer, clock: StageClock::default() })
+    }
+
+    /// Adds a view with pictures of its own size, and gives its number: the first view is 0. Each view keeps what it learns
+    /// from frame to frame to itself; all share the polygons. To be called before occlusion culling is chosen.
+    ///
+    /// # Errors
+    /// The size is not possible.
+    pub fn add_view(&mut self, width: u32, height: u32) -> Result<usize, RenderError> {
+        let target = Target::new(self.renderer.gpu(), width, height)?;
+        self.sights.push(Sight { slot: self.renderer.create_view_slot(), target });
+        Ok(self.sights.len() - 1)
     }
 
     /// The adapter and device.
@@ -71,9 +108,9 @@ impl Offscreen {
         self.renderer.gpu()
     }
 
-    /// Width divided by height of the pictures.
+    /// Width divided by height of the first view's pictures.
     pub fn aspect(&self) -> f32 {
-        self.target.aspect()
+        self.sights[0].target.aspect()
     }
 
     /// Chooses how hidden polygons are culled on the GPU: see [`Renderer::set_occlusion`].
@@ -81,7 +118,7 @@ impl Offscreen {
     /// # Errors
     /// The adapter lacks what that needs.
     pub fn set_occlusion(&mut self, occlusion: Occlusion) -> Result<(), RenderError> {
-        self.renderer.set_occlusion(&mut self.slot, occlusion)
+        self.sights.iter_mut().try_for_each(|sight| self.renderer.set_occlusion(&mut sight.slot, occlusion))
     }
 
     /// The same, with settings for [`Occlusion::Hzb`] and [`Occlusion::Auto`].
@@ -89,7 +126,9 @@ impl Offscreen {
     /// # Errors
     /// The adapter lacks what that needs.
     pub fn set_occlusion_with(&mut self, occlusion: Occlusion, config: HzbConfig) -> Result<(), RenderError> {
-        self.renderer.set_occlusion_with(&mut self.slot, occlusion, config)
+        self.sights
+            .iter_mut()
+            .try_for_each(|sight| self.renderer.set_occlusion_with(&mut sight.slot, occlusion, config))
     }
 
     /// Changes light and sky: see [`Renderer::set_environment`].
@@ -118,7 +157,7 @@ impl Offscreen {
         self.renderer.bytes()
     }
 
-    /// Draws a frame and waits until it is done. The picture is as wide as the view says: see
+    /// Draws a frame of the first view and waits until it is done. The picture is as wide as the view says: see
     /// [`View::with_aspect`].
     ///
     /// # Errors
@@ -129,12 +168,31 @@ impl Offscreen {
         view: &View,
         layers: &[Layer<'_>],
     ) -> Result<DrawTimes, RenderError> {
+        self.draw_view(0, scene, view, layers)
+    }
+
+    /// Draws a frame of one of the views, by its number; see [`Offscreen::draw`].
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    ///
+    /// # Panics
+    /// There is no view of this number.
+    pub fn draw_view(
+        &mut self,
+        number: usize,
+        scene: &Scene,
+        view: &View,
+        layers: &[Layer<'_>],
+    ) -> Result<DrawTimes, RenderError> {
+        self.last = number;
+        let Sight { slot, target } = &mut self.sights[number];
         let gpu = Arc::clone(self.renderer.gpu());
         let stage = self.clock.start();
         let polygon_bytes = self.renderer.send(scene);
-        let list_bytes = self.renderer.prepare(&mut self.slot, scene, view, layers);
+        let list_bytes = self.renderer.prepare(slot, scene, view, layers);
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
-        self.renderer.encode(&mut encoder, &self.target, &mut self.slot, &mut self.timer, |_| {});
+        self.renderer.encode(&mut encoder, target, slot, &mut self.timer, |_| {});
         let commands = encoder.finish();
         let prepare = self.clock.since(stage);
 
@@ -144,15 +202,15 @@ impl Offscreen {
         let draw = self.clock.since(stage);
 
         self.timer.submitted();
-        self.slot.submitted();
-        let culls = self.slot.culls();
-        self.slot.note_time(culls, draw.ns);
+        slot.submitted();
+        let culls = slot.culls();
+        slot.note_time(culls, draw.ns);
         if self.timer.is_available() || culls {
             gpu.wait()?;
         }
         let passes = self.timer.take();
-        let occlusion = if culls { self.slot.take_counts() } else { None };
-        let draw_calls = (self.slot.order.runs().len() + self.slot.order.handle_runs().len() * 2) as u64;
+        let occlusion = if culls { slot.take_counts() } else { None };
+        let draw_calls = (slot.order.runs().len() + slot.order.handle_runs().len() * 2) as u64;
         Ok(DrawTimes {
             prepare,
             draw,
@@ -170,7 +228,7 @@ impl Offscreen {
     /// # Errors
     /// The device is lost or the driver reported something.
     pub fn pyramid(&self) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
-        self.renderer.read_pyramid(&self.slot)
+        self.renderer.read_pyramid(&self.sights[self.last].slot)
     }
 
     /// The opaque polygons of the last frame, if it was culled on the GPU.
@@ -178,7 +236,7 @@ impl Offscreen {
     /// # Errors
     /// The device is lost or the driver reported something.
     pub fn drawn(&self) -> Result<Option<Vec<PolygonId>>, RenderError> {
-        self.renderer.read_drawn(&self.slot)
+        self.renderer.read_drawn(&self.sights[self.last].slot)
     }
 
     /// The picture that was drawn last.
@@ -186,7 +244,7 @@ impl Offscreen {
     /// # Errors
     /// The device is lost or the driver reported something.
     pub fn image(&self) -> Result<Image, RenderError> {
-        self.target.image(self.gpu())
+        self.sights[self.last].target.image(self.gpu())
     }
 
     /// The renderer.

@@ -1,4 +1,4 @@
-use super::{CameraPath, Player};
+use super::{CameraPath, Player, RigPath, RigView};
 use crate::{
     frame::{FrameRecord, Pipeline, Stage},
     polygon::{Change, VisibleBlocks},
@@ -36,12 +36,21 @@ pub struct Lane {
     spent_ns: u64,
     /// Changes have been applied without a commit: the next frame pays for more than itself.
     behind: bool,
+    /// The lane looks at one view of each frame, and after so many frames at the next one.
+    turn: Option<u64>,
 }
 
 impl Lane {
     /// A lane around a pipeline that has seen nothing yet.
     pub fn new(pipeline: Pipeline, budget: Budget) -> Self {
-        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false }
+        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false, turn: None }
+    }
+
+    /// The lane looking at one of each frame's views only, and after so many frames at the next one: the measure of what
+    /// several views cost.
+    #[must_use]
+    pub fn of_one_view(self, frames_a_turn: u64) -> Self {
+        Self { turn: Some(frames_a_turn.max(1)), ..self }
     }
 
     /// The pipeline.
@@ -49,7 +58,7 @@ impl Lane {
         &self.pipeline
     }
 
-    fn step(&mut self, frame: u64, scene: &Scene, changes: &[Change], view: &View) -> Option<LaneFrame> {
+    fn step(&mut self, frame: u64, scene: &Scene, changes: &[Change], views: &[View]) -> Option<LaneFrame> {
         let stretch = stretch_of_frame(frame, self.budget.frames);
         if stretch != self.stretch {
             (self.stretch, self.spent_ns) = (stretch, 0);
@@ -59,7 +68,13 @@ impl Lane {
             self.behind = true;
             return None;
         }
-        let record = self.pipeline.frame(scene, changes, view);
+        let views = match self.turn {
+            Some(turn) if !views.is_empty() => {
+                std::slice::from_ref(&views[(frame / turn) as usize % views.len()])
+            }
+            _ => views,
+        };
+        let record = self.pipeline.frame_of_views(scene, changes, views);
         let catches_up = std::mem::take(&mut self.behind);
         let start = self.pipeline.clock().start();
         let in_view = fingerprint_of_views(self.pipeline.in_view_lists().iter().map(VisibleBlocks::ids));
@@ -97,8 +112,10 @@ pub struct LaneFrame {
 pub struct Replay<I> {
     player: Player<I>,
     camera: CameraPath,
+    rig: Option<RigPath>,
     lanes: Vec<Lane>,
-    view: Option<View>,
+    views: Vec<View>,
+    rig_views: Vec<RigView>,
     outcomes: Vec<Option<LaneFrame>>,
 }
 
@@ -113,7 +130,14 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
             }
         }
         let outcomes = vec![None; lanes.len()];
-        Self { player, camera, lanes, view: None, outcomes }
+        let (views, rig_views) = (Vec::new(), Vec::new());
+        Self { player, camera, rig: None, lanes, views, rig_views, outcomes }
+    }
+
+    /// The replay on the screens of a rig around the camera's eye: each frame has a view for each screen and eye.
+    #[must_use]
+    pub fn on_rig(self, rig: RigPath) -> Self {
+        Self { rig: Some(rig), ..self }
     }
 
     /// Plays one frame; what each lane did, in their order (`None`: it is out of its budget for now). `Ok(None)`: the
@@ -127,13 +151,20 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         }
         let moment = self.player.moment();
         let view = self.camera.view(&moment);
-        self.view = Some(view);
+        self.views.clear();
+        match &mut self.rig {
+            Some(rig) => {
+                rig.views_into(&view, &mut self.rig_views);
+                self.views.extend(self.rig_views.iter().filter_map(|seen| seen.view));
+            }
+            None => self.views.push(view),
+        }
         let count = self.lanes.len();
         for turn in 0..count {
             // Another lane begins each frame: none always meets the caches that the reader has just filled.
             let at = (turn + moment.frame as usize) % count;
             self.outcomes[at] =
-                self.lanes[at].step(moment.frame, self.player.scene(), self.player.changes(), &view);
+                self.lanes[at].step(moment.frame, self.player.scene(), self.player.changes(), &self.views);
         }
         Ok(Some(&self.outcomes))
     }
@@ -148,9 +179,14 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         self.player.changes()
     }
 
-    /// The view of the last frame.
-    pub fn view(&self) -> Option<&View> {
-        self.view.as_ref()
+    /// The views of the last frame: one, or on a rig one for each screen and eye that is in front of it.
+    pub fn views(&self) -> &[View] {
+        &self.views
+    }
+
+    /// What each eye sees on each screen of the rig in the last frame; empty without a rig.
+    pub fn rig_views(&self) -> &[RigView] {
+        &self.rig_views
     }
 
     /// The lanes.

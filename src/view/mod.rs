@@ -6,6 +6,8 @@
 mod matrix;
 #[cfg(feature = "session")]
 mod rig;
+#[cfg(feature = "session")]
+mod room_place;
 #[expect(clippy::module_inception, reason = "a view is a view")]
 mod view;
 mod view_window;
@@ -13,5 +15,7 @@ mod view_window;
 pub use matrix::ClipDepth;
 #[cfg(feature = "session")]
 pub use rig::{Eye, Rig, RigError, Screen, Stereo};
+#[cfg(feature = "session")]
+pub use room_place::RoomPlace;
 pub use view::{Projection, View, WINDOW_MARGIN};
 pub use view_window::ViewWindow;

@@ -6,7 +6,7 @@
 //! Differences from the paper: the projection is kept as the tangents of [`Projection`], from which the frustum, the
 //! clip matrix and everything else follow, instead of a matrix; an eye on or behind the screen's plane gives no view.
 
-use std::path::Path;
+use std::{io::ErrorKind, path::Path};
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -38,6 +38,9 @@ pub enum RigError {
         /// What the system said.
         cause: std::io::Error,
     },
+    /// No shipped rig has this name, and there is no such file.
+    #[error("no rig is called `{0}`, and there is no such file: expected {shipped} or a file that describes a rig", shipped = Rig::shipped().collect::<Vec<_>>().join(", "))]
+    Unknown(String),
     /// The text is not a rig.
     #[error("{path}, line {line}: expected a rig; {found}")]
     Text {
@@ -84,7 +87,31 @@ pub enum Eye {
     Right,
 }
 
+impl Eye {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left eye",
+            Self::Middle => "eye",
+            Self::Right => "right eye",
+        }
+    }
+}
+
 impl Stereo {
+    /// All ways.
+    pub const ALL: &'static [Self] = &[Self::Mono, Self::SideBySide, Self::Anaglyph, Self::Windows];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mono => "mono",
+            Self::SideBySide => "side-by-side",
+            Self::Anaglyph => "anaglyph",
+            Self::Windows => "windows",
+        }
+    }
+
     /// The eyes that are drawn.
     pub fn eyes(self) -> &'static [Eye] {
         match self {
@@ -195,8 +222,10 @@ impl Rig {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(text, name);
         }
-        let text = read_text(Path::new(name_or_path), MOST_BYTES)
-            .map_err(|cause| RigError::Io { path: name_or_path.to_owned(), cause })?;
+        let text = read_text(Path::new(name_or_path), MOST_BYTES).map_err(|cause| match cause.kind() {
+            ErrorKind::NotFound => RigError::Unknown(name_or_path.to_owned()),
+            _ => RigError::Io { path: name_or_path.to_owned(), cause },
+        })?;
         Self::parse(&text, name_or_path)
     }
 

@@ -26,6 +26,13 @@ impl BenchReport {
                 lines.value(&of, "boxes", "1/frame", row.boxes);
                 lines.value(&of, "planes", "1/frame", row.planes);
                 lines.value(&of, "memory", "bytes/polygon", row.bytes_per_polygon);
+                if let Some(views) = &row.views {
+                    lines.value(&of, "views", "1/frame", views.views);
+                    let against = &views.against_one_view;
+                    lines.value(&of, "frame_with_all_views", "us", against.all_views_us);
+                    lines.value(&of, "frame_with_one_view_times_views", "us", against.views_times_one_us);
+                    lines.value(&of, "frame_against_views_times_one", "", against.ratio);
+                }
             }
         }
         for row in &self.growth {

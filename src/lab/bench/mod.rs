@@ -30,4 +30,4 @@ pub use paper::{
 };
 pub use rays::{Asked, MovedRow, RayRow, RaysConfig, RaysModel, RaysResult, Walked, cast_rays};
 pub use report::BenchReport;
-pub use session::{SessionInput, SessionResult, SessionRow, run_session};
+pub use session::{SessionInput, SessionResult, SessionRow, ViewsRow, run_session};

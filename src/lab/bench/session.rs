@@ -4,10 +4,10 @@ use super::{Contender, Estimate, estimate::quantile};
 use crate::{
     frame::{FrameRecord, Pipeline, StageClock},
     index::IndexConfig,
-    lab::report::{ReplayReport, RunReport},
+    lab::report::{AgainstOneView, ReplayReport, RigReport, RunReport},
     math::Aabb,
     recording::{Event, Pace, RecordingError},
-    replay::{Budget, CameraPath, Lane, Player, Replay, STRETCHES, Summary, stretch_of_frame},
+    replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, STRETCHES, Summary, stretch_of_frame},
     rivals::IndexKind,
 };
 
@@ -22,6 +22,8 @@ pub struct SessionInput {
     pub pace: Pace,
     /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
+    /// The screens around the camera's eye, if each frame is culled for those of a rig.
+    pub rig: Option<RigPath>,
     /// The modelling volume.
     pub root: Aabb,
     /// The indexes.
@@ -49,6 +51,9 @@ pub struct SessionResult {
     pub pace: String,
     /// The camera, as on the command line.
     pub camera: String,
+    /// The rig whose screens every frame was culled for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rig: Option<RigReport>,
     /// Whether all indexes saw the same polygons in every frame.
     pub indexes_agree: bool,
     /// One for each index.
@@ -81,10 +86,32 @@ pub struct SessionRow {
     pub boxes: f64,
     /// Single box-plane tests, mean of the frames.
     pub planes: f64,
+    /// The frames of a rig beside frames with one of their views.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub views: Option<ViewsRow>,
     /// Memory at the end, bytes for each polygon made.
     pub bytes_per_polygon: f64,
     /// Frames measured.
     pub frames_measured: usize,
+}
+
+/// The frames of a rig beside frames with one of their views.
+#[derive(Clone, Debug, Serialize)]
+pub struct ViewsRow {
+    /// Views of a frame, mean.
+    pub views: f64,
+    /// What they cost.
+    pub against_one_view: AgainstOneView,
+}
+
+impl ViewsRow {
+    fn of(all: &[FrameRecord], one: &[FrameRecord]) -> Option<Self> {
+        let with_views = || same_frames(all, one).filter(|(all, _)| all.views > 0);
+        let times = |(all, one): (&FrameRecord, &FrameRecord)| (all.total_ns(), one.total_ns() * all.views);
+        let against_one_view = AgainstOneView::of(with_views().map(times).collect())?;
+        let views = with_views().map(|(all, _)| all.views).sum::<u64>() as f64 / with_views().count() as f64;
+        Some(Self { views, against_one_view })
+    }
 }
 
 /// Plays a session through the indexes. `progress` is called after every frame.
@@ -106,7 +133,10 @@ where
     let lane = |kind: &Contender| {
         Lane::new(Pipeline::new(kind.create(&config), capacity, StageClock::default()), budget)
     };
-    let lanes: Vec<Lane> = input.kinds.iter().map(lane).collect();
+    let mut lanes: Vec<Lane> = input.kinds.iter().map(lane).collect();
+    if input.rig.is_some() {
+        lanes.extend(input.kinds.iter().map(lane).map(|lane| lane.of_one_view(1)));
+    }
     let run = |kind: &Contender| RunReport::new(kind.name(), summary.frames);
     let mut report = ReplayReport {
         recording: input.recording.clone(),
@@ -116,29 +146,41 @@ where
         frames: summary.frames,
         pace: input.pace.to_string(),
         camera: input.camera.1.to_owned(),
+        rig: input.rig.as_ref().map(RigReport::new),
         runs: input.kinds.iter().map(run).collect(),
     };
     let mut records = vec![Vec::new(); lanes.len()];
     let mut replay = Replay::new(Player::new(events, input.pace), input.camera.0, lanes);
+    if let Some(rig) = &input.rig {
+        replay = replay.on_rig(rig.clone());
+    }
     while let Some(outcomes) = replay.step()? {
-        for ((run, records), frame) in report.runs.iter_mut().zip(&mut records).zip(outcomes) {
+        for (i, (records, frame)) in records.iter_mut().zip(outcomes).enumerate() {
             let Some(frame) = frame else { continue };
-            run.add(frame);
+            // The lanes of one view come after the others.
+            if let Some(run) = report.runs.get_mut(i) {
+                run.add(frame);
+            }
             if !frame.catches_up {
                 records.push(frame.record);
             }
         }
+        if let Some(rig) = &mut report.rig {
+            rig.add(replay.rig_views());
+        }
         progress();
     }
+    let of_one_view = records.split_off(input.kinds.len());
     let reference = input
         .kinds
         .iter()
         .position(|&kind| kind == Contender::Own(input.reference))
         .map_or(&[][..], |i| &records[i]);
-    let rows = (input.kinds.iter().zip(replay.lanes()).zip(&records))
-        .map(|((kind, lane), records)| {
+    let rows = (input.kinds.iter().zip(replay.lanes()).zip(&records).enumerate())
+        .map(|(i, ((kind, lane), records))| {
             let bytes = lane.pipeline().index().bytes();
-            row(kind.name(), records, reference, summary, bytes)
+            let views = of_one_view.get(i).and_then(|one| ViewsRow::of(records, one));
+            SessionRow { views, ..row(kind.name(), records, reference, summary, bytes) }
         })
         .collect();
     Ok(SessionResult {
@@ -149,7 +191,11 @@ where
         polygons: report.polygons,
         frames: report.frames,
         pace: report.pace,
-        camera: report.camera,
+        camera: match &report.rig {
+            Some(rig) => rig.camera(&report.camera),
+            None => report.camera,
+        },
+        rig: report.rig,
         rows,
         records,
     })
@@ -214,6 +260,7 @@ fn row(
         nodes: mean(|record| record.work.nodes),
         boxes: mean(|record| record.work.boxes),
         planes: mean(|record| record.work.planes),
+        views: None,
         bytes_per_polygon: bytes as f64 / summary.counts.polygons.max(1) as f64,
         frames_measured: records.len(),
     }

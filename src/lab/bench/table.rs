@@ -1,7 +1,7 @@
 use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 
 use super::{
-    BenchReport, Estimate, Flight, GrowthRow, SessionResult,
+    BenchReport, Estimate, Flight, GrowthRow, SessionResult, SessionRow, ViewsRow,
     paper::{notes, tables},
     rays::show,
 };
@@ -40,7 +40,7 @@ pub(super) fn interval(estimate: &Estimate) -> String {
 }
 
 pub(super) fn session_grid(session: &SessionResult) -> Grid {
-    let head = vec![
+    let mut head = vec![
         "index",
         "insert\nns/polygon",
         "insert p99\nµs",
@@ -53,11 +53,27 @@ pub(super) fn session_grid(session: &SessionResult) -> Grid {
         "memory\nB/polygon",
         "frames\nmeasured",
     ];
+    let has_views = session.rig.is_some();
+    if has_views {
+        head.extend([
+            "views\n(mean)",
+            "all views\nµs (mean)",
+            "views x one\nµs (mean)",
+            "all against\nviews x one",
+        ]);
+    }
+    let views = |row: &SessionRow| match &row.views {
+        Some(ViewsRow { views, against_one_view: of }) => {
+            [*views, of.all_views_us, of.views_times_one_us, of.ratio].map(short).to_vec()
+        }
+        None if has_views => vec!["-".to_owned(); 4],
+        None => Vec::new(),
+    };
     let rows = session
         .rows
         .iter()
         .map(|row| {
-            vec![
+            let mut cells = vec![
                 row.index.clone(),
                 short(row.insert_ns_per_polygon.median),
                 short(row.insert_us[1]),
@@ -69,7 +85,9 @@ pub(super) fn session_grid(session: &SessionResult) -> Grid {
                 short(row.boxes),
                 short(row.bytes_per_polygon),
                 thousands(row.frames_measured as u64),
-            ]
+            ];
+            cells.extend(views(row));
+            cells
         })
         .collect();
     Grid { head, rows }
@@ -175,6 +193,14 @@ impl BenchReport {
                 self.reference
             ));
             parts.push(session_grid(session).text());
+            if let Some(rig) = &session.rig {
+                parts.push(
+                    "Each frame has all views; views x one: the same frames with one view, each in turn, times their number; \
+                     both without their slowest hundredth."
+                        .to_owned(),
+                );
+                parts.extend(rig.blind(session.frames));
+            }
             if !session.indexes_agree {
                 parts.push("NOT ALL INDEXES SAW THE SAME POLYGONS.".to_owned());
             }

@@ -1,6 +1,6 @@
 use std::io::{self, Write};
 
-use super::RunReport;
+use super::{RigReport, RunReport};
 use crate::replay::LaneFrame;
 
 /// Writes one line for each index and frame.
@@ -8,6 +8,8 @@ use crate::replay::LaneFrame;
 pub struct CsvWriter<W> {
     out: W,
     occlusion: OcclusionColumns,
+    /// Screens and eyes of the rig that have columns.
+    views: usize,
 }
 
 /// Whether the lines say what culling by occlusion did.
@@ -20,11 +22,11 @@ pub enum OcclusionColumns {
 }
 
 impl<W: Write> CsvWriter<W> {
-    /// Writes the line of column names.
+    /// Writes the line of column names; with a rig each screen and eye has columns.
     ///
     /// # Errors
     /// The output could not be written.
-    pub fn new(mut out: W, occlusion: OcclusionColumns) -> io::Result<Self> {
+    pub fn new(mut out: W, occlusion: OcclusionColumns, rig: Option<&RigReport>) -> io::Result<Self> {
         write!(
             out,
             "recording,index,frame,measured,polygons,inserted,removed,updated,insert_ns,cull_ns,total_ns,visible,culled,nodes,\
@@ -36,8 +38,16 @@ impl<W: Write> CsvWriter<W> {
                 ",occlusion,used,occluded,occlusion_us,select_us,build_us,query_us,occluders,tests,drawn_fingerprint"
             }
         };
-        writeln!(out, "{more}")?;
-        Ok(Self { out, occlusion })
+        write!(out, "{more}")?;
+        if let Some(rig) = rig {
+            write!(out, ",views,one_view_ns")?;
+            for view in &rig.views {
+                let name = view.name().replace('"', "\"\"");
+                write!(out, ",\"{name}: in view\",\"{name}: drawn\"")?;
+            }
+        }
+        writeln!(out)?;
+        Ok(Self { out, occlusion, views: rig.map_or(0, |rig| rig.views.len()) })
     }
 
     /// Writes a frame. `measured` is 0 where the index had skipped frames before: the times are then not the frame's own.
@@ -61,7 +71,7 @@ impl<W: Write> CsvWriter<W> {
             r.cull.ns,
             r.total_ns(),
             r.visible,
-            r.polygons - r.visible.min(r.polygons),
+            r.culled(),
             r.work.nodes,
             r.work.boxes,
             r.work.planes,
@@ -86,6 +96,15 @@ impl<W: Write> CsvWriter<W> {
                 o.tests,
                 frame.drawn
             )?;
+        }
+        if let (1.., Some(views)) = (self.views, &run.views) {
+            let number = |count: Option<u64>| count.map_or_else(String::new, |count| count.to_string());
+            write!(self.out, ",{},{}", r.views, number(views.one_view_ns()))?;
+            for counts in views.last() {
+                let [in_view, drawn] =
+                    [counts.map(|of| of.0), counts.map(|of| of.1)].map(|count| number(count.map(u64::from)));
+                write!(self.out, ",{in_view},{drawn}")?;
+            }
         }
         writeln!(self.out)
     }

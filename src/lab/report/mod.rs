@@ -11,6 +11,7 @@ mod run;
 mod structure;
 mod structure_picture;
 mod table;
+mod views;
 
 pub(crate) use chart::register_font;
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
@@ -26,3 +27,4 @@ pub use structure_picture::{
 };
 pub use table::replay_table;
 pub(crate) use table::{short, thousands};
+pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

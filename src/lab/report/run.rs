@@ -3,7 +3,10 @@ use std::collections::BTreeMap;
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
-use super::DrawReport;
+use super::{
+    DrawReport,
+    views::{JsonViews, RigReport, ViewsReport},
+};
 use crate::{
     frame::{FrameRecord, OcclusionRecord},
     occlusion::{NodeTest, Score},
@@ -35,6 +38,8 @@ pub struct RunReport {
     pub occlusion: Option<OcclusionReport>,
     /// Drawing, if the run drew.
     pub draw: Option<DrawReport>,
+    /// The views of the rig, if the frames were those of one.
+    pub views: Option<ViewsReport>,
 }
 
 /// The report on occlusion culling.
@@ -70,6 +75,7 @@ impl OcclusionReport {
 pub(super) struct Measured {
     pub(super) frame: u64,
     pub(super) polygons: u64,
+    culled: u64,
     pub(super) total_ns: u64,
     cull_ns: u64,
     visible: u64,
@@ -99,6 +105,7 @@ impl RunReport {
             refused: 0,
             occlusion: None,
             draw: None,
+            views: None,
         }
     }
 
@@ -131,6 +138,7 @@ impl RunReport {
         self.measured.push(Measured {
             frame: record.frame,
             polygons: record.polygons,
+            culled: record.culled(),
             total_ns: record.total_ns(),
             cull_ns: record.cull.ns,
             visible: record.visible,
@@ -145,7 +153,7 @@ impl RunReport {
     }
 
     /// For how many frames of the session each measured frame stands.
-    fn weights(&self) -> Vec<f64> {
+    pub(super) fn weights(&self) -> Vec<f64> {
         let stretch = |frame| stretch_of_frame(frame, self.session_frames) as usize;
         let mut of_session = vec![0u32; STRETCHES as usize];
         (0..self.session_frames).for_each(|frame| of_session[stretch(frame)] += 1);
@@ -192,14 +200,14 @@ impl RunReport {
         self.quantile(quantile, |m| Some(m.total_ns as f64)) / 1000.0
     }
 
-    /// Polygons to draw, mean over the session.
+    /// Polygons to draw, of all views together, mean over the session.
     pub fn visible_mean(&self) -> f64 {
         self.mean(|m| m.visible)
     }
 
     /// Polygons culled, mean over the session.
     pub fn culled_mean(&self) -> f64 {
-        self.mean(|m| m.polygons - m.visible.min(m.polygons))
+        self.mean(|m| m.culled)
     }
 
     /// Polygons culled by occlusion, mean over the session.
@@ -277,8 +285,10 @@ pub struct ReplayReport {
     pub frames: u64,
     /// The pace, as on the command line.
     pub pace: String,
-    /// The camera, as on the command line.
+    /// The camera, as on the command line; on a rig with its name and settings.
     pub camera: String,
+    /// The rig, if the frames were culled for its screens.
+    pub rig: Option<RigReport>,
     /// One for each index.
     pub runs: Vec<RunReport>,
 }
@@ -292,6 +302,8 @@ struct JsonReport<'a> {
     frames: u64,
     pace: &'a str,
     camera: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rig: Option<&'a RigReport>,
     indexes_agree: bool,
     runs: Vec<JsonRun<'a>>,
 }
@@ -314,6 +326,8 @@ struct JsonRun<'a> {
     occlusion: Option<JsonOcclusion>,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     draw: Option<JsonDraw>,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    views: Option<JsonViews>,
 }
 
 /// The keys that a run has where drawing was asked for.
@@ -447,6 +461,7 @@ impl ReplayReport {
                 refused: run.refused,
                 occlusion: JsonOcclusion::of(run),
                 draw: run.draw.as_ref().map(JsonDraw::of),
+                views: JsonViews::of(self.rig.as_ref(), run),
             })
             .collect();
         let report = JsonReport {
@@ -457,6 +472,7 @@ impl ReplayReport {
             frames: self.frames,
             pace: &self.pace,
             camera: &self.camera,
+            rig: self.rig.as_ref(),
             indexes_agree: self.first_disagreement().is_none(),
             runs,
         };

@@ -1,8 +1,8 @@
 use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 
-use super::{DrawnWhileCulling, ReplayReport, RunReport};
+use super::{DrawnWhileCulling, ReplayReport, RunReport, views::views_table};
 
-/// The table of a replay: one line for each index.
+/// The table of a replay: one line for each index. On a rig a second table has the counts of each screen and eye.
 pub fn replay_table(report: &ReplayReport) -> String {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
@@ -90,7 +90,10 @@ pub fn replay_table(report: &ReplayReport) -> String {
     for column in table.column_iter_mut().skip(1 + usize::from(polygon_ns.is_some())) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    table.to_string()
+    match &report.rig {
+        Some(rig) => format!("{table}\n{}", views_table(rig, &report.runs)),
+        None => table.to_string(),
+    }
 }
 
 /// Three significant digits, thousands set apart.

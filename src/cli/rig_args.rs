@@ -1,0 +1,96 @@
+//! `--rig` and `--stereo`: the screens around the eye.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+
+use crate::{
+    replay::{RigPath, RoomMotion},
+    view::{Rig, Stereo},
+};
+
+/// A rig, and how its screens show it to two eyes.
+#[derive(Args, Debug)]
+pub(super) struct RigArgs {
+    /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes one.
+    #[arg(long, value_name = "RIG")]
+    pub(super) rig: Option<String>,
+    /// How the pictures for the two eyes are shown: mono, side-by-side, anaglyph, or windows (one for each screen and eye)
+    /// [default: the rig's own].
+    #[arg(long, value_name = "HOW", value_parser = stereo_parser())]
+    pub(super) stereo: Option<Stereo>,
+}
+
+/// A rig around the eye of a replay.
+#[derive(Args, Debug)]
+pub(super) struct RigPathArgs {
+    #[command(flatten)]
+    pub(super) screens: RigArgs,
+    /// What the rig's room does: `follows`: it goes along with the eye, which is always at the rig's place for the head,
+    /// and turns with it about the vertical; `stands`: it stays where the first frame's eye is, and the eye walks in it.
+    #[arg(long, value_name = "HOW", default_value = "follows", requires = "rig", value_parser = room_parser())]
+    pub(super) room: RoomMotion,
+}
+
+fn stereo_parser() -> impl TypedValueParser<Value = Stereo> {
+    PossibleValuesParser::new(Stereo::ALL.iter().map(|how| how.name())).try_map(|name| {
+        let found = Stereo::ALL.iter().find(|how| how.name() == name);
+        found.copied().ok_or_else(|| format!("no way is called {name}"))
+    })
+}
+
+fn room_parser() -> impl TypedValueParser<Value = RoomMotion> {
+    PossibleValuesParser::new(RoomMotion::ALL.iter().map(|motion| motion.name())).try_map(|name| {
+        let found = RoomMotion::ALL.iter().find(|motion| motion.name() == name);
+        found.copied().ok_or_else(|| format!("no room is called {name}"))
+    })
+}
+
+impl RigArgs {
+    /// The file of the rig, if it is one: no output may replace it.
+    pub(super) fn file(&self) -> Option<PathBuf> {
+        let is_shipped = |name: &String| Rig::shipped().any(|shipped| shipped == name.as_str());
+        self.rig.as_ref().filter(|name| !is_shipped(name)).map(|name| Path::new(name).to_owned())
+    }
+
+    /// The rig, with the way to show it to two eyes.
+    pub(super) fn open(&self) -> anyhow::Result<Option<(Rig, Stereo)>> {
+        let Some(name) = &self.rig else { return Ok(None) };
+        let rig = Rig::open(name)?;
+        let stereo = self.stereo.unwrap_or(rig.stereo);
+        Ok(Some((rig, stereo)))
+    }
+
+    /// The room that a window shows.
+    #[cfg(feature = "window")]
+    pub(super) fn room(&self) -> anyhow::Result<crate::app::Room> {
+        let mut room = match self.open()? {
+            Some((rig, _)) => crate::app::Room::new(rig),
+            None if self.stereo == Some(Stereo::Windows) => {
+                bail!("--stereo windows needs a --rig: its screens are the windows")
+            }
+            None => crate::app::Room::default(),
+        };
+        if let Some(stereo) = self.stereo {
+            room.set_stereo(stereo);
+        }
+        Ok(room)
+    }
+}
+
+impl RigPathArgs {
+    /// The screens before the first frame; `None` without a rig.
+    pub(super) fn path(&self) -> anyhow::Result<Option<RigPath>> {
+        let Some((rig, stereo)) = self.screens.open()? else {
+            if self.screens.stereo.is_some() {
+                bail!("--stereo needs a --rig: it says how its screens show the pictures for two eyes");
+            }
+            return Ok(None);
+        };
+        Ok(Some(RigPath::new(rig, stereo, self.room)))
+    }
+}
