@@ -6,6 +6,8 @@ mod boxes;
 mod bsp;
 #[path = "index_queries/groups.rs"]
 mod groups;
+#[path = "index_queries/nested.rs"]
+mod nested;
 #[path = "index_queries/rays.rs"]
 mod rays;
 

@@ -230,6 +230,11 @@ impl Culling {
         record
     }
 
+    /// The polygons that the frustum of a view of the last frame may see; nothing if there was no such view.
+    pub fn in_view(&self, view: usize) -> Option<&VisibleBlocks> {
+        self.pipeline.in_view_lists().get(view)
+    }
+
     /// The polygons to draw in a view of the last frame; none if there was no such view.
     pub fn drawn(&self, view: usize) -> &VisibleBlocks {
         static NOTHING: VisibleBlocks = VisibleBlocks::new();

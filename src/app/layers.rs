@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use crate::{
     index::{Node, SpatialIndex, Visit, Visitor},
-    math::{Aabb, Frustum, rotate},
+    math::{Aabb, Containment, Frustum, rotate},
     occlusion::ShadowVolume,
     polygon::PolygonId,
     render::{Depth, LineBatch, LineColor},
@@ -28,13 +28,29 @@ pub struct LayerChoice {
     pub shadows: bool,
     /// Culled polygons, tinted by the reason (only while the culling camera is frozen).
     pub culled: bool,
+    /// Polygons that the sides of the view cut (while the culling camera is frozen: of its view).
+    pub cut: bool,
+    /// The depth pyramid of `hzb` in place of the picture.
+    pub pyramid: bool,
+    /// Its level; 0 is as fine as the picture.
+    pub pyramid_level: u32,
     /// The grid on the floor.
     pub grid: bool,
 }
 
 impl Default for LayerChoice {
     fn default() -> Self {
-        Self { nodes: false, node_depth: 6, straddlers: false, shadows: false, culled: true, grid: true }
+        Self {
+            nodes: false,
+            node_depth: 6,
+            straddlers: false,
+            shadows: false,
+            culled: true,
+            cut: false,
+            pyramid: false,
+            pyramid_level: 4,
+            grid: true,
+        }
     }
 }
 
@@ -95,6 +111,23 @@ pub(super) fn draw_outlines(
         let polygon = scene.polygon(id).map(|p| p + by);
         out.outline(polygon.vertices(), color, Depth::Through);
     }
+}
+
+/// Of polygons in view, how many lie in the frustum as a whole, and those that its planes cut, by their boxes.
+pub(super) fn inside_and_cut(
+    scene: &Scene,
+    frustum: &Frustum,
+    in_view: impl Iterator<Item = PolygonId>,
+) -> (u64, Vec<PolygonId>) {
+    let (mut inside, mut cut) = (0, Vec::new());
+    for id in in_view {
+        match frustum.classify(scene.bounds(id)) {
+            Containment::Inside => inside += 1,
+            // In view it cannot be outside.
+            Containment::Intersects | Containment::Outside => cut.push(id),
+        }
+    }
+    (inside, cut)
 }
 
 /// Draws the pyramid that a view sees, as far as `length_m`.

@@ -8,8 +8,8 @@ use super::{room::RoomView, studio::Studio};
 use crate::{
     frame::{Reading, StageClock},
     render::{
-        Acquired, Area, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes, RenderError, Renderer,
-        RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
+        Acquired, Area, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes, PyramidPass, RenderError,
+        Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
     },
     view::Stereo,
 };
@@ -79,6 +79,7 @@ pub(super) struct Painter {
     renderer: Renderer,
     surface: WindowSurface,
     show: ShowPass,
+    pyramid: PyramidPass,
     egui: egui_wgpu::Renderer,
     panes: Vec<Pane>,
     extras: Vec<Extra>,
@@ -103,6 +104,7 @@ impl Painter {
         let size = window.inner_size();
         let surface = WindowSurface::new(&gpu, surface, size.width, size.height)?;
         let show = ShowPass::new(&gpu, surface.format());
+        let pyramid = PyramidPass::new(&gpu, surface.format());
         let egui =
             egui_wgpu::Renderer::new(gpu.device(), surface.format(), egui_wgpu::RendererOptions::default());
         let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
@@ -113,6 +115,7 @@ impl Painter {
             renderer,
             surface,
             show,
+            pyramid,
             egui,
             panes: Vec::new(),
             extras: Vec::new(),
@@ -353,7 +356,12 @@ impl Painter {
             let shown = if in_windows { &views[..views.len().min(1)] } else { views };
             for (pane, view) in self.panes.iter().zip(shown) {
                 let area = if in_windows { model } else { part_of(model, view) };
-                self.show.draw(&mut pass, &pane.shown, within(area, width, height), view.channels);
+                let area = within(area, width, height);
+                let level = studio.layers().pyramid.then_some(studio.layers().pyramid_level);
+                let has_pyramid = |level| self.pyramid.draw(gpu, &mut pass, &pane.slot, level, area);
+                if !level.is_some_and(has_pyramid) {
+                    self.show.draw(&mut pass, &pane.shown, area, view.channels);
+                }
             }
             self.egui.render(&mut pass, &panels.primitives, &screen);
         }

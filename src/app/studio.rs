@@ -84,6 +84,8 @@ pub struct Studio {
     pub(super) measured: Option<(Vec3, Vec3)>,
     pub(super) gestures: Gestures,
     pub(super) layers: LayerChoice,
+    /// Polygons in view that lie in the frustum as a whole, and those that its planes cut, while that is shown.
+    cut: Option<(u64, u64)>,
     pub(super) follows_replay_camera: bool,
     pub(super) tracker: Option<Tracker>,
     /// The tracker has sent more than the last frame took.
@@ -136,6 +138,7 @@ impl Studio {
             measured: None,
             gestures: Gestures::default(),
             layers: LayerChoice::default(),
+            cut: None,
             follows_replay_camera: true,
             tracker: None,
             tracker_waits: false,
@@ -304,6 +307,12 @@ impl Studio {
     /// How strokes find their depth.
     pub fn snap(&self) -> Snap {
         self.snap
+    }
+
+    /// Of the polygons in the first view, how many lie in the frustum as a whole, and how many its planes cut; only while
+    /// that is shown.
+    pub fn inside_and_cut(&self) -> Option<(u64, u64)> {
+        self.cut
     }
 
     /// Which pictures of the structures are shown.

@@ -45,7 +45,7 @@ mod view_slot;
 pub use backdrop::background_for;
 pub use error::RenderError;
 pub use gpu::Gpu;
-pub use hzb::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel};
+pub use hzb::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel, PyramidPass};
 pub use image::Image;
 pub use lines::{Depth, LineBatch, LineColor, LinePass};
 pub use offscreen::{DrawTimes, Offscreen};

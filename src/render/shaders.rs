@@ -8,6 +8,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("line", LINE),
     ("painted", PAINTED),
     ("polygon", POLYGON),
+    ("pyramid", PYRAMID),
     ("query_apply", QUERY_APPLY),
     ("query_box", QUERY_BOX),
     ("sample_places", SAMPLE_PLACES),
@@ -28,6 +29,7 @@ pub(super) const PAINTED: &str = concat!(
     include_str!("shaders/sky.wgsl"),
 );
 pub(super) const POLYGON: &str = include_str!("shaders/polygon.wgsl");
+pub(super) const PYRAMID: &str = include_str!("shaders/pyramid.wgsl");
 pub(super) const QUERY_APPLY: &str = include_str!("shaders/query_apply.wgsl");
 pub(super) const QUERY_BOX: &str = include_str!("shaders/query_box.wgsl");
 pub(super) const SAMPLE_PLACES: &str = include_str!("shaders/sample_places.wgsl");

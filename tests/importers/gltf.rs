@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{Quat, Vec3};
 use osp::{
     export::{ExportOptions, write_glb},
-    recording::{Event, Header, OpenOptions, open},
+    recording::{Event, Header, Limits, OpenOptions, open},
     scene::Scene,
 };
 
@@ -281,4 +281,57 @@ fn a_chain_of_nodes_may_be_long() {
     let (_, mut scene) = scene_of(&write(folder.path(), "a.glb", &glb(&json, &triangle)));
     assert!(is_near(&corners(&scene)[0], &[[200.0, 0.0, 0.0], [201.0, 0.0, 0.0], [200.0, 1.0, 0.0]]));
     assert_eq!(scene.group_tree().len(), 60);
+}
+
+#[test]
+fn a_model_ends_at_the_limits() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "a.glb", &small_glb());
+    let error = |path: &Path, polygons: u64| {
+        let options = OpenOptions { lenient: false, limits: Limits { polygons, ..Limits::DEFAULT } };
+        let mut session = match open(path, &options) {
+            Ok(session) => session,
+            Err(error) => return error.to_string(),
+        };
+        session.find_map(Result::err).map_or(String::new(), |error| error.to_string())
+    };
+    assert_eq!(error(&path, 1000), "");
+    let said = error(&path, 100);
+    assert!(said.contains("expected at most 6 objects in its JSON (--max-polygons N allows more)"), "{said}");
+    // One mesh of a thousand nodes.
+    let nodes = ["{\"mesh\":0}"; 1000].join(",");
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+        "accessors":[{{"componentType":5126,"count":900,"type":"VEC3","bufferView":0}}],
+        "bufferViews":[{{"buffer":0,"byteLength":10800}}],"buffers":[{{"byteLength":10800}}]}}"#
+    );
+    let corners: Vec<u8> = (0..2700u32).flat_map(|i| ((i * i % 1009) as f32).to_le_bytes()).collect();
+    let path = write(folder.path(), "b.glb", &glb(&json, &corners));
+    let said = error(&path, 200_000);
+    assert!(said.contains("b.glb: expected at most 200000 polygons"), "{said}");
+    assert_eq!(error(&path, 400_000), "");
+}
+
+/// A mesh whose vertices are painted in more colours than can be strokes.
+#[test]
+fn a_painted_mesh_is_not_a_stroke_for_each_triangle() {
+    let folder = tempfile::tempdir().unwrap();
+    let count = 30_000u32;
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"COLOR_0":1}}}}]}}],
+        "accessors":[{{"componentType":5126,"count":{count},"type":"VEC3","bufferView":0}},
+        {{"componentType":5121,"normalized":true,"count":{count},"type":"VEC3","bufferView":1}}],
+        "bufferViews":[{{"buffer":0,"byteLength":{a}}},{{"buffer":0,"byteOffset":{a},"byteLength":{b}}}],
+        "buffers":[{{"byteLength":{c}}}]}}"#,
+        a = 12 * count,
+        b = 3 * count,
+        c = 15 * count
+    );
+    let mut bytes: Vec<u8> = (0..3 * count).flat_map(|i| ((i * i % 1009) as f32).to_le_bytes()).collect();
+    bytes.extend((0..3 * count).map(|i| (i / 9 * 37 % 251) as u8));
+    let (_, scene) = scene_of(&write(folder.path(), "a.glb", &glb(&json, &bytes)));
+    let counts = scene.counts();
+    assert!(counts.polygons + counts.drops.degenerate == 10_000, "{counts:?}");
+    assert!(counts.strokes < 3000, "{counts:?}");
 }

@@ -344,3 +344,37 @@ fn walls_and_squares() -> String {
     }
     text
 }
+
+/// By the boxes against the culling frustum.
+#[test]
+fn what_the_sides_of_the_view_cut_is_counted() {
+    let mut harness = replay();
+    harness.state_mut().studio.command(Command::Seek(301));
+    harness.run_steps(2);
+    assert_eq!(harness.state().studio.inside_and_cut(), None);
+    harness.get_by_label("polygons that the view's sides cut").click();
+    harness.run_steps(3);
+    let studio = &harness.state().studio;
+    let (inside, cut) = studio.inside_and_cut().expect("it is shown");
+    assert_eq!(inside + cut, harness.state().report.record.visible);
+    assert!(inside > 0 && cut > 0, "{inside} {cut}");
+    assert!(harness.query_by_label_contains(" inside, ").is_some());
+}
+
+#[test]
+fn a_key_shows_the_depth_pyramid_and_the_panel_says_what_it_needs() {
+    let mut harness = replay();
+    assert!(!harness.state().studio.layers().pyramid);
+    harness.key_press(Key::F3);
+    harness.run_steps(3);
+    assert!(harness.state().studio.layers().pyramid);
+    let needs = "there is one with hzb alone: choose it under occlusion";
+    assert!(harness.query_by_label(needs).is_some());
+    let hzb = Occlusion::from_name("hzb").expect("a method");
+    harness.state_mut().studio.command(Command::Occlusion(hzb));
+    harness.run_steps(3);
+    assert!(harness.query_by_label(needs).is_none());
+    harness.key_press(Key::F3);
+    harness.run_steps(3);
+    assert!(!harness.state().studio.layers().pyramid);
+}

@@ -400,8 +400,10 @@ fn saving_elsewhere_moves_a_session_without_a_name() {
 #[test]
 fn events_wait_where_the_file_cannot_be_made() {
     let desk = Desk::new();
+    fs::create_dir(desk.path("blocked")).expect("a folder");
     let mut document = desk.open("blocked/a.ron");
     // Files where folders should be.
+    fs::remove_dir(desk.path("blocked")).expect("removed");
     fs::write(desk.path("blocked"), "").expect("a file");
     fs::write(desk.path("autosaves"), "").expect("a file");
     draw(&mut document, 2);

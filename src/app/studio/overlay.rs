@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 use super::Studio;
 use crate::{
     app::{layers, spans::draw_span, tool::ToolChoice},
+    polygon::VisibleBlocks,
     render::Depth,
     view::View,
 };
@@ -51,6 +52,14 @@ impl Studio {
         if self.layers.straddlers {
             let ids = layers::straddlers(scene, &self.culling.root());
             layers::draw_outlines(scene, ids.into_iter(), Vec3::ZERO, [255, 90, 200, 200], &mut self.lines);
+        }
+        self.cut = None;
+        if self.layers.cut {
+            let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
+            let in_view = self.culling.in_view(0).into_iter().flat_map(VisibleBlocks::ids);
+            let (inside, cut) = layers::inside_and_cut(scene, &frustum, in_view);
+            self.cut = Some((inside, cut.len() as u64));
+            layers::draw_outlines(scene, cut.into_iter(), Vec3::ZERO, [255, 60, 60, 230], &mut self.lines);
         }
         let by = self.gestures.moving_by();
         for stroke in self.selection.strokes() {

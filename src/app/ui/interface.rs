@@ -15,6 +15,7 @@ use super::{
 use crate::{
     app::{
         command::Command,
+        layers::LayerChoice,
         question::Question,
         stats::{FrameTimes, History},
         studio::Studio,
@@ -179,6 +180,10 @@ impl Interface {
                     if let Subject::Replay(player) = studio.subject() {
                         wishes.commands.push(Command::Play(!player.is_playing()));
                     }
+                }
+                Action::TogglePyramid => {
+                    let layers = studio.layers();
+                    wishes.commands.push(Command::Layers(LayerChoice { pyramid: !layers.pyramid, ..layers }));
                 }
                 Action::ToggleBrushes => wishes.brushes = true,
                 Action::TogglePanel => wishes.panel = !wishes.panel,

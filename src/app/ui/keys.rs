@@ -31,6 +31,8 @@ pub enum Action {
     TogglePlay,
     /// Show or hide the panel with times and counts.
     TogglePanel,
+    /// Show the depth pyramid in place of the picture, or the picture again.
+    TogglePyramid,
     /// Show or hide the list of shortcuts.
     ToggleHelp,
 }
@@ -92,6 +94,7 @@ pub const SHORTCUTS: &[Shortcut] = &[
     key(Key::Comma, "replay: previous frame", Action::Do(|| Command::Step(-1))),
     key(Key::F1, "this list", Action::ToggleHelp),
     key(Key::F2, "show or hide times and counts", Action::TogglePanel),
+    key(Key::F3, "show the depth pyramid of hzb, or the picture", Action::TogglePyramid),
 ];
 
 /// Actions of the pointer and of held keys, for the list in the window.

@@ -223,6 +223,17 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let mut layers = studio.layers();
     ui.checkbox(&mut layers.grid, "floor");
     ui.checkbox(&mut layers.culled, "show culled polygons (while frozen)");
+    ui.checkbox(&mut layers.cut, "polygons that the view's sides cut");
+    if let Some((inside, cut)) = studio.inside_and_cut() {
+        ui.weak(format!("{} inside, {} cut", count(inside), count(cut)));
+    }
+    ui.checkbox(&mut layers.pyramid, "depth pyramid (F3)");
+    if layers.pyramid {
+        ui.add(Slider::new(&mut layers.pyramid_level, 0..=12).text("level"));
+        if studio.culling().occlusion() != Occlusion::Hzb {
+            ui.weak("there is one with hzb alone: choose it under occlusion");
+        }
+    }
     ui.checkbox(&mut layers.nodes, "bounding boxes of the index");
     if layers.nodes {
         ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest level"));

@@ -30,6 +30,7 @@ mod pipelines;
 mod pyramid;
 mod queries;
 mod samples;
+mod show;
 mod span;
 mod state;
 #[cfg(test)]
@@ -39,4 +40,5 @@ pub use config::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup};
 pub(super) use frame::Frame;
 pub(super) use pipelines::Hzb;
 pub use pyramid::PyramidLevel;
+pub use show::PyramidPass;
 pub(super) use state::HzbView;

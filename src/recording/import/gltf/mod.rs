@@ -169,14 +169,12 @@ impl Gltf {
     }
 
     fn push_polygons(&mut self, part: &mut Part, mut polygons: Vec<Polygon>) {
-        let is_many = |polygon: &Polygon| !part.strokes.contains_key(&polygon.color);
-        if part.strokes.len() + polygons.iter().filter(|polygon| is_many(polygon)).count() > MOST_COLORS {
-            let mut colors: Vec<u32> = polygons.iter().map(|polygon| polygon.color).collect();
-            colors.sort_unstable();
-            colors.dedup();
-            if part.strokes.len() + colors.len() > MOST_COLORS {
-                polygons.iter_mut().for_each(|polygon| polygon.color = faces::rounded(polygon.color));
-            }
+        let mut colors: Vec<u32> = polygons.iter().map(|polygon| polygon.color).collect();
+        colors.sort_unstable();
+        colors.dedup();
+        let new = colors.iter().filter(|color| !part.strokes.contains_key(color)).count();
+        if part.strokes.len() + new > MOST_COLORS {
+            polygons.iter_mut().for_each(|polygon| polygon.color = faces::rounded(polygon.color));
         }
         // A stroke after the other, each in the order of the file.
         polygons.sort_by_key(|polygon| polygon.color);

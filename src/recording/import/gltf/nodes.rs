@@ -46,9 +46,11 @@ pub(super) struct Nodes {
 }
 
 /// A node to visit, and what those above it come to.
+#[derive(Clone, Copy)]
 struct Visit {
     node: usize,
-    parent: Option<GroupId>,
+    /// The planned node that it hangs under.
+    above: Option<usize>,
     depth: usize,
     residual: DAffine3,
     world: DAffine3,
@@ -58,17 +60,13 @@ struct Visit {
 pub(super) fn plan(file: &File, damage: &mut Damage) -> Result<Nodes, RecordingError> {
     let nodes = &file.root.nodes;
     let has_mesh = having_meshes(nodes);
-    let mut nodes_out = Nodes { planned: Vec::new(), seen: Vec::new() };
+    let mut out = Nodes { planned: Vec::new(), seen: Vec::new() };
     let mut is_visited = vec![false; nodes.len()];
-    let visit = |node| Visit {
-        node,
-        parent: None,
-        depth: 0,
-        residual: DAffine3::IDENTITY,
-        world: DAffine3::IDENTITY,
-    };
+    let (residual, world) = (DAffine3::IDENTITY, DAffine3::IDENTITY);
+    let visit = |node| Visit { node, above: None, depth: 0, residual, world };
     let mut stack: Vec<Visit> = roots(file).into_iter().rev().map(visit).collect();
-    while let Some(Visit { node, parent, depth, residual, world }) = stack.pop() {
+    while let Some(visit) = stack.pop() {
+        let node = visit.node;
         let fault = match (nodes.get(node), is_visited.get(node)) {
             (None, _) => Some(Fault::new(format!("node {node}"), format!("{} of them", nodes.len()))),
             (_, Some(true)) => Some(Fault::new("a tree of nodes", format!("node {node} in it twice"))),
@@ -78,55 +76,69 @@ pub(super) fn plan(file: &File, damage: &mut Damage) -> Result<Nodes, RecordingE
             damage.note(&file.path, fault)?;
             continue;
         }
-        let described = &nodes[node];
         is_visited[node] = true;
+        let described = &nodes[node];
         let local = local_transform(described);
-        let world = world * local;
-        let camera = described.camera.map(|camera| camera.value());
-        let lights = described.extensions.as_ref().and_then(|of| of.khr_lights_punctual.as_ref());
-        let light = lights.map(|of| of.light.value());
-        if camera.is_some() || light.is_some() {
-            nodes_out.seen.push(Seen { world, camera, light });
-        }
-        let mut below = Visit { node, parent, depth: depth + 1, residual: residual * local, world };
+        let world = visit.world * local;
+        out.note_seen(described, world);
+        let mut below = Visit { depth: visit.depth + 1, residual: visit.residual * local, world, ..visit };
         if has_mesh[node] {
-            let group = GroupId(node as u32);
-            let mut to = None;
-            // A group that hangs too deep would be refused: its transform goes into the vertices.
-            if depth < MOST_DEPTH {
-                let (transform, rest) = split(described, residual, local);
-                let place = Event::Place { t: 0.0, group, to: transform };
-                match place.check() {
-                    Ok(()) => (to, below.residual) = (Some(transform), rest),
-                    Err(expected) => {
-                        let found = format!("another transform of node {node}");
-                        damage.note(&file.path, Fault::new(expected, found))?;
-                        below.residual = DAffine3::IDENTITY;
-                    }
-                }
-                below.parent = Some(group);
-            }
-            nodes_out.planned.push(Planned {
-                group: if depth < MOST_DEPTH { group } else { parent.unwrap_or(group) },
-                parent,
-                name: name_of(file, described),
-                to: to.filter(|to| !is_identity(to)),
-                mesh: described.mesh.map(|mesh| mesh.value()),
-                residual: below.residual,
-            });
-            if depth >= MOST_DEPTH
-                && let Some(deep) = nodes_out.planned.pop()
-            {
-                let above = nodes_out.planned.iter().rev().find(|of| Some(of.group) == parent);
-                let (parent, name) = above.map_or((None, None), |of| (of.parent, of.name.clone()));
-                nodes_out.planned.push(Planned { parent, name, ..deep });
-            }
+            below = out.plan_group(file, described, visit, below, damage)?;
         }
         let children = described.children.iter().flatten().rev();
-        let Visit { parent, depth, residual, world, .. } = below;
-        stack.extend(children.map(|child| Visit { node: child.value(), parent, depth, residual, world }));
+        stack.extend(children.map(|child| Visit { node: child.value(), ..below }));
     }
-    Ok(nodes_out)
+    Ok(out)
+}
+
+impl Nodes {
+    fn note_seen(&mut self, node: &Node, world: DAffine3) {
+        let camera = node.camera.map(|camera| camera.value());
+        let lights = node.extensions.as_ref().and_then(|of| of.khr_lights_punctual.as_ref());
+        let light = lights.map(|of| of.light.value());
+        if camera.is_some() || light.is_some() {
+            self.seen.push(Seen { world, camera, light });
+        }
+    }
+
+    /// Plans the group of a node; what that leaves for those below.
+    fn plan_group(
+        &mut self,
+        file: &File,
+        described: &Node,
+        at: Visit,
+        mut below: Visit,
+        damage: &mut Damage,
+    ) -> Result<Visit, RecordingError> {
+        let mesh = described.mesh.map(|mesh| mesh.value());
+        let above = at.above.and_then(|above| self.planned.get(above));
+        if let Some(above) = above.filter(|_| at.depth >= MOST_DEPTH) {
+            // A group that hangs too deep would be refused: its mesh goes into the one above, its transform into the mesh.
+            let (group, parent, name) = (above.group, above.parent, above.name.clone());
+            self.planned.push(Planned { group, parent, name, to: None, mesh, residual: below.residual });
+            return Ok(below);
+        }
+        let parent = above.map(|above| above.group);
+        let group = GroupId(at.node as u32);
+        let (transform, rest) = split(described, at.residual, local_transform(described));
+        let place = Event::Place { t: 0.0, group, to: transform };
+        let mut to = None;
+        below.residual = match place.check() {
+            Ok(()) => {
+                to = Some(transform).filter(|to| !is_identity(to));
+                rest
+            }
+            Err(expected) => {
+                let found = format!("another transform of node {}", at.node);
+                damage.note(&file.path, Fault::new(expected, found))?;
+                DAffine3::IDENTITY
+            }
+        };
+        below.above = Some(self.planned.len());
+        let (name, residual) = (name_of(file, described), below.residual);
+        self.planned.push(Planned { group, parent, name, to, mesh, residual });
+        Ok(below)
+    }
 }
 
 /// The nodes that the file shows: those of its scene, or all that hang under no other.

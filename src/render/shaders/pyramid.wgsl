@@ -1,0 +1,39 @@
+// A level of a depth pyramid as shades of grey onto a part of a window: what is near is light. The smaller levels are drawn
+// as large as the picture, a square for each of their texels.
+
+struct Level {
+    first: u32,
+    width: u32,
+    height: u32,
+    // 1 if the window encodes on its own.
+    encodes: u32,
+}
+
+@group(0) @binding(0) var<storage, read> pyramid: array<f32>;
+@group(0) @binding(1) var<uniform> level: Level;
+
+struct Corner {
+    @builtin(position) position: vec4<f32>,
+    @location(0) uv: vec2<f32>,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> Corner {
+    // One triangle that covers the viewport.
+    let uv = vec2(f32((index << 1u) & 2u), f32(index & 2u));
+    var out: Corner;
+    out.position = vec4(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, 0.0, 1.0);
+    out.uv = uv;
+    return out;
+}
+
+@fragment
+fn fragment(in: Corner) -> @location(0) vec4<f32> {
+    let size = vec2(level.width, level.height);
+    let at = min(vec2<u32>(in.uv * vec2<f32>(size)), size - 1u);
+    // Reversed: 1 at the near plane, 0 where nothing is. The root spreads what is far.
+    let depth = pyramid[level.first + at.y * level.width + at.x];
+    let grey = vec3(pow(clamp(depth, 0.0, 1.0), 0.2));
+    let shown = select(grey, vec3(0.05, 0.07, 0.16), depth <= 0.0);
+    return vec4(select(shown, pow(shown, vec3(2.2)), level.encodes == 1u), 1.0);
+}
