@@ -16,6 +16,8 @@ mod naming;
 mod query;
 #[path = "cli_outputs/replacing.rs"]
 mod replacing;
+#[path = "cli_outputs/rigs.rs"]
+mod rigs;
 #[cfg(unix)]
 #[path = "cli_outputs/table.rs"]
 mod table;

@@ -22,6 +22,9 @@ mod painted;
 mod pictures;
 #[path = "support/required.rs"]
 mod required;
+#[cfg(feature = "cli")]
+#[path = "render/rigs.rs"]
+mod rigs;
 #[path = "render/scenes.rs"]
 mod scenes;
 #[path = "render/shaders.rs"]

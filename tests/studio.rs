@@ -17,6 +17,8 @@ mod keeping;
 mod limits;
 #[path = "studio/panel.rs"]
 mod panel;
+#[path = "studio/rigs.rs"]
+mod rigs;
 #[path = "studio/spans.rs"]
 mod spans;
 #[path = "studio/tests_of_occlusion.rs"]
