@@ -100,7 +100,7 @@ fn groups_that_move_within_groups_are_found_where_the_scene_has_them() {
         }
         matrices = followed.index.work().matrices;
     }
-    assert_eq!((places, followed.nodes.len()), (1_800, 7));
+    assert_eq!((places, followed.nodes.len()), (1_799, 7));
     assert!(seen > 20_000 && missed * 20 < seen, "{missed} of {seen} reported beyond their boxes");
     // Each placing costs the nodes that hang below: 1 to 4 of 7.
     assert!(matrices < 3 * places, "{matrices} matrices for {places} placings");
