@@ -34,6 +34,8 @@ mod import;
 mod info;
 #[cfg(feature = "render")]
 mod render;
+#[cfg(feature = "render")]
+mod render_painter;
 mod replay;
 mod replay_args;
 mod replay_outputs;

@@ -370,9 +370,10 @@ mod tests {
         let all: Vec<u32> = (0..count).collect();
         let few = |id: &u32| id % 600 > 100 && *id != 7;
         let many = |id: &u32| id % 3 == 1;
-        let one_page = |id: &u32| id / page_len as u32 == 1 || id % 9 == 0;
+        let one_page = |id: &u32| id / page_len as u32 == 1 || id.is_multiple_of(9);
         let mut order = DrawOrder::new();
-        let sets: [(&dyn Fn(&u32) -> bool, bool); 4] =
+        type IsIn<'a> = &'a dyn Fn(&u32) -> bool;
+        let sets: [(IsIn<'_>, bool); 4] =
             [(&|_| true, true), (&few, true), (&many, false), (&one_page, true)];
         for (is_in, has_spans) in sets {
             let wanted: Vec<u32> = all.iter().copied().filter(|id| is_in(id)).collect();
