@@ -18,6 +18,8 @@ mod large;
 mod margins;
 #[path = "render/painted.rs"]
 mod painted;
+#[path = "render/painter.rs"]
+mod painter;
 #[path = "render/pictures.rs"]
 mod pictures;
 #[path = "support/required.rs"]

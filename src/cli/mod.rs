@@ -35,6 +35,8 @@ mod info;
 #[cfg(feature = "render")]
 mod render;
 #[cfg(feature = "render")]
+mod render_painter;
+#[cfg(feature = "render")]
 mod render_pictures;
 mod replay;
 mod replay_args;

@@ -3,6 +3,9 @@ use std::{io, path::Path};
 use super::RenderError;
 use crate::atomic_file::write_atomically;
 
+/// By how much, of 255, the mean of some colours may be beyond them.
+const ROUNDING: u8 = 2;
+
 /// A finished picture: 8 bits for each of red, green, blue and opacity (always full), sRGB, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
@@ -42,6 +45,33 @@ impl Image {
             return self.rgba.len() / 4;
         }
         self.rgba.chunks_exact(4).zip(other.rgba.chunks_exact(4)).filter(|(a, b)| a != b).count()
+    }
+
+    /// Number of pixels whose colour lies beyond those of `other`'s pixel and its eight neighbours: between them, a little
+    /// more or less of each surface at an edge explains the difference.
+    ///
+    /// All pixels if the sizes differ.
+    pub fn unlike_pixels(&self, other: &Self) -> usize {
+        if (self.width, self.height) != (other.width, other.height) {
+            return self.rgba.len() / 4;
+        }
+        let (width, height) = (self.width as usize, self.height as usize);
+        let is_unlike = |at: &usize| {
+            let (x, y) = (at % width, at / width);
+            let (mut low, mut high) = ([u8::MAX; 3], [0; 3]);
+            for y in y.saturating_sub(1)..(y + 2).min(height) {
+                for x in x.saturating_sub(1)..(x + 2).min(width) {
+                    let pixel = &other.rgba[(y * width + x) * 4..];
+                    low = std::array::from_fn(|i| low[i].min(pixel[i]));
+                    high = std::array::from_fn(|i| high[i].max(pixel[i]));
+                }
+            }
+            let own = &self.rgba[at * 4..];
+            (0..3).any(|i| {
+                !(low[i].saturating_sub(ROUNDING)..=high[i].saturating_add(ROUNDING)).contains(&own[i])
+            })
+        };
+        (0..width * height).filter(is_unlike).count()
     }
 
     /// Number of pixels that are not of the colour of the first one (the upper left corner).

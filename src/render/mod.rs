@@ -8,6 +8,7 @@
 //!   measures.
 //!
 //! * [`Renderer::set_occlusion`]: hidden polygons are culled on the GPU.
+//! * [`PaintList`] is the painter's algorithm, to compare with: back to front by a BSP tree, without a test of depth.
 //!
 //! Polygons are seen from both sides: flat-shaded, or as the brush that painted them says ([`Renderer::set_environment`] is
 //! its light). Opaque ones and those whose light is added go by number, transparent ones back to front; these orders
@@ -30,6 +31,7 @@ mod listing;
 mod offscreen;
 mod order;
 mod paint;
+mod painter;
 mod pipelines;
 mod read_back;
 mod read_ring;
@@ -50,6 +52,7 @@ pub use image::Image;
 pub use lines::{Depth, LineBatch, LineColor, LinePass};
 pub use offscreen::{DrawTimes, Offscreen};
 pub use order::{Blend, Classes, DrawOrder, Run};
+pub use painter::{BspTree, MOST_PARTS, MOST_POLYGONS, PaintList, PaintStats, Painter, PainterError};
 pub use renderer::{Layer, Renderer, RendererConfig, Style};
 pub use shaders::SHADERS;
 pub use show::{Area, Channels, ShowPass, Shown};

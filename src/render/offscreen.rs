@@ -1,8 +1,8 @@
 use std::{ops::AddAssign, sync::Arc};
 
 use super::{
-    DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, PassTimes, PyramidLevel, RenderError, Renderer,
-    RendererConfig, Target, ViewSlot,
+    DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, PaintList, PassTimes, PyramidLevel, RenderError,
+    Renderer, RendererConfig, Target, ViewSlot,
 };
 use crate::{
     frame::{Stage, StageClock},
@@ -221,6 +221,39 @@ impl Offscreen {
             list_bytes,
             draw_calls,
         })
+    }
+
+    /// Says whether every polygon is drawn solid in its plain colour: see [`Renderer::set_solid`].
+    pub fn set_solid(&mut self, is_solid: bool) {
+        self.renderer.set_solid(is_solid);
+    }
+
+    /// Draws what a painter has listed in the first view, one part over the other without a test of depth, each solid in the plain colour of
+    /// its polygon; waits until it is done.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn draw_parts(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        list: &PaintList,
+    ) -> Result<DrawTimes, RenderError> {
+        self.last = 0;
+        let Sight { slot, target } = &mut self.sights[0];
+        let gpu = Arc::clone(self.renderer.gpu());
+        let stage = self.clock.start();
+        let polygon_bytes = self.renderer.send(scene);
+        self.renderer.prepare_parts(slot, view);
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let draw_calls = self.renderer.encode_parts(&mut encoder, target, slot, list);
+        let commands = encoder.finish();
+        let prepare = self.clock.since(stage);
+        let stage = self.clock.start();
+        gpu.queue().submit([commands]);
+        gpu.wait()?;
+        let draw = self.clock.since(stage);
+        Ok(DrawTimes { prepare, draw, polygon_bytes, draw_calls, ..DrawTimes::default() })
     }
 
     /// The depth pyramid of the frame that was drawn last, to look at; `None` if it was drawn without.

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use super::{
-    Classes, Gpu, GpuTimer, PyramidLevel, RenderError, Target, ViewSlot,
+    Classes, Gpu, GpuTimer, PaintList, PyramidLevel, RenderError, Target, ViewSlot,
     backdrop::srgb_from_linear,
     draw_switch::DrawSwitch,
     finish::Finish,
@@ -9,6 +9,7 @@ use super::{
     hzb::{Frame, Hzb, HzbConfig, HzbView},
     order::Listing,
     paint::Paint,
+    painter::PartPass,
     pipelines::{Pipelines, Shader},
     shaders,
     target::DepthBefore,
@@ -95,6 +96,10 @@ pub struct Renderer {
     time_s: f32,
     has_changed: bool,
     is_patient: bool,
+    /// Whether every polygon is drawn solid in its plain colour.
+    is_solid: bool,
+    /// Made when a painter first draws.
+    parts: Option<PartPass>,
     /// Made when a view first asks for it.
     hzb: Option<Hzb>,
     background: wgpu::Color,
@@ -117,6 +122,8 @@ impl Renderer {
             time_s: 0.0,
             has_changed: true,
             is_patient: false,
+            is_solid: false,
+            parts: None,
             hzb: None,
             background: wgpu::Color::BLACK,
             gpu,
@@ -151,6 +158,12 @@ impl Renderer {
         self.is_patient = is_patient;
     }
 
+    /// Says whether every polygon is drawn solid, flat-shaded in its plain colour, whatever brush has painted it: as a
+    /// painter draws it ([`PaintList`]).
+    pub fn set_solid(&mut self, is_solid: bool) {
+        self.is_solid = is_solid;
+    }
+
     /// Whether something moves by itself with [`Renderer::set_time`].
     pub fn is_animated(&self) -> bool {
         self.scene.is_animated()
@@ -158,7 +171,7 @@ impl Renderer {
 
     /// Whether brushes or an environment decide how things look.
     fn is_painted(&self) -> bool {
-        self.scene.has_brushes() || self.environment.is_some()
+        !self.is_solid && (self.scene.has_brushes() || self.environment.is_some())
     }
 
     /// The pipelines of the frame at hand.
@@ -315,6 +328,7 @@ impl Renderer {
             styles[style] = layer.style;
             let is_faint = layer.style.opacity < 1.0;
             let classes_of = |first| match self.scene.classes_of(first) {
+                _ if self.is_solid => Classes::default(),
                 Classes { additive, .. } if is_faint => Classes { additive, transparent: !additive },
                 classes => classes,
             };
@@ -326,6 +340,31 @@ impl Renderer {
             bytes += of_view.prepare(&self.gpu, &slot.order, self.scene.chunk_len(), scene, view);
         }
         bytes
+    }
+
+    /// Sends a view of which a painter draws what there is; [`Renderer::send`] comes first.
+    pub(super) fn prepare_parts(&mut self, slot: &mut ViewSlot, view: &View) {
+        let Self { parts, gpu, view_layout, scene, .. } = self;
+        parts.get_or_insert_with(|| PartPass::new(gpu, view_layout, scene));
+        slot.order.clear();
+        slot.send(gpu, view_layout, view, &[Style::PLAIN; MAX_STYLES]);
+    }
+
+    /// Encodes the drawing of a prepared view by a painter; returns the number of draw calls.
+    pub(super) fn encode_parts(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &Target,
+        slot: &ViewSlot,
+        list: &PaintList,
+    ) -> u64 {
+        let Some(parts) = &self.parts else { return 0 };
+        let mut pass = target.begin(encoder, self.background, DepthBefore::Nothing, None);
+        pass.set_bind_group(0, slot.bind_group(), &[]);
+        let calls = parts.draw(&self.gpu, &mut pass, &self.scene, list);
+        drop(pass);
+        self.finish.encode(&self.gpu, encoder, target, false, None);
+        calls
     }
 
     /// Encodes the drawing of a prepared view into `target`; `more` draws whatever comes on top. After submission both

@@ -7,6 +7,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("hzb_test", HZB_TEST),
     ("line", LINE),
     ("painted", PAINTED),
+    ("painter", PAINTER),
     ("polygon", POLYGON),
     ("pyramid", PYRAMID),
     ("query_apply", QUERY_APPLY),
@@ -28,6 +29,8 @@ pub(super) const PAINTED: &str = concat!(
     include_str!("shaders/shadow.wgsl"),
     include_str!("shaders/sky.wgsl"),
 );
+pub(super) const PAINTER: &str =
+    concat!(include_str!("shaders/polygon.wgsl"), include_str!("shaders/painter.wgsl"));
 pub(super) const POLYGON: &str = include_str!("shaders/polygon.wgsl");
 pub(super) const PYRAMID: &str = include_str!("shaders/pyramid.wgsl");
 pub(super) const QUERY_APPLY: &str = include_str!("shaders/query_apply.wgsl");

@@ -126,6 +126,15 @@ fn flat_normal(polygon: Polygon) -> vec3<f32> {
     return normalize(cross(scaled(ac), scaled(bd)));
 }
 
+// The side that is seen, in the light.
+fn color_of(polygon: Polygon, style: Style) -> vec4<f32> {
+    var normal = flat_normal(polygon);
+    let to_eye = -normalize(scaled(point_of(polygon, 0u) + point_of(polygon, 2u)));
+    normal = select(-normal, normal, dot(normal, to_eye) >= 0.0);
+    let own = unpack4x8unorm(polygon.corners[0].w);
+    return vec4(plain_color(own.rgb, style, normal, to_eye), own.a * style.more.x);
+}
+
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_index: u32) -> Corner {
     var out: Corner;
@@ -135,13 +144,8 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_inde
         return out;
     }
     let polygon = fetch(id);
-    var normal = flat_normal(polygon);
-    let to_eye = -normalize(scaled(point_of(polygon, 0u) + point_of(polygon, 2u)));
-    normal = select(-normal, normal, dot(normal, to_eye) >= 0.0);
-    let style = view.styles[style_index];
-    let own = unpack4x8unorm(polygon.corners[0].w);
     out.position = view.clip_from_eye * vec4(point_of(polygon, corner_of(index)), 1.0);
-    out.color = vec4(plain_color(own.rgb, style, normal, to_eye), own.a * style.more.x);
+    out.color = color_of(polygon, view.styles[style_index]);
     return out;
 }
 
