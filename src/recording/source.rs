@@ -35,7 +35,7 @@ pub struct Notes {
 pub struct Session {
     /// The header of the session.
     pub header: Header,
-    /// Short name of the format, for `osp info`: `ron`, `ron.zst`, `tilt`, `apa`, `cassie`, `poses`, `obj`.
+    /// Short name of the format, for `osp info`: `ron`, `ron.zst`, `tilt`, `apa`, `cassie`, `poses`, `obj`, `glb`, `gltf`.
     pub format: &'static str,
     /// The events.
     pub events: Box<dyn EventSource>,
