@@ -403,7 +403,7 @@ fn events_wait_where_the_file_cannot_be_made() {
     fs::create_dir(desk.path("blocked")).expect("a folder");
     let mut document = desk.open("blocked/a.ron");
     // Files where folders should be.
-    fs::remove_dir(desk.path("blocked")).expect("removed");
+    fs::remove_dir_all(desk.path("blocked")).expect("removed");
     fs::write(desk.path("blocked"), "").expect("a file");
     fs::write(desk.path("autosaves"), "").expect("a file");
     draw(&mut document, 2);

@@ -223,6 +223,12 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let mut layers = studio.layers();
     ui.checkbox(&mut layers.grid, "floor");
     ui.checkbox(&mut layers.culled, "show culled polygons (while frozen)");
+    ui.checkbox(&mut layers.nodes, "bounding boxes of the index");
+    if layers.nodes {
+        ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest level"));
+    }
+    ui.checkbox(&mut layers.shadows, "occluders and shadow volumes");
+    ui.checkbox(&mut layers.straddlers, "polygons on the root's split planes");
     ui.checkbox(&mut layers.cut, "polygons that the view's sides cut");
     if let Some((inside, cut)) = studio.inside_and_cut() {
         ui.weak(format!("{} inside, {} cut", count(inside), count(cut)));
@@ -234,12 +240,6 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             ui.weak("there is one with hzb alone: choose it under occlusion");
         }
     }
-    ui.checkbox(&mut layers.nodes, "bounding boxes of the index");
-    if layers.nodes {
-        ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest level"));
-    }
-    ui.checkbox(&mut layers.shadows, "occluders and shadow volumes");
-    ui.checkbox(&mut layers.straddlers, "polygons on the root's split planes");
     if layers != studio.layers() {
         wishes.commands.push(Command::Layers(layers));
     }
