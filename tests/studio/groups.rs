@@ -97,12 +97,14 @@ fn a_group_is_turned_and_scaled_about_its_middle() {
     group(&mut table, &[0.3, -0.3]);
     let whole = |table: &Table| bounds(table, ids[0]).union(&bounds(table, ids[1]));
     let before = whole(&table);
-    // Within another one that is turned, too: the middle stays the middle.
+    // Within another one that is turned and moved, too.
     table.studio.command(Command::SelectGroup(GroupId(0)));
     table.studio.command(Command::GroupSelected);
-    table.studio.command(Command::PlaceGroup(GroupId(1), Placing { turn_degrees: 90.0, ..Placing::STAY }));
+    let aside = Vec3::new(0.5, 0.0, 0.25);
+    let placing = Placing { by: aside, turn_degrees: 90.0, ..Placing::STAY };
+    table.studio.command(Command::PlaceGroup(GroupId(1), placing));
     let turned = whole(&table);
-    assert!(turned.center().abs_diff_eq(before.center(), 1.0e-3), "{turned:?} {before:?}");
+    assert!(turned.center().abs_diff_eq(before.center() + aside, 1.0e-3), "{turned:?} {before:?}");
     assert!((turned.extent().z - before.extent().x).abs() < 1.0e-3, "{turned:?} {before:?}");
     let by = Vec3::new(1.0, 0.0, 0.0);
     let placing = Placing { by, turn_degrees: 180.0, scale: 2.0 };
