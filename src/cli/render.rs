@@ -21,6 +21,7 @@ use super::{
     outputs::Outputs,
     parsers::{Size, index_parser, occlusion_parser},
     reading::ReadArgs,
+    render_order::{self, OrderTrials, order_parser},
     render_painter::{PainterPictures, painter_parser},
     session::{OpenSession, root_cube},
 };
@@ -52,6 +53,7 @@ use crate::{
   osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
   osp render sketch.tilt sketch.png --occlusion hzb --check
   osp render recordings/room.ron room.png --painter bsp --check
+  osp render sketch.tilt sketch.png --order all
 
 With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
 are those of the second. --check compares both with the picture without culling: the first draws
@@ -96,6 +98,18 @@ pub(super) struct RenderArgs {
     /// edge explains gives exit code 1.
     #[arg(long, value_name = "ORDER", conflicts_with = "no_cull", value_parser = painter_parser())]
     painter: Option<Painter>,
+    /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of what each
+    /// costs: the time of drawing, overdraw, draw calls, changes of material. The picture is that of the first. `none` is
+    /// the renderer's own, by number.
+    #[arg(long, value_delimiter = ',', value_parser = order_parser())]
+    #[arg(conflicts_with_all = ["painter", "check", "no_cull"])]
+    order: Vec<render_order::Wanted>,
+    /// Rounds of --order, after one that does not count; each draws every order.
+    #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
+    repeats: u16,
+    /// Print the figures of --order as JSON, an object a frame.
+    #[arg(long, requires = "order")]
+    json: bool,
     /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
     /// the hand).
     #[arg(long, default_value = "samples:16")]
@@ -152,6 +166,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         let (painter, occlusion) = (painter.name(), args.occlusion.name());
         bail!("--painter {painter} draws without a depth buffer: --occlusion {occlusion} needs one");
     }
+    if !args.order.is_empty() && args.occlusion.is_while_drawing() {
+        let name = args.occlusion.name();
+        bail!("--order is of frames that the CPU culls: --occlusion {name} has an order of its own");
+    }
     let gpu = Arc::new(Gpu::headless()?);
     let Size { width, height } = args.size;
     let mut session = OpenSession::open(&args.file, &args.reading)?;
@@ -173,6 +191,13 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let mut by_painter = match args.painter {
         Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
         None => None,
+    };
+    let mut trials = match args.order.is_empty() {
+        true => None,
+        false => {
+            let light = (environment.as_deref(), args.time);
+            Some(OrderTrials::new(&args.order, args.repeats.into(), &gpu, args.size, &config, light)?)
+        }
     };
     let mut uncut = match args.check && args.painter.is_none() {
         true => Some(Offscreen::on(gpu, width, height, &config)?),
@@ -222,6 +247,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         if let Some(pictures) = &mut by_painter {
             pictures.follow(changes);
         }
+        if let Some(trials) = &mut trials {
+            trials.follow(changes);
+        }
         if wanted.has(moment.frame) {
             let view = camera(&moment);
             pipeline.frame(scene, changes, &view);
@@ -240,6 +268,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 if args.check && !compared.is_explained() {
                     outcome = Outcome::CheckFailed;
                 }
+                continue;
+            }
+            if let Some(trials) = &mut trials {
+                let (figures, image) = trials.draw(moment.frame, scene, &view, ids)?;
+                image.write_png(&wanted.path(args, moment.frame))?;
+                say(&if args.json { figures.json()? } else { figures.table() })?;
                 continue;
             }
             let whole = match &mut uncut {
