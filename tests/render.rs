@@ -16,6 +16,8 @@ mod identity;
 mod large;
 #[path = "render/margins.rs"]
 mod margins;
+#[path = "render/order.rs"]
+mod order;
 #[path = "render/painted.rs"]
 mod painted;
 #[path = "render/painter.rs"]

@@ -35,6 +35,8 @@ mod info;
 #[cfg(feature = "render")]
 mod render;
 #[cfg(feature = "render")]
+mod render_order;
+#[cfg(feature = "render")]
 mod render_painter;
 #[cfg(feature = "render")]
 mod render_pictures;

@@ -21,6 +21,7 @@ use super::{
     outputs::Outputs,
     parsers::{Size, index_parser, occlusion_parser},
     reading::ReadArgs,
+    render_order::{self, OrderTrials, order_parser},
     render_painter::{PainterPictures, painter_parser},
     render_pictures::{Picture, Pictures},
     rig_args::RigPathArgs,
@@ -54,6 +55,7 @@ use crate::{
   osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
   osp render sketch.tilt sketch.png --occlusion hzb --check
   osp render recordings/room.ron room.png --painter bsp --check
+  osp render sketch.tilt sketch.png --order all
   osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
 
 With --rig there is a picture for each screen and eye, with their names: room-left-right-eye.png is
@@ -103,6 +105,18 @@ pub(super) struct RenderArgs {
     /// edge explains gives exit code 1.
     #[arg(long, value_name = "ORDER", conflicts_with_all = ["no_cull", "rig"], value_parser = painter_parser())]
     painter: Option<Painter>,
+    /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of what each
+    /// costs: the time of drawing, overdraw, draw calls, changes of material. The picture is that of the first. `none` is
+    /// the renderer's own, by number.
+    #[arg(long, value_delimiter = ',', value_parser = order_parser())]
+    #[arg(conflicts_with_all = ["painter", "check", "no_cull", "rig"])]
+    order: Vec<render_order::Wanted>,
+    /// Rounds of --order, after one that does not count; each draws every order.
+    #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
+    repeats: u16,
+    /// Print the figures of --order as JSON, an object a frame.
+    #[arg(long, requires = "order")]
+    json: bool,
     /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
     /// the hand).
     #[arg(long, default_value = "samples:16")]
@@ -167,6 +181,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         let (painter, occlusion) = (painter.name(), args.occlusion.name());
         bail!("--painter {painter} draws without a depth buffer: --occlusion {occlusion} needs one");
     }
+    if !args.order.is_empty() && args.occlusion.is_while_drawing() {
+        let name = args.occlusion.name();
+        bail!("--order is of frames that the CPU culls: --occlusion {name} has an order of its own");
+    }
     let gpu = Arc::new(Gpu::headless()?);
     let mut session = OpenSession::open(&args.file, &args.reading)?;
     let environment = session.header.environment.clone();
@@ -187,6 +205,13 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let mut by_painter = match args.painter {
         Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
         None => None,
+    };
+    let mut trials = match args.order.is_empty() {
+        true => None,
+        false => {
+            let light = (environment.as_deref(), args.time);
+            Some(OrderTrials::new(&args.order, args.repeats.into(), &gpu, args.size, &config, light)?)
+        }
     };
     let mut uncut = match args.check && args.painter.is_none() {
         true => Some(pictures.drawer(gpu, &config)?),
@@ -241,6 +266,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         if let Some(pictures) = &mut by_painter {
             pictures.follow(changes);
         }
+        if let Some(trials) = &mut trials {
+            trials.follow(changes);
+        }
         if wanted.has(moment.frame) {
             let seen = pictures.seen(rig.as_mut(), &camera(&moment));
             let views: Vec<View> = seen.iter().map(|(_, view)| *view).collect();
@@ -257,6 +285,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 } else {
                     in_list
                 };
+                if let Some(trials) = &mut trials {
+                    let (figures, image) = trials.draw(moment.frame, scene, view, ids)?;
+                    image.write_png(&shown.path(&wanted.path(args, moment.frame)))?;
+                    say(&if args.json { figures.json()? } else { figures.table() })?;
+                    continue;
+                }
                 if let Some(pictures) = &mut by_painter {
                     let compared = pictures.draw(scene, view, ids)?;
                     let path = shown.path(&wanted.path(args, moment.frame));

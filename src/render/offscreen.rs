@@ -1,8 +1,8 @@
 use std::{ops::AddAssign, sync::Arc};
 
 use super::{
-    DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, PaintList, PassTimes, PyramidLevel, RenderError,
-    Renderer, RendererConfig, Target, ViewSlot,
+    DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder, OrderCounts, Overdraw, PaintList,
+    PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target, ViewSlot,
 };
 use crate::{
     frame::{Stage, StageClock},
@@ -221,6 +221,25 @@ impl Offscreen {
             list_bytes,
             draw_calls,
         })
+    }
+
+    /// Chooses the order of opaque polygons in frames that are not culled on the GPU, and whether each stretch of one material
+    /// takes a draw call of its own, as if its state had to be changed.
+    pub fn set_opaque_order(&mut self, order: OpaqueOrder, splits_by_material: bool) {
+        self.sights[0].slot.order.set_opaque(order, splits_by_material);
+    }
+
+    /// What the order of the last frame costs in calls and changes of state; `scene` is what it drew.
+    pub fn order_counts(&self, scene: &Scene) -> OrderCounts {
+        self.renderer.order_counts(&self.sights[0].slot, scene)
+    }
+
+    /// How often the opaque polygons of the last frame were drawn over each other, in the order that they have.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn count_overdraw(&mut self) -> Result<Overdraw, RenderError> {
+        self.renderer.count_overdraw(&self.sights[0].target, &self.sights[0].slot)
     }
 
     /// Says whether every polygon is drawn solid in its plain colour: see [`Renderer::set_solid`].

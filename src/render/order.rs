@@ -3,7 +3,10 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use super::listing::{Handles, List, Numbers, SpanBits, Walk};
+use super::{
+    listing::{Handles, List, Numbers, SpanBits, Walk},
+    opaque_order::{self, OpaqueOrder},
+};
 use crate::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
     scene::Scene,
@@ -89,6 +92,8 @@ pub struct DrawOrder {
     ids: Vec<PolygonId>,
     runs: Vec<Run>,
     listing: Listing,
+    /// The order of the opaque polygons of [`Listing::Ids`], and whether each stretch of one material is a run of its own.
+    opaque: (OpaqueOrder, bool),
     span_bits: SpanBits,
     /// In the order of numbers.
     handles: Vec<Handle>,
@@ -142,6 +147,29 @@ impl DrawOrder {
         self.listing
     }
 
+    /// Chooses the order of opaque polygons, and whether each stretch of one material takes a draw call of its own; from the
+    /// next frame on.
+    pub(super) fn set_opaque(&mut self, order: OpaqueOrder, splits_by_material: bool) {
+        self.opaque = (order, splits_by_material);
+    }
+
+    /// The order of opaque polygons.
+    pub(super) fn opaque(&self) -> OpaqueOrder {
+        self.opaque.0
+    }
+
+    /// Puts the opaque polygons into the order that was chosen; before [`DrawOrder::finish`].
+    pub(super) fn sort_opaque(&mut self, scene: &Scene, eye_in_world: Vec3, page_len: usize) {
+        if self.listing == Listing::Ids && self.opaque != Default::default() {
+            let (order, splits_by_material) = self.opaque;
+            let Self { ids, runs, .. } = self;
+            opaque_order::sort(order, scene, eye_in_world, page_len, ids, runs);
+            if splits_by_material {
+                opaque_order::split_by_material(scene, ids, runs);
+            }
+        }
+    }
+
     /// Starts a new frame.
     pub fn clear(&mut self) {
         self.clear_for(Listing::Ids);
@@ -172,12 +200,13 @@ impl DrawOrder {
         classes_of: impl Fn(usize) -> Classes,
     ) {
         debug_assert!(page_len.is_multiple_of(BLOCK));
-        let Self { ids, runs, listing, span_bits, handles, handle_runs, .. } = self;
+        let Self { ids, runs, listing, opaque, span_bits, handles, handle_runs, .. } = self;
         let Self { additive, additive_runs, transparent, .. } = self;
         let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
         // What is tested while drawing has to be listed. There is one set of bits: of what may be in several lists only the
         // first is drawn by it.
-        let spans = (*listing == Listing::Ids && style == 0).then_some(span_bits);
+        let has_spans = *listing == Listing::Ids && *opaque == Default::default() && style == 0;
+        let spans = has_spans.then_some(span_bits);
         let additive = Numbers::new(additive, additive_runs, style, Blend::Additive, None);
         match listing {
             Listing::Ids => {
@@ -205,19 +234,26 @@ impl DrawOrder {
         }));
         self.transparent.sort_unstable_by(|a, b| b.0.cmp(&a.0).then_with(|| (a.2, a.1).cmp(&(b.2, b.1))));
         for &(_, style, id) in &self.transparent {
-            let page = id / page_len as u32;
-            let at = self.ids.len() as u32;
-            self.ids.push(PolygonId(id));
-            match self.runs.last_mut() {
-                Some(run) if run.blend == Blend::Transparent && run.page == page && run.style == style => {
-                    run.range.end = at + 1;
-                }
-                _ => {
-                    let blend = Blend::Transparent;
-                    self.runs.push(Run { range: at..at + 1, is_listed: true, page, style, blend });
-                }
-            }
+            push(&mut self.ids, &mut self.runs, page_len, PolygonId(id), style, Blend::Transparent);
         }
+    }
+}
+
+/// Lists one more polygon, in the last run if that is like it.
+pub(super) fn push(
+    ids: &mut Vec<PolygonId>,
+    runs: &mut Vec<Run>,
+    page_len: usize,
+    id: PolygonId,
+    style: u32,
+    blend: Blend,
+) {
+    let page = id.0 / page_len as u32;
+    let at = ids.len() as u32;
+    ids.push(id);
+    match runs.last_mut() {
+        Some(run) if run.blend == blend && run.page == page && run.style == style => run.range.end = at + 1,
+        _ => runs.push(Run { range: at..at + 1, is_listed: true, page, style, blend }),
     }
 }
 

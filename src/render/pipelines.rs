@@ -1,3 +1,5 @@
+use std::sync::OnceLock;
+
 use super::{
     Blend, Gpu, Run,
     gpu_scene::GpuScene,
@@ -12,8 +14,22 @@ pub(super) struct Pipelines {
     transparent: wgpu::RenderPipeline,
     /// Opaque polygons, without colours.
     depth: wgpu::RenderPipeline,
+    /// Counts opaque polygons in the fourth number of each sample; made when it is first asked for.
+    count: OnceLock<wgpu::RenderPipeline>,
+    /// What `count` is made of.
+    opaque_shader: OwnShader,
     /// What brushes need.
     sky: Option<Sky>,
+}
+
+/// A shader of opaque polygons that is kept.
+#[derive(Debug)]
+struct OwnShader {
+    module: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+    chunk_len: usize,
+    vertex: &'static str,
+    fragment: &'static str,
 }
 
 /// What is seen where no polygon is.
@@ -44,13 +60,22 @@ pub(super) struct Shader<'a> {
 impl Pipelines {
     pub(super) fn new(gpu: &Gpu, shader: Shader<'_>, sky: Option<Sky>) -> Self {
         let [opaque, additive, transparent] = shader.fragments;
-        let colors = |blend, fragment| create(gpu, shader, shader.vertex, Some(fragment), Some(blend));
+        let colors =
+            |blend, fragment| create(gpu, shader, shader.vertex, Some(fragment), Into::Colors(blend));
         let (vertex, fragment) = shader.depth;
         Self {
             opaque: colors(Blend::Opaque, opaque),
             additive: colors(Blend::Additive, additive),
             transparent: colors(Blend::Transparent, transparent),
-            depth: create(gpu, shader, vertex, fragment, None),
+            depth: create(gpu, shader, vertex, fragment, Into::Depth),
+            count: OnceLock::new(),
+            opaque_shader: OwnShader {
+                module: shader.module.clone(),
+                layout: shader.layout.clone(),
+                chunk_len: shader.chunk_len,
+                vertex: shader.vertex,
+                fragment: opaque,
+            },
             sky,
         }
     }
@@ -88,12 +113,51 @@ impl Pipelines {
 
     /// Makes a pass ready for depth alone.
     pub(super) fn begin_depth(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
+        self.bind(pass, view);
+        pass.set_pipeline(&self.depth);
+    }
+
+    /// Binds what all polygons need.
+    pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
         pass.set_bind_group(0, view, &[]);
         if let Some(sky) = &self.sky {
             pass.set_bind_group(2, &sky.paint, &[]);
             pass.set_bind_group(3, &sky.shadow, &[]);
         }
-        pass.set_pipeline(&self.depth);
+    }
+
+    /// Draws the listed opaque polygons for depth alone, after [`Pipelines::begin_depth`].
+    pub(super) fn draw_depth(&self, pass: &mut wgpu::RenderPass<'_>, scene: &GpuScene, runs: &[Run]) {
+        for run in runs.iter().filter(|run| run.blend == Blend::Opaque && run.is_listed) {
+            let Some(page) = scene.page(run.page as usize) else { continue };
+            pass.set_bind_group(1, page, &[]);
+            pass.draw(run.range.start * 6..run.range.end * 6, run.style..run.style + 1);
+        }
+    }
+
+    /// Draws the opaque polygons so that they are counted in the fourth number of each sample, after [`Pipelines::bind`].
+    pub(super) fn draw_counts(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::RenderPass<'_>,
+        scene: &GpuScene,
+        runs: &[Run],
+        all_from: u32,
+    ) {
+        let pipeline = self.count.get_or_init(|| {
+            let OwnShader { module, layout, chunk_len, vertex, fragment } = &self.opaque_shader;
+            let (chunk_len, fragments, depth) = (*chunk_len, [*fragment; 3], (*vertex, None));
+            let shader = Shader { module, layout, chunk_len, vertex, fragments, depth };
+            create(gpu, shader, vertex, Some(fragment), Into::Counts)
+        });
+        pass.set_pipeline(pipeline);
+        for run in runs.iter().filter(|run| run.blend == Blend::Opaque) {
+            let Some(page) = scene.page(run.page as usize) else { continue };
+            pass.set_bind_group(1, page, &[]);
+            let from = if run.is_listed { 0 } else { all_from };
+            let vertices = (from + run.range.start) * 6..(from + run.range.end) * 6;
+            pass.draw(vertices, run.style..run.style + 1);
+        }
     }
 
     pub(super) fn with_colors(&self, blend: Blend) -> &wgpu::RenderPipeline {
@@ -128,36 +192,44 @@ impl Pipelines {
     }
 }
 
+/// What a pipeline draws into.
+#[derive(Clone, Copy)]
+enum Into {
+    Depth,
+    Colors(Blend),
+    /// The fourth number of each sample, which grows by one.
+    Counts,
+}
+
 fn create(
     gpu: &Gpu,
     shader: Shader<'_>,
     vertex: &'static str,
     fragment: Option<&'static str>,
-    blend: Option<Blend>,
+    into: Into,
 ) -> wgpu::RenderPipeline {
     let constants = [("CHUNK_LEN", shader.chunk_len as f64)];
-    let hides = matches!(blend, None | Some(Blend::Opaque));
+    let hides = !matches!(into, Into::Colors(Blend::Additive | Blend::Transparent));
     let add = wgpu::BlendComponent {
         src_factor: wgpu::BlendFactor::One,
         dst_factor: wgpu::BlendFactor::One,
         operation: wgpu::BlendOperation::Add,
     };
-    let targets = [blend.map(|blend| wgpu::ColorTargetState {
-        format: COLOR_FORMAT,
-        blend: match blend {
-            Blend::Opaque => None,
-            Blend::Additive => Some(wgpu::BlendState { color: add, alpha: add }),
-            Blend::Transparent => Some(wgpu::BlendState::ALPHA_BLENDING),
-        },
-        write_mask: wgpu::ColorWrites::ALL,
-    })];
+    let sum = Some(wgpu::BlendState { color: add, alpha: add });
+    let (label, state) = match into {
+        Into::Depth => ("polygons' depth", None),
+        Into::Colors(Blend::Opaque) => ("opaque polygons", Some((None, wgpu::ColorWrites::ALL))),
+        Into::Colors(Blend::Additive) => ("additive polygons", Some((sum, wgpu::ColorWrites::ALL))),
+        Into::Colors(Blend::Transparent) => {
+            ("transparent polygons", Some((Some(wgpu::BlendState::ALPHA_BLENDING), wgpu::ColorWrites::ALL)))
+        }
+        // What is opaque has a fourth number of one.
+        Into::Counts => ("polygons counted", Some((sum, wgpu::ColorWrites::ALPHA))),
+    };
+    let of_state = |(blend, write_mask)| wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask };
+    let targets = [state.map(of_state)];
     gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(match blend {
-            Some(Blend::Opaque) => "opaque polygons",
-            Some(Blend::Additive) => "additive polygons",
-            Some(Blend::Transparent) => "transparent polygons",
-            None => "polygons' depth",
-        }),
+        label: Some(label),
         layout: Some(shader.layout),
         vertex: wgpu::VertexState {
             module: shader.module,
@@ -183,7 +255,7 @@ fn create(
             module: shader.module,
             entry_point: Some(entry_point),
             compilation_options: Default::default(),
-            targets: if blend.is_some() { &targets } else { &[] },
+            targets: if state.is_some() { &targets } else { &[] },
         }),
         multiview_mask: None,
         cache: None,

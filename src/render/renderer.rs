@@ -1,13 +1,16 @@
 use std::sync::Arc;
 
 use super::{
-    Classes, Gpu, GpuTimer, PaintList, PyramidLevel, RenderError, Target, ViewSlot,
+    Blend, Classes, Gpu, GpuTimer, OpaqueOrder, OrderCounts, Overdraw, PaintList, PyramidLevel, RenderError,
+    Target, ViewSlot,
     backdrop::srgb_from_linear,
     draw_switch::DrawSwitch,
     finish::Finish,
     gpu_scene::GpuScene,
     hzb::{Frame, Hzb, HzbConfig, HzbView},
+    opaque_order,
     order::Listing,
+    overdraw,
     paint::Paint,
     painter::PartPass,
     pipelines::{Pipelines, Shader},
@@ -334,6 +337,7 @@ impl Renderer {
             };
             slot.order.add(scene, layer.polygons, style as u32, view.eye_in_world, page_len, classes_of);
         }
+        slot.order.sort_opaque(scene, view.eye_in_world, page_len);
         slot.order.finish(page_len);
         let mut bytes = slot.send(&self.gpu, &self.view_layout, view, &styles);
         if let Some(of_view) = slot.hzb.as_mut().filter(|_| culls) {
@@ -401,7 +405,8 @@ impl Renderer {
         }
         timer.begin();
         let stamps = timer.stamps(0, Ends::Begin).map(|stamps| stamps.of_render());
-        let mut pass = target.begin(encoder, self.background, DepthBefore::Nothing, stamps);
+        let (depth, stamps) = self.lay_down_depth(encoder, target, slot, stamps);
+        let mut pass = target.begin(encoder, self.background, depth, stamps);
         let pipelines = self.pipelines();
         pipelines.begin(&mut pass, slot.bind_group());
         pipelines.draw_runs(&mut pass, &self.scene, slot.order.runs(), 0, slot.all_from());
@@ -410,6 +415,69 @@ impl Renderer {
         let stamps = timer.stamps(0, Ends::End).map(|stamps| stamps.of_render());
         self.finish.encode(&self.gpu, encoder, target, self.is_painted(), stamps);
         timer.end(encoder, 1);
+    }
+}
+
+impl Renderer {
+    /// For [`OpaqueOrder::ZPrepass`], encodes the pass that comes first, with the time stamps of the frame's beginning.
+    fn lay_down_depth<'s>(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &Target,
+        slot: &ViewSlot,
+        stamps: Option<wgpu::RenderPassTimestampWrites<'s>>,
+    ) -> (DepthBefore, Option<wgpu::RenderPassTimestampWrites<'s>>) {
+        if slot.order.opaque() != OpaqueOrder::ZPrepass {
+            return (DepthBefore::Nothing, stamps);
+        }
+        let mut pass = target.begin_depth(encoder, stamps);
+        let pipelines = self.pipelines();
+        pipelines.begin_depth(&mut pass, slot.bind_group());
+        pipelines.draw_depth(&mut pass, &self.scene, slot.order.runs());
+        (DepthBefore::Kept, None)
+    }
+
+    /// Draws a prepared view again, its opaque polygons alone, and counts how often a sample is shaded. What the target
+    /// shows is lost, but not its picture.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub(super) fn count_overdraw(&self, target: &Target, slot: &ViewSlot) -> Result<Overdraw, RenderError> {
+        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        let (depth, _) = self.lay_down_depth(&mut encoder, target, slot, None);
+        let mut pass = target.begin(&mut encoder, wgpu::Color::TRANSPARENT, depth, None);
+        let pipelines = self.pipelines();
+        pipelines.bind(&mut pass, slot.bind_group());
+        pipelines.draw_counts(&self.gpu, &mut pass, &self.scene, slot.order.runs(), slot.all_from());
+        drop(pass);
+        self.gpu.queue().submit([encoder.finish()]);
+        overdraw::add_up(&self.gpu, target)
+    }
+
+    /// What the order of a prepared view costs in calls and changes of state.
+    pub(super) fn order_counts(&self, slot: &ViewSlot, scene: &Scene) -> OrderCounts {
+        let order = &slot.order;
+        let runs = order.runs();
+        let opaque = runs.iter().filter(|run| run.blend == Blend::Opaque);
+        let of_depth = match order.opaque() {
+            OpaqueOrder::ZPrepass => opaque.clone().count() as u64,
+            _ => 0,
+        };
+        let binds = runs.chunk_by(|a, b| (a.page, a.blend) == (b.page, b.blend)).count() as u64;
+        let (first, bits) = order.span_bits();
+        let is_set = move |id: &u32| bits[*id as usize / 64 - first] >> (id % 64) & 1 == 1;
+        let ids = opaque.flat_map(|run| {
+            let (listed, numbers) = match run.is_listed {
+                true => (run.range.start as usize..run.range.end as usize, 0..0),
+                false => (0..0, run.range.clone()),
+            };
+            order.ids()[listed].iter().copied().chain(numbers.filter(is_set)).map(PolygonId)
+        });
+        OrderCounts {
+            draw_calls: runs.len() as u64 + of_depth,
+            pipelines: binds + u64::from(of_depth > 0),
+            material_runs: opaque_order::material_runs(scene, ids),
+        }
     }
 }
 

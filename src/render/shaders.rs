@@ -6,6 +6,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("hzb_recall", HZB_RECALL),
     ("hzb_test", HZB_TEST),
     ("line", LINE),
+    ("overdraw", OVERDRAW),
     ("painted", PAINTED),
     ("painter", PAINTER),
     ("polygon", POLYGON),
@@ -22,6 +23,7 @@ pub(super) const HZB_PYRAMID: &str = include_str!("shaders/hzb_pyramid.wgsl");
 pub(super) const HZB_RECALL: &str = include_str!("shaders/hzb_recall.wgsl");
 pub(super) const HZB_TEST: &str = include_str!("shaders/hzb_test.wgsl");
 pub(super) const LINE: &str = include_str!("shaders/line.wgsl");
+pub(super) const OVERDRAW: &str = include_str!("shaders/overdraw.wgsl");
 pub(super) const PAINTED: &str = concat!(
     include_str!("shaders/polygon.wgsl"),
     include_str!("shaders/painted.wgsl"),

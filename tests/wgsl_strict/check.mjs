@@ -39,11 +39,13 @@ async function link(name, module, { stage, entry: entryPoint }, fragment) {
   if (stage === 'compute') {
     device.createComputePipeline({ layout, compute: { module, entryPoint } });
   } else {
-    const buffers = name === 'LINE' ? [{
+    // What is beside the place of a corner: a colour, or a number.
+    const beside = { LINE: 'unorm8x4', PAINTER: 'uint32' }[name];
+    const buffers = beside ? [{
       arrayStride: 16,
       attributes: [
         { shaderLocation: 0, offset: 0, format: 'float32x3' },
-        { shaderLocation: 1, offset: 12, format: 'unorm8x4' },
+        { shaderLocation: 1, offset: 12, format: beside },
       ],
     }] : [];
     // One without colours only lets pixels through.

@@ -1,0 +1,99 @@
+use super::{Gpu, RenderError, Target, read_back::read_buffer, shaders};
+
+/// Pixels of a workgroup each way.
+const SIDE: u32 = 8;
+
+/// How often opaque polygons were drawn over each other. A count ends at 2,048 a sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Overdraw {
+    /// Samples that passed the test of depth and were shaded, four a pixel.
+    pub shaded: u64,
+    /// Samples that an opaque polygon covers at the end.
+    pub covered: u64,
+}
+
+impl Overdraw {
+    /// Times that a covered sample was shaded; 1 is the least, and 0 stands for nothing drawn.
+    pub fn factor(&self) -> f64 {
+        if self.covered == 0 { 0.0 } else { self.shaded as f64 / self.covered as f64 }
+    }
+}
+
+/// Adds up what a pass has counted in a target's samples.
+pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError> {
+    let device = gpu.device();
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("overdraw"),
+        source: wgpu::ShaderSource::Wgsl(shaders::OVERDRAW.into()),
+    });
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty,
+        count: None,
+    };
+    let bind_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("overdraw"),
+        entries: &[
+            entry(
+                0,
+                wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: true,
+                },
+            ),
+            entry(
+                1,
+                wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only: false },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+            ),
+        ],
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("overdraw"),
+        bind_group_layouts: &[Some(&bind_layout)],
+        immediate_size: 0,
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("overdraw"),
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some("add_up"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let (width, height) = target.size();
+    let groups = [width.div_ceil(SIDE), height.div_ceil(SIDE)];
+    let bytes = u64::from(groups[0] * groups[1]) * 8;
+    let sums = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("overdraw"),
+        size: bytes,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("overdraw"),
+        layout: &bind_layout,
+        entries: &[
+            wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(target.samples()),
+            },
+            wgpu::BindGroupEntry { binding: 1, resource: sums.as_entire_binding() },
+        ],
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &group, &[]);
+    pass.dispatch_workgroups(groups[0], groups[1], 1);
+    drop(pass);
+    gpu.queue().submit([encoder.finish()]);
+    let sums = bytemuck::pod_collect_to_vec::<u8, u32>(&read_buffer(gpu, &sums, bytes)?);
+    let total = |part: usize| sums.iter().skip(part).step_by(2).map(|&n| u64::from(n)).sum();
+    Ok(Overdraw { shaded: total(0), covered: total(1) })
+}
