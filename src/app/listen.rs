@@ -45,6 +45,11 @@ impl Studio {
                 continue;
             }
             let erased = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
+            // The screens show what the head sees from its place in the room; the session has it in the world, like the hands.
+            if let (Message::Head { .. }, Some(Event::Head { p, q, .. })) = (&message, self.events.last_mut())
+            {
+                (*p, *q) = self.room.pose_to_world(&self.navigator, (*p, *q));
+            }
             if matches!(message, Message::Erase { .. } | Message::Undo | Message::Redo) {
                 edits += 1;
                 // The stroke to erase may be among those that have just been drawn.

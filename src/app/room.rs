@@ -68,6 +68,11 @@ impl Room {
         self.rig.as_ref().map_or(p, |rig| Self::place(rig, navigator).to_world(p))
     }
 
+    /// A pose in the room in the world: a position, and world from what has it.
+    pub fn pose_to_world(&self, navigator: &Navigator, (p, q): (Vec3, Quat)) -> (Vec3, Quat) {
+        (self.to_world(navigator, p), self.turn_to_world(navigator, q))
+    }
+
     fn turn_to_world(&self, navigator: &Navigator, q: Quat) -> Quat {
         self.rig.as_ref().map_or(q, |rig| Self::place(rig, navigator).turn_to_world(q))
     }

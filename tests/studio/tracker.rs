@@ -9,11 +9,12 @@ use std::{
 use crate::drawing::Table;
 use osp::{
     app::{
-        Autosaves, Command, Studio, Subject,
+        Autosaves, Button, Command, Room, Studio, Subject,
         tracker::{Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
     },
     glam::Vec3,
-    recording::{Event, Flush, Header, RonWriter, StrokeId},
+    recording::{Event, Flush, Header, OpenOptions, RonWriter, StrokeId, open},
+    view::Rig,
 };
 
 pub(crate) fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
@@ -316,7 +317,7 @@ fn a_session_that_uses_the_last_number_goes_on() {
     table.studio.command(Command::Open(path));
     for height in [-0.4, 0.4] {
         let before = table.visible();
-        table.drag(osp::app::Button::Primary, &crate::drawing::across(height));
+        table.drag(Button::Primary, &crate::drawing::across(height));
         assert!(table.visible() > before, "something was drawn");
     }
     let numbers: Vec<u32> =
@@ -374,4 +375,42 @@ fn a_brush_that_nobody_knows_is_a_plain_ribbon_and_named_once() {
         table.studio.messages().iter().filter(|message| **message == text).count()
     };
     assert_eq!([said("Foo"), said("B\\u{202e}ar"), said("Baz")], [1, 1, 1], "{:?}", table.studio.messages());
+}
+
+/// Head and hand at one place of a room that was flown through the model: they are at one place of the session, too.
+#[test]
+fn head_and_hand_are_recorded_in_the_same_space() {
+    let mut table = Table::new();
+    table.studio.set_room(Room::new(Rig::open("dual-wall").expect("a shipped rig")));
+    table.drag(Button::Secondary, &[(0.0, 0.0), (0.3, 0.1), (0.8, 0.2)]);
+    table.studio.set_tracker(listen(&TrackerOptions::default()));
+    let tracker = table.studio.tracker().expect("a tracker");
+    let (turn, mut packet) = ("0 0.6 0 0.8", String::new());
+    for i in 0..4 {
+        packet += &format!(
+            "head 0.2 {} 0.3 {turn}\nhand 0.2 {} 0.3 {turn} 1\n",
+            1.0 + 0.1 * i as f32,
+            1.0 + 0.1 * i as f32
+        );
+    }
+    packet += "hand 0.2 1.3 0.3 0 0 0 1 0\n";
+    sender(tracker).send(packet.as_bytes()).expect("sent");
+    wait_until("the datagram", || tracker.counts().messages == 9);
+    frames(&mut table);
+    let saved = table.folder.path().join("walls.ron");
+    table.studio.command(Command::SaveAs(saved.clone()));
+    table.frame();
+    let (mut heads, mut points) = (Vec::new(), Vec::new());
+    for event in open(&saved, &OpenOptions::STRICT).expect("a session") {
+        match event.expect("a whole line") {
+            Event::Head { p, q, .. } => heads.push((p, q)),
+            Event::Point { p, q, .. } => points.push((p, q)),
+            _ => {}
+        }
+    }
+    assert_eq!(heads.len(), 4);
+    for ((head, turn), (hand, of_hand)) in heads.iter().zip(&points) {
+        assert!(head.distance(*hand) < 1.0e-5 && turn.dot(*of_hand).abs() > 0.9999, "{head} {hand}");
+        assert!(head.distance(Vec3::new(0.2, head.y, 0.3)) > 0.1, "the room stands elsewhere: {head}");
+    }
 }
