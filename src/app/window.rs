@@ -1,8 +1,7 @@
 use std::{
     io::{self, Write},
     path::PathBuf,
-    sync::Arc,
-    thread::JoinHandle,
+    sync::{Arc, mpsc},
     time::{Duration, Instant},
 };
 
@@ -153,7 +152,7 @@ struct Live {
     /// When the session's file is checked next, with or without a frame.
     tend_at: Instant,
     /// The pictures of brushes on their way.
-    previews: Option<JoinHandle<Result<Vec<u8>, String>>>,
+    previews: Option<mpsc::Receiver<Result<Vec<u8>, String>>>,
     #[cfg(feature = "gamepad")]
     gamepad: Option<super::gamepad::Gamepad>,
 }
@@ -162,19 +161,25 @@ impl Live {
     /// The pictures in the list of brushes, which another thread draws; until they are there, and if they cannot be had, it
     /// has names.
     fn take_previews(&mut self, context: &egui::Context, studio: &mut Studio, wake: &EventLoopProxy<Wake>) {
-        let Some(drawing) = self.previews.take_if(|drawing| drawing.is_finished()) else {
-            if self.previews.is_none() {
-                let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
-                self.previews = Some(std::thread::spawn(move || {
-                    let drawn = previews::draw(&gpu, &PreviewGrid::default());
-                    // A window that is closing does not hear it any more.
-                    let _ = wake.send_event(Wake);
-                    drawn.map_err(|error| error.to_string())
-                }));
-            }
+        let Some(drawing) = &self.previews else {
+            let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
+            let (drawn, drawing) = mpsc::channel();
+            std::thread::spawn(move || {
+                let pictures = previews::draw(&gpu, &PreviewGrid::default());
+                // A window that is closing does not hear it any more. The pictures are sent first: who is woken finds them.
+                let _ = drawn.send(pictures.map_err(|error| error.to_string()));
+                let _ = wake.send_event(Wake);
+            });
+            self.previews = Some(drawing);
             return;
         };
-        let texture = match drawing.join().unwrap_or_else(|_| Err("drawing them failed".to_owned())) {
+        let outcome = match drawing.try_recv() {
+            Ok(outcome) => outcome,
+            Err(mpsc::TryRecvError::Empty) => return,
+            Err(mpsc::TryRecvError::Disconnected) => Err("drawing them failed".to_owned()),
+        };
+        self.previews = None;
+        let texture = match outcome {
             Ok(texture) => {
                 let (width, height) = PreviewGrid::default().size_px();
                 let image =
