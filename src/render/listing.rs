@@ -41,12 +41,10 @@ pub(super) trait Sink {
     /// Polygons `first + bit`, of one page.
     fn add(&mut self, first: usize, opaque: u64);
 
-    /// Those polygons of a chunk, of one page, that `words` has.
+    /// Whether it takes those polygons of a chunk, of one page, that `words` has; if not, they are added word by word.
     #[inline(always)]
-    fn add_chunk(&mut self, first: usize, words: &[u64]) {
-        for (first, opaque) in (first..).step_by(WORD).zip(words) {
-            self.add(first, *opaque);
-        }
+    fn takes_chunk(&mut self, _first: usize, _words: &[u64]) -> bool {
+        false
     }
 
     /// What was added since the page before is all of this page.
@@ -84,7 +82,11 @@ impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
                 continue;
             }
             if end <= page_end.min(count) && (start..end).step_by(WORD).all(is_opaque) {
-                sink.add_chunk(start, seen_of);
+                if !sink.takes_chunk(start, seen_of) {
+                    for (first, opaque) in (start..).step_by(WORD).zip(&*seen_of) {
+                        sink.add(first, *opaque);
+                    }
+                }
                 continue;
             }
             for (first, seen) in (start..).step_by(WORD).zip(&*seen_of) {
@@ -261,14 +263,12 @@ fn list(ids: &mut Vec<PolygonId>, first: usize, word: u64) {
 
 impl Sink for Numbers<'_> {
     #[inline(always)]
-    fn add_chunk(&mut self, first: usize, words: &[u64]) {
-        if self.bits.is_some() && is_dense(words) {
+    fn takes_chunk(&mut self, first: usize, words: &[u64]) -> bool {
+        let takes = self.bits.is_some() && is_dense(words);
+        if takes {
             self.extend_span(first, words);
-        } else {
-            for (first, opaque) in (first..).step_by(WORD).zip(words) {
-                self.add(first, *opaque);
-            }
         }
+        takes
     }
 
     #[inline(always)]

@@ -8,7 +8,7 @@ use super::{
     opaque_order::{self, OpaqueOrder},
 };
 use crate::{
-    polygon::{BLOCK, PolygonId, VisibleBlocks},
+    polygon::{BLOCK, PolygonId, VisibleBlocks, bits},
     scene::Scene,
 };
 
@@ -46,6 +46,15 @@ pub struct Run {
     pub style: u32,
     /// How they are blended.
     pub blend: Blend,
+}
+
+impl Run {
+    /// Its vertices, six a polygon, where the places of the list count from `first`, and the numbers of a run that is not
+    /// listed from `all_from`.
+    pub(super) fn vertices(&self, first: u32, all_from: u32) -> Range<u32> {
+        let from = if self.is_listed { first } else { all_from };
+        (from + self.range.start) * 6..(from + self.range.end) * 6
+    }
 }
 
 /// What is kept of a list of polygons.
@@ -125,6 +134,18 @@ impl DrawOrder {
     /// `i` has the polygons from 64 `i` on.
     pub fn span_bits(&self) -> (usize, &[u64]) {
         self.span_bits.used()
+    }
+
+    /// The polygons that a run draws, in order.
+    pub(super) fn drawn_by(&self, run: &Run) -> impl Iterator<Item = PolygonId> + '_ {
+        let (first, bits) = self.span_bits();
+        let (places, numbers) = match run.is_listed {
+            true => (run.range.start as usize..run.range.end as usize, 0..0),
+            false => (0..0, run.range.clone()),
+        };
+        let numbers =
+            numbers.map(PolygonId).filter(move |id| bits::contains(bits, id.index() - first * bits::WORD));
+        self.ids[places].iter().copied().chain(numbers)
     }
 
     /// The opaque polygons as blocks, in the order of numbers; empty if every polygon is listed.

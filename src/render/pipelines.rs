@@ -131,7 +131,7 @@ impl Pipelines {
         for run in runs.iter().filter(|run| run.blend == Blend::Opaque && run.is_listed) {
             let Some(page) = scene.page(run.page as usize) else { continue };
             pass.set_bind_group(1, page, &[]);
-            pass.draw(run.range.start * 6..run.range.end * 6, run.style..run.style + 1);
+            pass.draw(run.vertices(0, 0), run.style..run.style + 1);
         }
     }
 
@@ -154,9 +154,7 @@ impl Pipelines {
         for run in runs.iter().filter(|run| run.blend == Blend::Opaque) {
             let Some(page) = scene.page(run.page as usize) else { continue };
             pass.set_bind_group(1, page, &[]);
-            let from = if run.is_listed { 0 } else { all_from };
-            let vertices = (from + run.range.start) * 6..(from + run.range.end) * 6;
-            pass.draw(vertices, run.style..run.style + 1);
+            pass.draw(run.vertices(0, all_from), run.style..run.style + 1);
         }
     }
 
@@ -185,9 +183,7 @@ impl Pipelines {
                 pass.set_bind_group(1, page, &[]);
                 bound = Some((run.page, run.blend));
             }
-            let from = if run.is_listed { first } else { all_from };
-            let vertices = (from + run.range.start) * 6..(from + run.range.end) * 6;
-            pass.draw(vertices, run.style..run.style + 1);
+            pass.draw(run.vertices(first, all_from), run.style..run.style + 1);
         }
     }
 }

@@ -464,15 +464,7 @@ impl Renderer {
             _ => 0,
         };
         let binds = runs.chunk_by(|a, b| (a.page, a.blend) == (b.page, b.blend)).count() as u64;
-        let (first, bits) = order.span_bits();
-        let is_set = move |id: &u32| bits[*id as usize / 64 - first] >> (id % 64) & 1 == 1;
-        let ids = opaque.flat_map(|run| {
-            let (listed, numbers) = match run.is_listed {
-                true => (run.range.start as usize..run.range.end as usize, 0..0),
-                false => (0..0, run.range.clone()),
-            };
-            order.ids()[listed].iter().copied().chain(numbers.filter(is_set)).map(PolygonId)
-        });
+        let ids = opaque.flat_map(|run| order.drawn_by(run));
         OrderCounts {
             draw_calls: runs.len() as u64 + of_depth,
             pipelines: binds + u64::from(of_depth > 0),

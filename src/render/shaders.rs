@@ -34,8 +34,10 @@ pub(super) const PAINTED: &str = concat!(
 pub(super) const PAINTER: &str =
     concat!(include_str!("shaders/polygon.wgsl"), include_str!("shaders/painter.wgsl"));
 pub(super) const POLYGON: &str = include_str!("shaders/polygon.wgsl");
-pub(super) const PYRAMID: &str = include_str!("shaders/pyramid.wgsl");
+pub(super) const PYRAMID: &str =
+    concat!(include_str!("shaders/whole_picture.wgsl"), include_str!("shaders/pyramid.wgsl"));
 pub(super) const QUERY_APPLY: &str = include_str!("shaders/query_apply.wgsl");
 pub(super) const QUERY_BOX: &str = include_str!("shaders/query_box.wgsl");
 pub(super) const SAMPLE_PLACES: &str = include_str!("shaders/sample_places.wgsl");
-pub(super) const SHOW: &str = include_str!("shaders/show.wgsl");
+pub(super) const SHOW: &str =
+    concat!(include_str!("shaders/whole_picture.wgsl"), include_str!("shaders/show.wgsl"));

@@ -12,16 +12,12 @@ pub(super) fn box_in(to_from_space: &Affine3A, bounds: &Aabb) -> Aabb {
     let matrix = DMat3::from_cols(exactly(matrix.x_axis), exactly(matrix.y_axis), exactly(matrix.z_axis));
     let (low, high) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
     let origin = exactly(to_from_space.translation);
-    let (mut min, mut max) = (origin, origin);
+    let (mut min, mut max, mut reach) = (origin, origin, origin.abs());
     for axis in 0..3 {
         let (a, b) = (matrix.col(axis) * low[axis], matrix.col(axis) * high[axis]);
-        (min, max) = (min + a.min(b), max + a.max(b));
+        (min, max, reach) = (min + a.min(b), max + a.max(b), reach + a.abs().max(b.abs()));
     }
     // What others transform in `f32` may lie a few steps of the largest number that goes in beside the exact place.
-    let mut reach = origin.abs();
-    for axis in 0..3 {
-        reach += matrix.col(axis).abs() * low[axis].abs().max(high[axis].abs());
-    }
     let margin = reach * (8.0 * f64::from(f32::EPSILON));
     let outwards = |v: DVec3, step: fn(f32) -> f32| Vec3::from(v.as_vec3().to_array().map(step));
     Aabb { min: outwards(min - margin, f32::next_down), max: outwards(max + margin, f32::next_up) }

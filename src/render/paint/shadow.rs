@@ -229,8 +229,7 @@ impl Shadow {
         for run in self.slot.order.runs() {
             let Some(page) = on_gpu.page(run.page as usize) else { continue };
             pass.set_bind_group(1, page, &[]);
-            let from = if run.is_listed { 0 } else { self.slot.all_from() };
-            pass.draw((from + run.range.start) * 6..(from + run.range.end) * 6, 0..1);
+            pass.draw(run.vertices(0, self.slot.all_from()), 0..1);
         }
         drop(pass);
         gpu.queue().submit([encoder.finish()]);

@@ -127,18 +127,13 @@ struct Cut {
     @location(1) @interpolate(flat, either) material: u32,
 }
 
-// For a pass without colours.
+// For a pass without colours, which draws listed polygons alone.
 @vertex
 fn vertex_cut(@builtin(vertex_index) index: u32) -> Cut {
-    var out: Cut;
-    let id = polygon_at(index / 6u);
-    if id == NOTHING {
-        out.position = NOWHERE;
-        return out;
-    }
-    let polygon = fetch(id);
+    let polygon = fetch(draw_list[index / 6u]);
     let corner = corner_of(index);
     let alpha = f32((polygon.corners[1].w >> (8u * corner)) & 0xffu) / 255.0;
+    var out: Cut;
     out.position = view.clip_from_eye * vec4(painted_point(polygon, corner), 1.0);
     out.texture = vec3(unpack2x16snorm(polygon.uv[corner]) * UV_LIMIT, alpha);
     out.material = polygon.corners[2].w & 0xffffu;

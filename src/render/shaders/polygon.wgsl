@@ -149,14 +149,10 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_inde
     return out;
 }
 
-// For a pass without colours.
+// For a pass without colours, which draws listed polygons alone.
 @vertex
 fn vertex_depth(@builtin(vertex_index) index: u32) -> @invariant @builtin(position) vec4<f32> {
-    let id = polygon_at(index / 6u);
-    if id == NOTHING {
-        return NOWHERE;
-    }
-    return view.clip_from_eye * vec4(point_of(fetch(id), corner_of(index)), 1.0);
+    return view.clip_from_eye * vec4(point_of(fetch(draw_list[index / 6u]), corner_of(index)), 1.0);
 }
 
 @fragment
