@@ -87,7 +87,7 @@ fn measure(polygons: u32, frames: usize, only: &[String]) {
     for event in synthesize(SynthKind::Scribble, polygons, 1) {
         scene.apply(&event.expect("a synthetic session is whole"), &mut changes);
     }
-    let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(scene.bounds(id)));
+    let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(&scene.bounds(id)));
     for camera in [CameraChoice::Inside, CameraChoice::Orbit] {
         let view = CameraPath::new(camera, None, &bounds).view(&Moment::default());
         let mut variants = vec![

@@ -2,7 +2,8 @@
 //!
 //! `cargo bench --bench groups`. A group of a synthetic session's polygons is placed anew in every frame, then a view is culled.
 //! `placing`: what a frame does before it can be culled: `index::groups::GroupIndex` (a matrix, a box, an entry), `osp` with
-//! the box of every polygon computed and filed again, and a whole scene that replays the event `Place`. `culling`: the query
+//! the box of every polygon computed and filed again, and a whole frame of a scene that replays the event `Place`, with the query: each polygon told of, or the group as a
+//! whole. `culling`: the query
 //! after it. `instances`: a thousand nodes that show one mesh, against a million polygons that are filed.
 
 use std::hint::black_box;
@@ -10,11 +11,12 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::{Affine3A, Quat, Vec3};
 use osp::{
+    frame::{Pipeline, StageClock},
     index::{
         IndexConfig, Osp, SpatialIndex,
         groups::{CullScratch, GroupIndex, MeshId, NodeId, Polygons},
     },
-    math::{Aabb, Frustum},
+    math::Aabb,
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::{Event, GroupId, SynthKind, Transform, synthesize},
     scene::Scene,
@@ -26,8 +28,7 @@ const SIZES: [u32; 3] = [1_000, 10_000, 100_000];
 const INSTANCES: usize = 1000;
 
 /// A session's scene with all strokes in one group.
-fn scene(polygons: u32) -> Scene {
-    let mut scene = Scene::new();
+fn scene(mut scene: Scene, polygons: u32) -> Scene {
     let events = synthesize(SynthKind::Scribble, polygons, 1);
     for event in events {
         scene.apply(&event.expect("a synthetic session is whole"), &mut Vec::new());
@@ -39,7 +40,7 @@ fn scene(polygons: u32) -> Scene {
 }
 
 fn boxes(scene: &Scene) -> Vec<Aabb> {
-    scene.visible_ids().map(|id| *scene.bounds(id)).collect()
+    scene.visible_ids().map(|id| scene.bounds(id)).collect()
 }
 
 fn filed(boxes: &[Aabb]) -> (GroupIndex, MeshId) {
@@ -62,9 +63,9 @@ fn affine(frame: u32) -> Affine3A {
     Affine3A::from_rotation_translation(q, p)
 }
 
-fn frustum() -> Frustum {
+fn view() -> View {
     let eye = Vec3::new(0.0, 1.5, 4.5);
-    View::look_at(eye, Vec3::new(1.0, 1.5, 0.0), Projection::symmetric(45.0, 1.5, 0.05, 100.0)).frustum()
+    View::look_at(eye, Vec3::new(1.0, 1.5, 0.0), Projection::symmetric(45.0, 1.5, 0.05, 100.0))
 }
 
 /// Every box as it is after the group was placed: what an index of the world is told.
@@ -78,8 +79,7 @@ fn moved(boxes: &[Aabb], to: &Affine3A, out: &mut Vec<Aabb>) {
 fn placing(c: &mut Criterion) {
     let mut benches = c.benchmark_group("placing");
     for polygons in SIZES {
-        let mut scene = scene(polygons);
-        let boxes = boxes(&scene);
+        let boxes = boxes(&scene(Scene::new(), polygons));
         let (mut groups, mesh) = filed(&boxes);
         let node = groups.add_node(None, affine(0), Some(mesh)).expect("a node");
         groups.commit();
@@ -107,36 +107,35 @@ fn placing(c: &mut Criterion) {
                 osp.commit();
             });
         });
-        let mut changes = Vec::new();
-        let mut index = Osp::new(&IndexConfig { capacity: boxes.len(), ..IndexConfig::default() });
-        for id in scene.visible_ids() {
-            index.insert(id, scene.bounds(id)).expect("a sound box");
-        }
-        index.commit();
-        benches.bench_function(BenchmarkId::new("scene and osp", boxes.len()), |b| {
-            b.iter(|| {
-                frame += 1;
-                let (q, p) = place(frame);
-                let to = Transform { p, q, s: 1.0 };
-                changes.clear();
-                scene.apply(&Event::Place { t: 0.0, group: GroupId(0), to }, &mut changes);
-                for change in &changes {
-                    if let Change::Update(id) = *change {
-                        index.update(id, scene.bounds(id)).expect("a sound box");
-                    }
-                }
-                index.commit();
+        // A whole frame: the event, the index, the query.
+        let empty =
+            [("frame, each polygon", Scene::new()), ("frame, whole groups", Scene::keeping_groups_whole())];
+        for (name, empty) in empty {
+            let mut scene = scene(empty, polygons);
+            let mut changes: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
+            let index = Osp::new(&IndexConfig { capacity: boxes.len(), ..IndexConfig::default() });
+            let mut pipeline = Pipeline::new(Box::new(index), boxes.len(), StageClock::default());
+            pipeline.frame(&scene, &changes, &view());
+            benches.bench_function(BenchmarkId::new(name, boxes.len()), |b| {
+                b.iter(|| {
+                    frame += 1;
+                    let (q, p) = place(frame);
+                    let to = Transform { p, q, s: 1.0 };
+                    changes.clear();
+                    scene.apply(&Event::Place { t: 0.0, group: GroupId(0), to }, &mut changes);
+                    pipeline.frame(&scene, &changes, &view())
+                });
             });
-        });
+        }
     }
     benches.finish();
 }
 
 fn culling(c: &mut Criterion) {
     let mut benches = c.benchmark_group("culling");
-    let frustum = frustum();
+    let frustum = view().frustum();
     for polygons in SIZES {
-        let boxes = boxes(&scene(polygons));
+        let boxes = boxes(&scene(Scene::new(), polygons));
         let to = affine(40);
         let (mut groups, mesh) = filed(&boxes);
         groups.add_node(None, to, Some(mesh)).expect("a node");
@@ -173,7 +172,7 @@ fn culling(c: &mut Criterion) {
 
 fn instances(c: &mut Criterion) {
     let mut benches = c.benchmark_group("instances");
-    let boxes = boxes(&scene(1_000));
+    let boxes = boxes(&scene(Scene::new(), 1_000));
     let (mut groups, mesh) = filed(&boxes);
     let mut nodes: Vec<NodeId> = Vec::new();
     for i in 0..INSTANCES {

@@ -30,7 +30,7 @@ fn boxes() -> Vec<(PolygonId, Aabb)> {
     }
     let inserted = changes.iter().filter_map(|c| if let Change::Insert(id) = *c { Some(id) } else { None });
     let mut seen = std::collections::BTreeSet::new();
-    inserted.filter(|&id| seen.insert(id)).map(|id| (id, *scene.bounds(id))).collect()
+    inserted.filter(|&id| seen.insert(id)).map(|id| (id, scene.bounds(id))).collect()
 }
 
 fn filled(kind: IndexKind, config: &IndexConfig, boxes: &[(PolygonId, Aabb)]) -> Box<dyn SpatialIndex> {

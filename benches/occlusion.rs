@@ -1,6 +1,8 @@
 //! Occlusion culling: following the scene, choosing occluders, building each culler, asking it.
 //!
-//! The scenes are those of `osp verify scene:NAME`; each figure is one view of the finished model.
+//! The scenes are those of `osp verify scene:NAME`; each figure is one view of the finished model, but for `select/moving`: the
+//! camera turns by a third of a degree and walks 3 mm from frame to frame, and what is known of the frames before is used.
+//! `query/NAME/one-by-one` tests the same boxes one after the other, from the top of the tree.
 
 use std::hint::black_box;
 
@@ -9,8 +11,13 @@ use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
     lab::scenes::TestScene,
     math::Aabb,
-    occlusion::{CullConfig, OccluderPool, Occlusion, OcclusionVisitor, PoolConfig, SelectConfig, Selector},
-    polygon::Change,
+    math::Sphere,
+    occlusion::{
+        BuildCounts, CullConfig, DepthConfig, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
+        PoolConfig, PreviousFrameCounts, PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume,
+        Tested,
+    },
+    polygon::{Change, VisibleBlocks},
     replay::{CameraChoice, CameraPath, Moment},
     rivals::IndexKind,
     scene::Scene,
@@ -18,6 +25,27 @@ use osp::{
 };
 
 const OCCLUDERS: usize = 64;
+
+/// A culler that answers for one box at a time.
+struct OneByOne<'a>(&'a dyn OcclusionCuller);
+
+impl OcclusionCuller for OneByOne<'_> {
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    fn build(&mut self, _: &ViewWindow, _: &[ShadowVolume]) -> BuildCounts {
+        BuildCounts::default()
+    }
+
+    fn test_box(&self, bounds: &Aabb) -> Tested {
+        self.0.test_box(bounds)
+    }
+
+    fn test_sphere(&self, sphere: &Sphere) -> Tested {
+        self.0.test_sphere(sphere)
+    }
+}
 
 struct Looked {
     scene: Scene,
@@ -41,7 +69,7 @@ fn look(scene: TestScene) -> Looked {
     let mut index = IndexKind::Osp.create(&IndexConfig::default());
     for change in &changes {
         if let Change::Insert(id) = *change {
-            index.insert(id, model.bounds(id)).expect("finite boxes");
+            index.insert(id, &model.bounds(id)).expect("finite boxes");
         }
     }
     index.commit();
@@ -51,8 +79,20 @@ fn look(scene: TestScene) -> Looked {
     Looked { scene: model, changes, pool, index, view, window }
 }
 
+/// A second of a camera that turns to a side and back while it walks.
+fn walk(view: &View) -> Vec<ViewWindow> {
+    let frame = |i: usize| {
+        let turned = (i as f32 / 90.0 * std::f32::consts::TAU).sin() * 0.08;
+        let mut view = *view;
+        view.world_from_view = glam::Quat::from_rotation_y(turned) * view.world_from_view;
+        view.eye_in_world.x += turned * 0.5;
+        view.window().expect("a pointed cone")
+    };
+    (0..90).map(frame).collect()
+}
+
 fn occlusion(c: &mut Criterion) {
-    for scene in [TestScene::Rooms, TestScene::WideRibbons] {
+    for scene in [TestScene::Rooms, TestScene::Panels, TestScene::WideRibbons] {
         let looked = look(scene);
         let mut group = c.benchmark_group(format!("occlusion/{}", scene.name()));
 
@@ -72,7 +112,39 @@ fn occlusion(c: &mut Criterion) {
         group.bench_function("select", |b| {
             b.iter(|| selector.select(&looked.pool, &looked.scene, &looked.window))
         });
+        group.bench_function("select/forgetful", |b| {
+            b.iter(|| {
+                selector.forget();
+                selector.select(&looked.pool, &looked.scene, &looked.window)
+            })
+        });
+        let windows = walk(&looked.view);
+        let mut frame = 0;
+        group.bench_function("select/moving", |b| {
+            b.iter(|| {
+                frame += 1;
+                selector.select(&looked.pool, &looked.scene, &windows[frame % windows.len()])
+            })
+        });
+        selector.forget();
         selector.select(&looked.pool, &looked.scene, &looked.window);
+
+        let (mut last, mut in_view) =
+            (PreviousFrameOccluders::new(DepthConfig::default(), looked.changes.len()), VisibleBlocks::new());
+        looked.index.frustum_cull_blocks(&looked.view.frustum(), &mut in_view);
+        last.begin(0, &in_view);
+        group.bench_function("depth-last/build", |b| {
+            b.iter(|| last.build(0, &looked.scene, &looked.window, &in_view));
+        });
+        let mut drawn = DrawList::new();
+        group.bench_function("depth-last/query", |b| {
+            b.iter(|| {
+                drawn.clear();
+                let mut counts = PreviousFrameCounts::default();
+                last.cull(0, &looked.scene, &in_view, &mut drawn, &mut counts);
+                counts
+            });
+        });
 
         for kind in Occlusion::CULLERS {
             let mut culler = kind.create(OCCLUDERS);
@@ -80,16 +152,22 @@ fn occlusion(c: &mut Criterion) {
                 b.iter(|| culler.build(&looked.window, selector.chosen()));
             });
             culler.build(&looked.window, selector.chosen());
-            let mut drawn = DrawList::new();
-            group.bench_function(format!("query/{}", kind.name()), |b| {
-                b.iter(|| {
-                    drawn.clear();
-                    let mut visitor =
-                        OcclusionVisitor::new(&*culler, &looked.scene, CullConfig::default(), &mut drawn);
-                    black_box(looked.index.traverse(&looked.view.frustum(), &mut visitor));
-                    black_box(visitor.counts())
+            let mut query = |name: String, culler: &dyn OcclusionCuller| {
+                let mut drawn = DrawList::new();
+                group.bench_function(name, |b| {
+                    b.iter(|| {
+                        drawn.clear();
+                        let mut visitor =
+                            OcclusionVisitor::new(culler, &looked.scene, CullConfig::default(), &mut drawn);
+                        black_box(looked.index.traverse(&looked.view.frustum(), &mut visitor));
+                        black_box(visitor.counts())
+                    });
                 });
-            });
+            };
+            query(format!("query/{}", kind.name()), &*culler);
+            if matches!(kind, Occlusion::Msvbsp | Occlusion::Svbsp) {
+                query(format!("query/{}/one-by-one", kind.name()), &OneByOne(&*culler));
+            }
         }
         group.finish();
     }

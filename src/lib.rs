@@ -87,7 +87,8 @@
 //! # Layers
 //!
 //! A module knows only modules above it in this table. Without features the library is the first six, and needs
-//! `glam`, `libm` and `thiserror` only.
+//! `glam`, `libm` and `thiserror` only. What differs between a desktop and a page in a browser (clock, files, threads) is in
+//! one module below them all, `platform`.
 //!
 //! | module | what it is | feature |
 //! | --- | --- | --- |
@@ -143,6 +144,8 @@ pub mod occlusion;
 pub mod polygon;
 pub mod view;
 
+mod platform;
+
 #[cfg(feature = "session")]
 pub mod brush;
 #[cfg(feature = "session")]
@@ -166,6 +169,7 @@ pub mod render;
 pub mod lab;
 
 #[cfg(any(feature = "formats", feature = "render"))]
+#[cfg_attr(target_arch = "wasm32", path = "platform/web_atomic_file.rs")]
 mod atomic_file;
 #[cfg(feature = "formats")]
 pub mod export;

@@ -1,14 +1,15 @@
 //! What an output may replace: nothing or its own kind. A session, or a file of another kind, is somebody's work.
 
 use std::{
-    fs,
     io::{self, Read},
     path::{Path, PathBuf},
 };
 
 use thiserror::Error;
 
-use crate::{atomic_file::Destination, recording::looks_like_session, small_file::open_regular};
+use crate::{
+    atomic_file::Destination, platform::fs, recording::looks_like_session, small_file::open_regular,
+};
 
 /// Bytes from the beginning of a file that decide what it is.
 const SNIFF_BYTES: u64 = 4096;
@@ -200,7 +201,7 @@ pub(crate) fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result
         Ok(data) => data,
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
             let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty());
-            return match folder.is_none_or(Path::is_dir) {
+            return match folder.is_none_or(fs::is_folder) {
                 true => Ok(()),
                 false => Err(io(io::Error::new(error.kind(), "there is no such folder"))),
             };

@@ -2,10 +2,11 @@
 //! that nobody writes to, a device without end or a file of gigabytes is one clear error.
 
 use std::{
-    fs::{self, File},
     io::{self, Read},
     path::Path,
 };
+
+use crate::platform::fs::{self, File};
 
 /// Opens a regular file. A pipe would wait for a writer, a device might never end.
 pub(crate) fn open_regular(path: &Path) -> io::Result<File> {

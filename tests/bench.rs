@@ -1,5 +1,7 @@
 //! `osp bench`: the report as text, JSON, CSV and page.
 
+#[path = "bench/moving.rs"]
+mod moving;
 #[path = "bench/paper.rs"]
 mod paper;
 #[path = "bench/rays.rs"]

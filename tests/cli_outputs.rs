@@ -8,6 +8,8 @@ mod arguments;
 mod draw_index;
 #[path = "cli_outputs/exporting.rs"]
 mod exporting;
+#[path = "cli_outputs/groups_whole.rs"]
+mod groups_whole;
 #[path = "cli_outputs/messages.rs"]
 mod messages;
 #[path = "cli_outputs/naming.rs"]
@@ -21,6 +23,8 @@ mod rigs;
 #[cfg(unix)]
 #[path = "cli_outputs/table.rs"]
 mod table;
+#[path = "cli_outputs/terminal.rs"]
+mod terminal;
 #[path = "cli_outputs/verify_all.rs"]
 mod verify_all;
 #[path = "cli_outputs/whole.rs"]

@@ -3,15 +3,16 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// Each module and the modules that it may name, besides itself.
-const LAYERS: [(&str, &[&str]); 14] = [
+const LAYERS: [(&str, &[&str]); 15] = [
+    ("platform", &[]),
     ("math", &[]),
     ("polygon", &["math"]),
     ("index", &["math", "polygon"]),
     ("view", &["math", "small_file"]),
     ("occlusion", &["math", "polygon", "index", "view"]),
-    ("frame", &["math", "polygon", "index", "view", "occlusion"]),
+    ("frame", &["platform", "math", "polygon", "index", "view", "occlusion"]),
     ("brush", &[]),
-    ("recording", &["math", "brush", "atomic_file", "small_file"]),
+    ("recording", &["platform", "math", "brush", "atomic_file", "small_file"]),
     ("stroke", &["math", "polygon", "brush", "recording"]),
     ("scene", &["math", "polygon", "brush", "recording", "stroke"]),
     ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
@@ -19,6 +20,7 @@ const LAYERS: [(&str, &[&str]); 14] = [
     (
         "render",
         &[
+            "platform",
             "math",
             "polygon",
             "occlusion",
@@ -34,6 +36,7 @@ const LAYERS: [(&str, &[&str]); 14] = [
     (
         "lab",
         &[
+            "platform",
             "math",
             "polygon",
             "brush",

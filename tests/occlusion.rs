@@ -15,9 +15,14 @@
 //! | every guard and margin matters | `guards::…`, `near_limits::…`, `window_margin::…` |
 //! | the paper's node tests and score hide nothing visible, or say that they do | `literal::…`, `options::…` |
 //! | what is edited hides only where it is now | `edits::…` |
+//! | sixteen boxes at once get the answers of one at a time | `wide::…` |
+//! | walls joined at load hide only what is behind their polygons | `walls::…` |
+//! | what is known of the frames before saves work | `coherence::…` |
 
 #[path = "occlusion/allocations.rs"]
 mod allocations;
+#[path = "occlusion/coherence.rs"]
+mod coherence;
 #[cfg(feature = "cli")]
 #[path = "occlusion/command.rs"]
 mod command;
@@ -60,5 +65,9 @@ mod session;
 mod stress;
 #[path = "occlusion/truth.rs"]
 mod truth;
+#[path = "occlusion/walls.rs"]
+mod walls;
+#[path = "occlusion/wide.rs"]
+mod wide;
 #[path = "occlusion/window_margin.rs"]
 mod window_margin;

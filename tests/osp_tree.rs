@@ -6,10 +6,14 @@
 mod boxes;
 #[path = "osp_tree/chains.rs"]
 mod chains;
+#[path = "osp_tree/hidden.rs"]
+mod hidden;
 #[path = "osp_tree/life.rs"]
 mod life;
 #[path = "osp_tree/linear.rs"]
 mod linear;
+#[path = "osp_tree/many_views.rs"]
+mod many_views;
 #[path = "osp_tree/whole.rs"]
 mod whole;
 

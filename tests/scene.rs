@@ -23,6 +23,8 @@ mod hidden;
 mod history;
 #[path = "scene/long_strokes.rs"]
 mod long_strokes;
+#[path = "scene/steps.rs"]
+mod steps;
 #[path = "scene/strokes.rs"]
 mod strokes;
 #[path = "scene/unseen.rs"]
@@ -73,6 +75,7 @@ fn follow(changes: &[Change], filed: &mut std::collections::BTreeSet<PolygonId>)
             Change::Update(id) | Change::Repaint(id) => {
                 assert!(filed.contains(&id), "{id:?} moved without being there");
             }
+            Change::Place(space) => panic!("{space:?}: this scene tells of each polygon"),
         }
     }
 }
@@ -254,13 +257,13 @@ fn points_of_a_stroke_that_was_taken_back_stay_hidden_until_redo() {
 fn a_move_and_its_undo_give_the_same_bits() {
     let mut scene = Scene::new();
     play(&mut scene, &straight(1, 3, NormalRule::LocalX));
-    let before = [*scene.bounds(PolygonId(0)), *scene.bounds(PolygonId(1))];
+    let before = [scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))];
     let by = Vec3::new(0.1, 1.0e6, 0.3);
     let changes = play(&mut scene, &[Event::Move { t: 0.0, strokes: vec![StrokeId(1), StrokeId(1)], by }]);
     assert_eq!(changes, [Change::Update(PolygonId(0)), Change::Update(PolygonId(1))]);
     assert_eq!(scene.bounds(PolygonId(0)).min.x, before[0].min.x + 0.1);
     play(&mut scene, &[Event::Undo { t: 0.0 }]);
-    assert_eq!([*scene.bounds(PolygonId(0)), *scene.bounds(PolygonId(1))], before);
+    assert_eq!([scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))], before);
 }
 
 #[test]
@@ -381,15 +384,15 @@ proptest::proptest! {
             follow(&changes, &mut filed);
             for change in &changes {
                 if let Change::Insert(id) | Change::Update(id) = *change {
-                    boxes.insert(id, *scene.bounds(id));
+                    boxes.insert(id, scene.bounds(id));
                 }
             }
             let visible: std::collections::BTreeSet<PolygonId> = scene.visible_ids().collect();
             assert_eq!(filed, visible);
             assert_eq!(scene.counts().visible, visible.len() as u64);
             for id in visible {
-                assert_eq!(boxes[&id], *scene.bounds(id), "an index would still have the old box of {id:?}");
-                assert_eq!(scene.polygon(id).bounds(), *scene.bounds(id));
+                assert_eq!(boxes[&id], scene.bounds(id), "an index would still have the old box of {id:?}");
+                assert_eq!(scene.polygon(id).bounds(), scene.bounds(id));
             }
         }
     }

@@ -1,10 +1,16 @@
 //! The window without a window: what the pointer, the keys and a tracker do to a session.
 #![cfg(feature = "window")]
 
+#[path = "studio/altering.rs"]
+mod altering;
 #[path = "studio/brushes.rs"]
 mod brushes;
 #[path = "studio/drawing.rs"]
 mod drawing;
+#[path = "studio/drawing_aids.rs"]
+mod drawing_aids;
+#[path = "studio/dtrack.rs"]
+mod dtrack;
 #[path = "studio/exporting.rs"]
 mod exporting;
 #[path = "studio/groups.rs"]
@@ -13,8 +19,14 @@ mod groups;
 mod hands;
 #[path = "studio/keeping.rs"]
 mod keeping;
+#[path = "studio/kept_views.rs"]
+mod kept_views;
 #[path = "studio/limits.rs"]
 mod limits;
+#[path = "studio/menus.rs"]
+mod menus;
+#[path = "studio/paint_layers.rs"]
+mod paint_layers;
 #[path = "studio/panel.rs"]
 mod panel;
 #[path = "studio/rigs.rs"]

@@ -16,6 +16,8 @@ mod from_matrix;
 mod margins;
 #[path = "visibility/rays.rs"]
 mod rays;
+#[path = "visibility/spaces.rs"]
+mod spaces;
 #[path = "visibility/volumes.rs"]
 mod volumes;
 

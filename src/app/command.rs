@@ -1,8 +1,8 @@
 use std::path::PathBuf;
 
 use super::{
-    culling::Stages, document::Opening, groups::Placing, layers::LayerChoice, pen::Snap, question::Answer,
-    tool::ToolChoice,
+    altering::Altering, culling::Stages, document::Opening, drawing_aids::Aids, groups::Placing,
+    layers::LayerChoice, paint_layers::LayerEdit, pen::Snap, question::Answer, tool::ToolChoice,
 };
 use crate::{brush::Brush, occlusion::Occlusion, recording::GroupId, rivals::IndexKind};
 
@@ -23,10 +23,24 @@ pub enum Command {
     Paint(Option<&'static Brush>),
     /// Brush colour, sRGB.
     Color([f32; 4]),
+    /// What helps to draw.
+    Aids(Aids),
     /// How strokes find their depth.
     Snap(Snap),
     /// Erase the selected strokes.
     EraseSelected,
+    /// Change the selected strokes.
+    Alter(Altering),
+    /// Change the layers, or what is on them.
+    Layer(LayerEdit),
+    /// Remember the selected strokes.
+    Copy,
+    /// Remember the selected strokes and erase them.
+    Cut,
+    /// Draw the remembered strokes anew.
+    Paste,
+    /// Draw the selected strokes once more.
+    Duplicate,
     /// Select all strokes.
     SelectAll,
     /// Select nothing.
@@ -39,6 +53,12 @@ pub enum Command {
     NameGroup(GroupId, String),
     /// Place a group anew.
     PlaceGroup(GroupId, Placing),
+    /// Remember the view under a number.
+    KeepView(u32),
+    /// Go to the view with a number.
+    GoToView(u32),
+    /// Write each frame as a picture, or end that.
+    Frames,
     /// Step back until everything is in view.
     ShowAll,
     /// Turn the camera to the point under the pointer.
@@ -61,6 +81,8 @@ pub enum Command {
     Open(PathBuf),
     /// Open a session to draw on it, read-only, or without its damaged pieces.
     OpenAs(PathBuf, Opening),
+    /// Write what is not yet in the session's file.
+    Save,
     /// Save the session under a path; ask before a file there is replaced.
     SaveAs(PathBuf),
     /// Save the session under a path, and replace a file there.
@@ -73,6 +95,12 @@ pub enum Command {
     ExportGltf(PathBuf),
     /// Write the model as glTF, and replace a file there.
     ExportOver(PathBuf),
+    /// Write a picture of the model as it is on the window; ask before a file there is replaced.
+    Picture(PathBuf),
+    /// Write a picture of the model, and replace a file there.
+    PictureOver(PathBuf),
+    /// Close the window, or ask if a part of the session could not be written.
+    Quit,
     /// Answer the question that the window asks.
     Answer(Answer),
     /// Replay: play or pause.

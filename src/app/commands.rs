@@ -1,7 +1,13 @@
 use std::path::Path;
 
 use super::{
-    command::Command, document::Opening, player::Jump, question::Then, studio::Studio, subject::Subject,
+    command::Command,
+    document::Opening,
+    player::Jump,
+    question::Then,
+    studio::Studio,
+    subject::Subject,
+    tool::{Span, ToolChoice},
 };
 use crate::{
     atomic_file::AtomicFile,
@@ -10,9 +16,53 @@ use crate::{
     output_file::{OutputKind, check_output},
     recording::{Event, Tool},
     rivals::IndexKind,
+    scene::Stroke,
 };
 
 impl Studio {
+    /// Whether a command would do anything now. What gives a command that would not is to be shown as disabled.
+    pub fn can(&self, command: &Command) -> bool {
+        let scene = self.subject.scene();
+        match command {
+            Command::Undo => self.can_draw() && scene.can_undo(),
+            Command::Redo => self.can_draw() && scene.can_redo(),
+            // Looking and measuring changes nothing.
+            Command::Tool(ToolChoice::Span(Span::Distance)) => true,
+            Command::Tool(_)
+            | Command::Widen(_)
+            | Command::Width(_)
+            | Command::Paint(_)
+            | Command::Color(_)
+            | Command::Snap(_)
+            | Command::Aids(_)
+            | Command::NameGroup(..)
+            | Command::PlaceGroup(..) => self.can_draw(),
+            Command::EraseSelected
+            | Command::GroupSelected
+            | Command::Alter(_)
+            | Command::Copy
+            | Command::Cut
+            | Command::Duplicate => self.can_draw() && !self.selection.is_empty(),
+            Command::Paste => self.can_draw() && self.has_clip(),
+            Command::Layer(edit) => self.can_edit_layers(edit),
+            Command::KeepView(_) => self.can_draw(),
+            Command::GoToView(slot) => scene.views().contains_key(slot),
+            Command::SelectAll => self.can_draw() && scene.counts().visible > 0,
+            Command::SelectNone => !self.selection.is_empty(),
+            Command::Save | Command::SaveAs(_) | Command::SaveOver(_) => {
+                matches!(self.subject, Subject::Sketch(_))
+            }
+            Command::Discard => match &self.subject {
+                Subject::Sketch(document) => document.journal().is_changed(),
+                Subject::Replay(_) => false,
+            },
+            Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {
+                matches!(self.subject, Subject::Replay(_))
+            }
+            _ => true,
+        }
+    }
+
     /// Carries out a command; [`Studio::messages`] gets a message if that fails.
     pub fn command(&mut self, command: Command) {
         let t = self.now_secs();
@@ -20,40 +70,57 @@ impl Studio {
             Command::Undo => {
                 self.finish_gestures();
                 self.events.push(Event::Undo { t });
+                self.apply_events();
+                self.follow_selection(true);
             }
             Command::Redo => {
                 self.finish_gestures();
                 self.events.push(Event::Redo { t });
+                self.apply_events();
+                self.follow_selection(false);
             }
             Command::Tool(tool) => {
                 self.finish_gestures();
                 self.tool = tool;
-                if let super::tool::ToolChoice::Draw(tool) = tool {
+                if let ToolChoice::Draw(tool) = tool {
                     self.brush.tool = tool;
                 }
             }
-            Command::Widen(steps) => self.brush.widen(steps),
+            Command::Widen(steps) => {
+                self.brush.widen(steps);
+                self.take_width();
+            }
+            Command::Aids(aids) => self.set_aids(aids),
             Command::Width(width_m) if width_m.is_finite() => {
                 let (narrowest, widest) = super::pen::Brush::WIDTHS_M;
                 self.brush.width_m = width_m.clamp(narrowest, widest);
+                self.take_width();
             }
             Command::Width(_) => {}
             Command::Paint(paint) => {
                 self.finish_gestures();
-                self.tool = super::tool::ToolChoice::Draw(Tool::Ribbon);
+                self.tool = ToolChoice::Draw(Tool::Ribbon);
                 (self.brush.tool, self.brush.paint) = (Tool::Ribbon, paint);
             }
             Command::Color(color) => self.brush.color = color.map(|c| c.clamp(0.0, 1.0)),
             Command::Snap(snap) => self.snap = snap,
-            Command::EraseSelected => {
-                self.finish_gestures();
-                let strokes = self.selection.strokes().to_vec();
-                self.selection.clear();
-                self.events.extend(strokes.into_iter().map(|stroke| Event::Erase { t, stroke }));
+            Command::EraseSelected => self.erase_selected(),
+            Command::Alter(altering) => self.alter_selection(altering),
+            Command::Layer(edit) => self.edit_layers(edit),
+            Command::Copy => {
+                self.copy_selection();
             }
+            Command::Cut => {
+                if self.copy_selection() {
+                    self.erase_selected();
+                }
+            }
+            Command::Paste => self.paste(),
+            Command::Duplicate => self.duplicate(),
             Command::SelectAll => {
                 let scene = self.subject.scene();
-                let all = scene.strokes().iter().filter(|stroke| stroke.is_visible());
+                let is_loose = |stroke: &&Stroke| stroke.is_visible() && !scene.is_locked(stroke.layer());
+                let all = scene.strokes().iter().filter(is_loose);
                 self.selection.set(all.filter_map(|stroke| stroke.id()));
             }
             Command::SelectNone => self.selection.clear(),
@@ -67,6 +134,19 @@ impl Studio {
                 self.finish_gestures();
                 self.place_group(group, &placing);
             }
+            Command::KeepView(slot) => {
+                let (p, q) = (self.navigator.eye(), self.navigator.world_from_view());
+                let distance = self.navigator.distance_m();
+                self.events.push(Event::View { t, slot, p, q, distance });
+                self.say(format!("view {} is kept", slot + 1));
+            }
+            Command::GoToView(slot) => {
+                if let Some(view) = self.subject.scene().views().get(&slot).copied() {
+                    self.follows_replay_camera = false;
+                    self.navigator.go_to_from(view.eye, view.world_from_view, view.distance_m);
+                }
+            }
+            Command::Frames => self.toggle_frames(),
             Command::ShowAll => {
                 let bounds = self.subject.bounds();
                 self.navigator.show_all(&bounds);
@@ -86,6 +166,7 @@ impl Studio {
             Command::New => self.leave(Then::New),
             Command::Open(path) => self.leave(Then::Open(path, Opening::default())),
             Command::OpenAs(path, how) => self.leave(Then::Open(path, how)),
+            Command::Save => self.save(),
             Command::SaveAs(path) => self.ask_to_save_as(path),
             Command::SaveOver(path) => self.save_as(&path),
             Command::RetrySaving => {
@@ -96,6 +177,12 @@ impl Studio {
             Command::Discard => self.ask_to_discard(),
             Command::ExportGltf(path) => self.ask_to_export(path),
             Command::ExportOver(path) => self.export_gltf(&path),
+            Command::Picture(path) => self.ask_for_picture(path),
+            Command::PictureOver(path) => self.picture_over(path),
+            Command::Quit if cfg!(target_arch = "wasm32") => {
+                self.say("a page is closed with its tab".to_owned())
+            }
+            Command::Quit => self.ask_to_close(),
             Command::Answer(answer) => self.answer(answer),
             Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {
                 self.control(&command)
@@ -107,7 +194,10 @@ impl Studio {
     fn switch_index(&mut self, kind: IndexKind, occlusion: Occlusion) {
         // The whole scene is inserted below; it includes the changes that were waiting for the old index.
         if let Subject::Sketch(document) = &mut self.subject {
-            document.take_changes(&mut self.pending.changes);
+            let mut changes = Vec::new();
+            document.take_changes(&mut changes);
+            let pending = &mut self.pending.changes;
+            document.scene().for_each_change(&changes, |change| pending.push(change));
         }
         let bounds = self.subject.bounds();
         self.culling.reindex(kind, occlusion, self.subject.scene(), &bounds);
@@ -124,25 +214,58 @@ impl Studio {
         }
     }
 
+    /// Every event is in the file already, or soon is: what waits is written at once, and it is said where all of it is.
+    fn save(&mut self) {
+        self.finish_gestures();
+        self.apply_events();
+        let Subject::Sketch(document) = &mut self.subject else { return };
+        if document.event_count() == 0 {
+            self.say("nothing is drawn yet: the file is made with the first stroke".to_owned());
+            return;
+        }
+        let outcome = document.journal_mut().settle();
+        let path = document.journal().path().display().to_string();
+        match outcome {
+            Ok(()) => self.say(format!("saved: all of it is in {path}")),
+            Err(unwritten) => self.say(unwritten.to_string()),
+        }
+    }
+
     pub(super) fn save_as(&mut self, path: &Path) {
         self.finish_gestures();
         let outcome = match &mut self.subject {
-            Subject::Sketch(document) => document.save_as(path),
+            Subject::Sketch(document) => document.save_as(path).map_err(|error| error.to_string()),
             Subject::Replay(_) => {
-                self.say("a replay is saved already: open it with `osp sketch` to change it".to_owned());
-                return;
+                Err("a replay is saved already: open it with `osp sketch` to change it".to_owned())
             }
         };
+        let done = format!("saved as {}; it goes on there", path.display());
+        self.tell_of_file(outcome.map(|()| done));
+    }
+
+    /// Says how a file was read or written, and lets the dialog know that asked for it.
+    pub(super) fn tell_of_file(&mut self, outcome: Result<String, String>) {
+        self.file_outcome = Some(outcome.as_ref().map(|_| ()).map_err(Clone::clone));
         match outcome {
-            Ok(()) => self.say(format!("saved as {}; it goes on there", path.display())),
-            Err(error) => self.say(error.to_string()),
+            Ok(said) | Err(said) if !said.is_empty() => self.say(said),
+            _ => {}
         }
+    }
+
+    /// How the file was read or written that a command named, once; of the last such command.
+    pub fn take_file_outcome(&mut self) -> Option<Result<(), String>> {
+        self.file_outcome.take()
+    }
+
+    /// The file for a picture of the window's model that a command asked for, once.
+    pub(super) fn take_picture(&mut self) -> Option<std::path::PathBuf> {
+        self.picture.take()
     }
 
     pub(super) fn export_gltf(&mut self, path: &Path) {
         // A model may replace a model and no other file.
         if let Err(error) = check_output(path, OutputKind::Glb, false) {
-            self.say(error.to_string());
+            self.tell_of_file(Err(error.to_string()));
             return;
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -155,12 +278,12 @@ impl Studio {
         };
         match export() {
             Ok(counts) => {
-                self.say(format!("{} polygons exported to {}", counts.polygons, path.display()));
+                self.tell_of_file(Ok(format!("{} polygons exported to {}", counts.polygons, path.display())));
                 if counts.not_finite > 0 {
                     self.say(format!("{} polygons at infinity were left out", counts.not_finite));
                 }
             }
-            Err(error) => self.say(format!("{}: {error}", path.display())),
+            Err(error) => self.tell_of_file(Err(format!("{}: {error}", path.display()))),
         }
     }
 

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{document::meet_polygon, draw_cost::DrawCost, spans::Part};
 use crate::{
-    frame::{FrameRecord, OcclusionPass, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, FrameRecord, OcclusionPass, PassConfig, Pipeline, StageClock},
     index::{IndexConfig, SpatialIndex},
     lab::pvs::{Pvs, PvsPass},
     math::{Aabb, Ray},
@@ -12,7 +12,7 @@ use crate::{
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::StrokeId,
     rivals::IndexKind,
-    scene::Scene,
+    scene::{Scene, Stroke},
     view::View,
 };
 
@@ -73,6 +73,7 @@ pub struct Culling {
     node_test: NodeTest,
     score: Score,
     pvs: Option<Arc<Pvs>>,
+    auto_basis: AutoBasis,
     root: Aabb,
     pipeline: Pipeline,
     clock: StageClock,
@@ -99,6 +100,7 @@ impl Culling {
             node_test: NodeTest::Box,
             score: Score::default(),
             pvs: None,
+            auto_basis: AutoBasis::default(),
             root,
             pipeline: create(kind, PassConfig::new(Occlusion::None), root, 0, clock),
             clock,
@@ -120,6 +122,11 @@ impl Culling {
     /// The method of occlusion culling.
     pub fn occlusion(&self) -> Occlusion {
         self.occlusion
+    }
+
+    /// The index, with what is filed beside it.
+    pub fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
     }
 
     /// The index itself.
@@ -156,6 +163,11 @@ impl Culling {
     /// Says how occlusion culling tests nodes and scores occluders; from the next [`Culling::reindex`] on.
     pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
         (self.node_test, self.score) = (node_test, score);
+    }
+
+    /// Says what `auto` compares to find the cheapest method; from the next [`Culling::reindex`] on.
+    pub fn set_auto_basis(&mut self, basis: AutoBasis) {
+        self.auto_basis = basis;
     }
 
     /// How occlusion culling tests nodes and scores occluders.
@@ -201,7 +213,7 @@ impl Culling {
         let start = self.clock.start();
         let root = root_for(bounds);
         let (node_test, score) = (self.node_test, self.score);
-        let pass = PassConfig { node_test, score, ..PassConfig::new(occlusion) };
+        let pass = PassConfig { node_test, score, basis: self.auto_basis, ..PassConfig::new(occlusion) };
         let mut pipeline = create(kind, pass, root, scene.polygon_count(), self.clock);
         if let Some(pvs) = self.pvs.as_ref().filter(|_| occlusion == Occlusion::Pvs) {
             pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
@@ -209,7 +221,7 @@ impl Culling {
         pipeline.set_occluders(self.occluders);
         pipeline.load(scene);
         let took = Duration::from_nanos(self.clock.since(start).ns);
-        let polygons = pipeline.index().len() as u64;
+        let polygons = pipeline.polygon_count() as u64;
         (self.kind, self.occlusion, self.root, self.pipeline) = (kind, occlusion, root, pipeline);
         self.reindexed = Some(Reindexed { kind, polygons, took });
     }
@@ -281,7 +293,7 @@ impl Culling {
         scene: &Scene,
         waiting: &[Change],
         ray: &Ray,
-        without: Option<StrokeId>,
+        counts: impl Fn(&Stroke) -> bool,
     ) -> Option<(PolygonId, f32)> {
         let start = self.clock.start();
         let mut tests = 0;
@@ -289,10 +301,9 @@ impl Culling {
             tests += 1;
             // The index may be a frame behind the scene.
             let is_there = id.index() < scene.polygon_count() && scene.is_visible(id);
-            let counts = is_there && (without.is_none() || scene.stroke_of(id).id() != without);
-            if counts { meet_polygon(scene, id, ray) } else { None }
+            if is_there && counts(scene.stroke_of(id)) { meet_polygon(scene, id, ray) } else { None }
         };
-        let mut found = self.pipeline.index().ray_nearest(ray, f32::MAX, &mut meet);
+        let mut found = self.pipeline.ray_nearest(scene, ray, f32::MAX, &mut meet);
         for change in waiting {
             if let Change::Insert(id) | Change::Update(id) = *change
                 && let Some(t) = meet(id)
@@ -317,19 +328,17 @@ impl Culling {
             is_there && part.touches(&scene.polygon(id))
         };
         self.found.clear();
-        let index = self.pipeline.index();
         match part {
             Part::Box(bounds) => {
-                index.box_query(bounds, &mut self.found);
+                self.pipeline.box_query(scene, bounds, &mut self.found);
                 self.found.retain(|&id| is_in(id));
             }
-            Part::Sphere(sphere) => {
-                index.sphere_query(sphere, &mut is_in, &mut self.found);
-            }
+            Part::Sphere(sphere) => self.pipeline.sphere_query(scene, sphere, &mut is_in, &mut self.found),
         }
         let late = waiting.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) => Some(id),
-            Change::Remove(_) | Change::Repaint(_) => None,
+            // What moves as a whole is asked for where it is now.
+            Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
         });
         self.found.extend(late.filter(|&id| is_in(id)));
         self.found.iter().filter_map(|&id| scene.stroke_of(id).id()).collect()
@@ -346,10 +355,11 @@ impl Culling {
     ) -> Option<PolygonId> {
         let reach = Aabb::cube(point, 2.0 * reach_m);
         self.found.clear();
-        self.pipeline.index().box_query(&reach, &mut self.found);
+        self.pipeline.box_query(scene, &reach, &mut self.found);
         self.found.extend(waiting.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) => Some(id),
-            Change::Remove(_) | Change::Repaint(_) => None,
+            // What moves as a whole is asked for where it is now.
+            Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
         }));
         self.reaches.points += 1;
         self.reaches.polygons += self.found.len() as u64;

@@ -1,6 +1,6 @@
 mod opening;
 
-use std::path::Path;
+use std::{collections::BTreeSet, io, path::Path};
 
 use super::journal::{Journal, SaveError, Unwritten};
 use crate::{
@@ -33,7 +33,7 @@ pub struct Document {
 impl Document {
     fn around(journal: Journal) -> Self {
         Self {
-            scene: Scene::new(),
+            scene: Scene::keeping_groups_whole(),
             changes: Vec::new(),
             bounds: Aabb::EMPTY,
             journal,
@@ -67,15 +67,16 @@ impl Document {
         self.scene.let_go();
     }
 
-    /// A crash leaves strokes without an end; this ends them. The ends are written to the file together with the first event
+    /// A crash leaves strokes and steps without an end; this ends them. The ends are written to the file together with the first event
     /// that somebody draws.
     fn end_open_strokes(&mut self) {
         let t = self.last_secs;
         let open =
             self.scene.strokes().iter().filter(|stroke| stroke.is_open()).filter_map(|stroke| stroke.id());
         let ends: Vec<Event> = open.map(|stroke| Event::End { t, stroke }).collect();
-        for event in ends {
-            // An end is never too long for a line.
+        let step = self.scene.is_step_open().then_some(Event::Step { t, edits: 0 });
+        for event in ends.into_iter().chain(step) {
+            // Neither is ever too long for a line.
             if self.journal.note(&event).is_ok() {
                 self.note(std::slice::from_ref(&event));
             }
@@ -93,28 +94,45 @@ impl Document {
         self.events += events.len() as u64;
         let first = self.changes.len();
         self.scene.apply_all(events, &mut self.changes);
-        for change in &self.changes[first..] {
-            if let Change::Insert(id) | Change::Update(id) = *change {
-                self.bounds = self.bounds.union(self.scene.bounds(id));
-            }
+        for &change in &self.changes[first..] {
+            self.bounds = self.bounds.union(&self.scene.bounds_of_change(change));
         }
     }
 
     /// Writes a new event to the file and applies it to the model. Returns whether a session
     /// can hold it and this one is not read-only.
     pub fn apply(&mut self, event: Event) -> bool {
+        let mut events = vec![event];
+        self.apply_all(&mut events);
+        !events.is_empty()
+    }
+
+    /// Writes new events to the file, together, and applies them to the model. Those that no session can hold are taken out
+    /// of the list; all are, if this one is read-only.
+    pub fn apply_all(&mut self, events: &mut Vec<Event>) {
         if self.is_read_only() {
-            return false;
+            events.clear();
         }
-        if let Err(error) = self.journal.write(&event) {
+        events.retain(|event| {
+            let Err(error) = self.journal.push(event) else { return true };
             if self.refused == 0 {
                 self.news.push(format!("left out, the first of what no session can hold: {error}"));
             }
             self.refused += 1;
-            return false;
+            false
+        });
+        if !events.is_empty() {
+            self.journal.write_pending();
+            self.note(events);
         }
-        self.note(std::slice::from_ref(&event));
-        true
+    }
+
+    /// The events that made these strokes, in their order.
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> io::Result<Vec<Event>> {
+        self.journal.events_of(strokes)
     }
 
     /// A stroke number that was not used yet.
@@ -210,7 +228,7 @@ impl Document {
     /// There is no memory to read it again; nothing has changed.
     pub fn discard(&mut self) -> Result<(), RecordingError> {
         let events = self.journal.discard()?;
-        (self.scene, self.bounds) = (Scene::new(), Aabb::EMPTY);
+        (self.scene, self.bounds) = (Scene::keeping_groups_whole(), Aabb::EMPTY);
         (self.next_stroke, self.last_secs, self.events) = (0, 0.0, 0);
         events.chunks(PIECE).for_each(|piece| self.note_piece(piece));
         self.changes.clear();

@@ -1,6 +1,10 @@
 use glam::{Vec2, Vec3};
 
-use super::tool::Span;
+use super::{
+    handles::{Handle, Ring},
+    tool::Span,
+};
+use crate::recording::Motion;
 
 /// A button of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +56,13 @@ pub(super) enum Gesture {
         from: Vec3,
         by: Vec3,
     },
+    /// A handle of the selection is dragged: where it was taken, and what that does to the selection so far.
+    Handle {
+        handle: Handle,
+        ring: Ring,
+        from: Vec3,
+        motion: Motion,
+    },
     /// Two points of the model: where it was pressed, and where the pointer is.
     Span {
         span: Span,
@@ -92,11 +103,12 @@ impl Gestures {
         }
     }
 
-    /// The movement of the selected strokes so far, metres.
-    pub(super) fn moving_by(&self) -> Vec3 {
+    /// The movement of the selected strokes so far.
+    pub(super) fn motion(&self) -> Motion {
         match self.gesture {
-            Some(Gesture::Move { by, .. }) => by,
-            _ => Vec3::ZERO,
+            Some(Gesture::Move { by, .. }) => Motion::by(by),
+            Some(Gesture::Handle { motion, .. }) => motion,
+            _ => Motion::STAY,
         }
     }
 }

@@ -56,6 +56,7 @@ impl Studio {
         let scene = self.subject.scene();
         let is_there = |id: &StrokeId| scene.stroke(*id).is_some_and(|stroke| stroke.is_visible());
         self.selection.set(scene.strokes_below(group).into_iter().filter(is_there));
+        self.deselect_locked();
     }
 
     /// Makes a group of what is selected. Groups that are selected as a whole hang under it; where all else lies stays.
@@ -80,20 +81,22 @@ impl Studio {
         let Some(group) = scene.free_group() else { return };
         let t = self.now_secs();
         let mut name = Some(format!("group {}", group.0));
+        let mut events = Vec::new();
         if loose.is_empty() {
-            self.events.push(Event::Group { t, group, strokes: Vec::new(), parent, name: name.take() });
+            events.push(Event::Group { t, group, strokes: Vec::new(), parent, name: name.take() });
         }
         for strokes in loose.chunks(Event::MAX_STROKES_NAMED) {
             let (strokes, name) = (strokes.to_vec(), name.take());
-            self.events.push(Event::Group { t, group, strokes, parent, name });
+            events.push(Event::Group { t, group, strokes, parent, name });
         }
-        self.events.extend(groups.into_iter().map(|below| Event::Group {
+        events.extend(groups.into_iter().map(|below| Event::Group {
             t,
             group: below,
             strokes: Vec::new(),
             parent: Some(group),
             name: None,
         }));
+        self.take_step(events.len(), events);
     }
 
     pub(super) fn name_group(&mut self, group: GroupId, name: &str) {
@@ -130,7 +133,7 @@ impl Studio {
 }
 
 /// The groups of which these strokes are all that can be seen, the outermost, and the strokes that are in none of them.
-fn whole_groups(scene: &Scene, strokes: &[StrokeId]) -> (Vec<GroupId>, Vec<StrokeId>) {
+pub(super) fn whole_groups(scene: &Scene, strokes: &[StrokeId]) -> (Vec<GroupId>, Vec<StrokeId>) {
     let mut chosen = BTreeMap::<GroupId, usize>::new();
     let chain_of = |id: &StrokeId| scene.stroke(*id).map_or_else(Vec::new, |stroke| scene.groups_of(stroke));
     for group in strokes.iter().flat_map(chain_of) {

@@ -13,14 +13,18 @@ mod lock;
 mod session_file;
 
 use std::{
+    collections::BTreeSet,
     mem::discriminant,
     path::{Path, PathBuf},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use thiserror::Error;
 
-use crate::recording::{Event, EventSource, Header, RecordingError};
+use crate::{
+    platform::time::Instant,
+    recording::{Event, EventSource, Header, RecordingError, StrokeId},
+};
 use history::History;
 
 pub use autosaves::Autosaves;
@@ -252,12 +256,33 @@ impl Journal {
     /// No recording can hold the event; it is left out.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.history.push(event)?;
+        self.write_pending();
+        Ok(())
+    }
+
+    /// Adds an event that the next call of [`Journal::write_pending`] writes, together with others.
+    ///
+    /// # Errors
+    /// No recording can hold the event; it is left out.
+    pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.history.push(event)
+    }
+
+    /// The events that made these strokes, in their order.
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub(super) fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> std::io::Result<Vec<Event>> {
+        self.history.events_of(strokes)
+    }
+
+    /// Writes what was added, now or, if the file fails, later.
+    pub(super) fn write_pending(&mut self) {
         self.is_changed = true;
         match &self.trouble {
             None => self.catch_up(Instant::now()),
             Some(_) => self.take_shelter(Instant::now()),
         }
-        Ok(())
     }
 
     /// To be called from time to time, whether somebody draws or not: checks the file, flushes it to the
@@ -489,6 +514,8 @@ impl Journal {
         if let Some(file) = self.file.take() {
             match &settled {
                 Err(_) if !self.is_named => file.leave(),
+                // Nobody finds an unnamed file on a page: the next visit brings it back.
+                Ok(()) if cfg!(target_arch = "wasm32") && !self.is_named && self.is_changed() => file.leave(),
                 _ => file.release(),
             }
         }

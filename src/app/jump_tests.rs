@@ -130,7 +130,10 @@ fn wherever_a_replay_is_entered_what_is_drawn_is_the_model() {
             if !random.next_u64().is_multiple_of(3) {
                 sent.follow(&mut studio);
                 sent.check(studio.scene(), &format!("seed {seed}, round {round}"));
-                assert_eq!(studio.culling().index().len() as u64, studio.scene().counts().visible);
+                assert_eq!(
+                    studio.culling().pipeline().polygon_count() as u64,
+                    studio.scene().counts().visible
+                );
             }
         }
     }

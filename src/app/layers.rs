@@ -5,6 +5,7 @@ use crate::{
     math::{Aabb, Containment, Frustum, rotate},
     occlusion::ShadowVolume,
     polygon::PolygonId,
+    recording::Motion,
     render::{Depth, LineBatch, LineColor},
     scene::Scene,
     view::View,
@@ -32,7 +33,7 @@ pub struct LayerChoice {
     pub cut: bool,
     /// The depth pyramid of `hzb` in place of the picture.
     pub pyramid: bool,
-    /// Its level; 0 is as fine as the picture.
+    /// Its level, from 1 on: a texel of level n stands for 2^n pixels each way.
     pub pyramid_level: u32,
     /// The grid on the floor.
     pub grid: bool,
@@ -99,16 +100,16 @@ pub(super) fn draw_nodes(
     boxes.count
 }
 
-/// Draws the outlines of polygons, moved by `by`.
+/// Draws the outlines of polygons as they are after a motion.
 pub(super) fn draw_outlines(
     scene: &Scene,
     ids: impl Iterator<Item = PolygonId>,
-    by: Vec3,
+    motion: &Motion,
     color: LineColor,
     out: &mut LineBatch,
 ) {
     for id in ids.take(MAX_EDGES / 4) {
-        let polygon = scene.polygon(id).map(|p| p + by);
+        let polygon = scene.polygon(id).map(|p| motion.point(p));
         out.outline(polygon.vertices(), color, Depth::Through);
     }
 }
@@ -121,7 +122,7 @@ pub(super) fn inside_and_cut(
 ) -> (u64, Vec<PolygonId>) {
     let (mut inside, mut cut) = (0, Vec::new());
     for id in in_view {
-        match frustum.classify(scene.bounds(id)) {
+        match frustum.classify(&scene.bounds(id)) {
             Containment::Inside => inside += 1,
             // In view it cannot be outside.
             Containment::Intersects | Containment::Outside => cut.push(id),
@@ -225,5 +226,5 @@ pub(super) fn straddlers(scene: &Scene, root: &Aabb) -> Vec<PolygonId> {
     let middle = root.center();
     let lies_across =
         |bounds: &Aabb| (0..3).any(|axis| bounds.min[axis] < middle[axis] && middle[axis] < bounds.max[axis]);
-    scene.visible_ids().filter(|&id| lies_across(scene.bounds(id))).collect()
+    scene.visible_ids().filter(|&id| lies_across(&scene.bounds(id))).collect()
 }

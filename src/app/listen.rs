@@ -1,6 +1,7 @@
 use glam::Vec3;
 
 use super::{
+    paint_layers::on_layer,
     studio::Studio,
     subject::Subject,
     tracker::{Message, Tracker},
@@ -27,7 +28,9 @@ impl Studio {
             ));
         }
         self.tracker_waits = !self.take_messages(t, &tracker);
+        let first = self.events.len();
         self.hands.rest(t, &mut self.events);
+        self.mirror_events(first);
         self.apply_events();
         self.tracker = Some(tracker);
     }
@@ -44,7 +47,14 @@ impl Studio {
             if document.is_read_only() {
                 continue;
             }
+            let first = self.events.len();
             let erased = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
+            for event in &mut self.events[first..] {
+                if let Event::Begin { paint, .. } = event {
+                    *paint = on_layer(paint.take(), self.brush.layer);
+                }
+            }
+            self.mirror_events(first);
             // The screens show what the head sees from its place in the room; the session has it in the world, like the hands.
             if let (Message::Head { .. }, Some(Event::Head { p, q, .. })) = (&message, self.events.last_mut())
             {
@@ -75,7 +85,9 @@ impl Studio {
         const REACH_M: f32 = 0.01;
         let Subject::Sketch(document) = &self.subject else { return };
         let nearest = self.culling.nearest_box(document.scene(), document.changes(), p, REACH_M);
-        if let Some(stroke) = nearest.and_then(|id| document.scene().stroke_of(id).id()) {
+        let scene = document.scene();
+        let stroke = nearest.map(|id| scene.stroke_of(id)).filter(|stroke| !scene.is_locked(stroke.layer()));
+        if let Some(stroke) = stroke.and_then(|stroke| stroke.id()) {
             self.events.push(Event::Erase { t, stroke });
             self.apply_events();
         }

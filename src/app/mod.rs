@@ -12,21 +12,28 @@
 //!
 //! Knows everything but the command line.
 
+mod altering;
 mod command;
 mod commands;
 mod culling;
 mod document;
 mod draw_cost;
+mod drawing_aids;
+mod frames;
 #[cfg(feature = "gamepad")]
 mod gamepad;
 mod gestures;
 mod groups;
+mod handles;
 mod journal;
 #[cfg(test)]
 mod jump_tests;
 mod layers;
 mod listen;
 mod navigator;
+#[cfg(target_arch = "wasm32")]
+pub mod page;
+mod paint_layers;
 mod painter;
 mod pen;
 mod player;
@@ -35,6 +42,7 @@ mod previews;
 mod question;
 mod room;
 mod selection;
+mod settings;
 mod spans;
 mod stats;
 mod studio;
@@ -43,21 +51,26 @@ mod tool;
 mod trace;
 pub mod tracker;
 pub mod ui;
+mod user_folder;
 mod window;
 
+pub use altering::Altering;
 pub use command::Command;
 pub use culling::{Culling, PickCounts, ReachCounts, Reindexed, Stages};
 pub use document::{Access, Document, OpenError, Opened, Opening};
+pub use drawing_aids::Aids;
 pub use gestures::{Button, Held, Input};
 pub use groups::Placing;
 pub use journal::{Autosaves, Journal, OpenElsewhere, SaveError, Trouble, Unwritten};
 pub use layers::LayerChoice;
 pub use navigator::Navigator;
+pub use paint_layers::{LayerEdit, LayerRow};
 pub use pen::{Brush, Pen, Snap};
 pub use player::{Jump, Player};
 pub use question::{Answer, Question, Then};
 pub use room::{Room, RoomView};
 pub use selection::Selection;
+pub use settings::{Settings, Theme};
 pub use stats::{FrameStage, FrameTimes, History};
 pub use studio::{FrameReport, Studio};
 pub use subject::Subject;

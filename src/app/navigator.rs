@@ -124,6 +124,12 @@ impl Navigator {
         self.distance_m = (radius_m * 2.0).clamp(DISTANCES_M.0, DISTANCES_M.1).max(0.2);
     }
 
+    /// Goes to where a view is that looks at something so far away.
+    pub fn go_to_from(&mut self, eye: Vec3, world_from_view: Quat, distance_m: f32) {
+        self.distance_m = distance_m.clamp(DISTANCES_M.0, DISTANCES_M.1);
+        self.go_to(eye, world_from_view);
+    }
+
     /// Goes to where a view is; what it looks at is kept at the distance it had.
     pub fn go_to(&mut self, eye: Vec3, world_from_view: Quat) {
         let back = rotate(world_from_view, Vec3::Z);

@@ -7,9 +7,10 @@ use winit::window::Window;
 use super::{room::RoomView, studio::Studio};
 use crate::{
     frame::{Reading, StageClock},
+    occlusion::Occlusion,
     render::{
-        Acquired, Area, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes, PyramidPass, RenderError,
-        Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
+        Acquired, Area, ComingImage, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes, PyramidPass,
+        RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
     },
     view::Stereo,
 };
@@ -87,20 +88,23 @@ pub(super) struct Painter {
     /// When the animation of brushes started.
     opened: Reading,
     draw_ns: u64,
-    /// Why the adapter cannot cull on the GPU; asked once.
-    cannot_cull: Option<String>,
+    /// A way of culling on the GPU that the adapter refused last, and why.
+    cannot_cull: Option<(Occlusion, String)>,
 }
 
 impl Painter {
     /// A painter for a window. The scene is sent with the first frame.
-    pub(super) fn new(
-        window: &Arc<Window>,
+    pub(super) async fn new(
+        window: Arc<Window>,
         display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
     ) -> Result<Self, RenderError> {
         let description = wgpu::InstanceDescriptor::new_with_display_handle_from_env(display);
         let instance = wgpu::Instance::new(description);
-        let surface = create_surface(&instance, window)?;
-        let gpu = Arc::new(Gpu::for_surface(instance, &surface)?);
+        let surface = create_surface(&instance, &window)?;
+        let gpu = Arc::new(Gpu::for_surface_later(instance, &surface).await?);
+        if gpu.is_in_browser() {
+            gpu.learn().await?;
+        }
         let size = window.inner_size();
         let surface = WindowSurface::new(&gpu, surface, size.width, size.height)?;
         let show = ShowPass::new(&gpu, surface.format());
@@ -171,6 +175,17 @@ impl Painter {
         Ok(())
     }
 
+    /// The model as the last frame showed it, on the first screen; on a page it comes later.
+    pub(super) fn picture(&self) -> Result<ComingImage, RenderError> {
+        let pane = self.panes.first();
+        let pane = pane.ok_or_else(|| RenderError::Device("nothing was drawn yet".to_owned()))?;
+        let coming = pane.target.image_later(&self.gpu);
+        if !self.gpu.is_in_browser() {
+            self.gpu.wait()?;
+        }
+        Ok(coming)
+    }
+
     /// Draws a frame. `model` is the part of the window that shows the model, pixels.
     #[expect(clippy::iter_over_hash_type, reason = "textures do not depend on each other")]
     pub(super) fn paint(
@@ -202,12 +217,14 @@ impl Painter {
         let start = self.clock.start();
         self.follow(studio);
         let views = studio.views().to_vec();
-        let could_cull = self.cannot_cull.is_none();
+        let refused = self.cannot_cull.clone();
         for (i, view) in views.iter().enumerate() {
             self.prepare(studio, i, view, model)?;
         }
-        if let Some(reason) = self.cannot_cull.clone().filter(|_| could_cull) {
-            studio.say(reason);
+        if self.cannot_cull != refused
+            && let Some((_, reason)) = &self.cannot_cull
+        {
+            studio.say(reason.clone());
         }
         self.panes.truncate(views.len().max(1));
         let send_ns = self.clock.since(start).ns;
@@ -302,9 +319,12 @@ impl Painter {
             pane.shown = self.show.bind(&self.gpu, &pane.target);
         }
         let wanted = studio.culling().occlusion().on_gpu();
-        if pane.slot.occlusion() != wanted && self.cannot_cull.is_none() {
-            let outcome = self.renderer.set_occlusion(&mut pane.slot, wanted);
-            self.cannot_cull = outcome.err().map(|error| error.to_string());
+        let is_refused = self.cannot_cull.as_ref().is_some_and(|(refused, _)| *refused == wanted);
+        let wanted = if is_refused { Occlusion::None } else { wanted };
+        if pane.slot.occlusion() != wanted
+            && let Err(error) = self.renderer.set_occlusion(&mut pane.slot, wanted)
+        {
+            self.cannot_cull = Some((wanted, error.to_string()));
         }
         let layers = [
             Layer::plain(studio.culling().drawn(i)),

@@ -1,6 +1,6 @@
 use glam::{Quat, Vec2, Vec3};
 
-use super::navigator::pixel_m;
+use super::{navigator::pixel_m, paint_layers::on_layer};
 use crate::{
     brush,
     math::rotate,
@@ -15,6 +15,9 @@ const SAMPLE_PX: f32 = 2.5;
 const CORNER_PX: f32 = 14.0;
 /// A stroke that goes on drawing at least this part of its width apart does not fold over itself.
 const SAMPLE_WIDTH: f32 = 0.15;
+/// Samples of a straight line are so many widths apart, unless they would be more than these.
+const LINE_WIDTHS: f32 = 1.0;
+const MOST_LINE_PARTS: f32 = 256.0;
 /// Part of the width that is left at pressure 0.
 const THINNEST: f32 = 0.1;
 
@@ -29,6 +32,8 @@ pub struct Brush {
     pub width_m: f32,
     /// Red, green, blue, opacity, sRGB.
     pub color: [f32; 4],
+    /// The layer that is drawn on.
+    pub layer: u32,
 }
 
 impl Brush {
@@ -48,7 +53,7 @@ impl Brush {
 
 impl Default for Brush {
     fn default() -> Self {
-        Self { tool: Tool::Ribbon, paint: None, width_m: 0.04, color: [0.95, 0.62, 0.2, 1.0] }
+        Self { tool: Tool::Ribbon, paint: None, width_m: 0.04, color: [0.95, 0.62, 0.2, 1.0], layer: 0 }
     }
 }
 
@@ -84,6 +89,8 @@ struct Drawing {
     pending: Option<Sample>,
     /// Whether the session has its first event: a press without a movement is no stroke.
     has_begun: bool,
+    /// The end of a straight line in the making: nothing of it is in the session yet.
+    line_to: Option<Sample>,
     /// The corners of a wall so far: it shows only once it is closed.
     outline: Vec<Vec3>,
 }
@@ -157,6 +164,12 @@ impl Pen {
         self.drawing.as_ref().map(|drawing| drawing.anchor)
     }
 
+    /// The ends of a straight line in the making.
+    pub fn line(&self) -> Option<(Vec3, Vec3)> {
+        let drawing = self.drawing.as_ref()?;
+        Some((drawing.last.p, drawing.line_to?.p))
+    }
+
     /// The corners so far of a wall in the making.
     pub fn outline(&self) -> &[Vec3] {
         self.drawing.as_ref().map_or(&[], |drawing| &drawing.outline)
@@ -184,12 +197,28 @@ impl Pen {
         let anchor = Self::aim(point, snap);
         let outline = if brush.tool == Tool::Wall { vec![anchor] } else { Vec::new() };
         let last = point.sample(anchor, &brush);
-        self.drawing =
-            Some(Drawing { stroke, brush, anchor, last, pending: None, has_begun: false, outline });
+        self.drawing = Some(Drawing {
+            stroke,
+            brush,
+            anchor,
+            last,
+            pending: None,
+            has_begun: false,
+            line_to: None,
+            outline,
+        });
     }
 
-    /// Goes on with the stroke.
-    pub fn drag(&mut self, t: f64, snap: Snap, point: &PenPoint<'_>, out: &mut Vec<Event>) {
+    /// Goes on with the stroke. A straight one is a line to where it is released, unless it has begun otherwise; walls have
+    /// no straight edge.
+    pub fn drag(
+        &mut self,
+        t: f64,
+        snap: Snap,
+        is_straight: bool,
+        point: &PenPoint<'_>,
+        out: &mut Vec<Event>,
+    ) {
         let Some(drawing) = &mut self.drawing else { return };
         let p = match (snap, point.surface) {
             (Snap::Surface, Some(surface)) => surface,
@@ -200,6 +229,11 @@ impl Pen {
         let by_pixels = pixels * pixel_m(point.view, point.distance_m(p), point.height_px);
         let apart_m = if is_wall { by_pixels } else { by_pixels.max(SAMPLE_WIDTH * drawing.brush.width_m) };
         let sample = point.sample(p, &drawing.brush);
+        let is_line = is_straight && !is_wall && !drawing.has_begun;
+        drawing.line_to = is_line.then_some(sample).filter(|_| p.distance(drawing.last.p) >= apart_m);
+        if is_line {
+            return;
+        }
         if p.distance(drawing.last.p) < apart_m {
             drawing.pending = Some(sample);
             return;
@@ -215,7 +249,11 @@ impl Pen {
 
     /// Ends the stroke, if there is one, where the pointer is.
     pub fn release(&mut self, t: f64, out: &mut Vec<Event>) {
-        let Some(drawing) = self.drawing.take().filter(|drawing| drawing.has_begun) else { return };
+        let Some(mut drawing) = self.drawing.take() else { return };
+        drawing.draw_line(t, out);
+        if !drawing.has_begun {
+            return;
+        }
         let stroke = drawing.stroke;
         if let Some(sample) = drawing.pending.filter(|_| drawing.brush.tool != Tool::Wall) {
             out.push(sample.event(t, stroke));
@@ -225,6 +263,21 @@ impl Pen {
 }
 
 impl Drawing {
+    /// Writes the straight line to the session, in samples as even as a steady hand's.
+    fn draw_line(&mut self, t: f64, out: &mut Vec<Event>) {
+        let Some(end) = self.line_to.take() else { return };
+        let start = self.last;
+        self.begin(t, out);
+        let apart_m = (self.brush.width_m * LINE_WIDTHS).max(f32::MIN_POSITIVE);
+        let parts = (start.p.distance(end.p) / apart_m).ceil().clamp(1.0, MOST_LINE_PARTS);
+        for part in 1..=parts as u32 {
+            let along = part as f32 / parts;
+            let pressure = start.pressure + (end.pressure - start.pressure) * along;
+            let sample = Sample { p: start.p.lerp(end.p, along), q: start.q, pressure };
+            out.push(sample.event(t, self.stroke));
+        }
+    }
+
     /// Writes the stroke's beginning and its first sample to the session.
     fn begin(&mut self, t: f64, out: &mut Vec<Event>) {
         if std::mem::replace(&mut self.has_begun, true) {
@@ -239,7 +292,10 @@ impl Drawing {
             color: (r, g, b, a),
             normal: if self.brush.paint().is_some() { NormalRule::Travel } else { NormalRule::LocalX },
             thinnest: THINNEST,
-            paint: self.brush.paint().map(|brush| Box::new(Paint::new(&*brush.name, self.stroke.0))),
+            paint: on_layer(
+                self.brush.paint().map(|brush| Box::new(Paint::new(&*brush.name, self.stroke.0))),
+                self.brush.layer,
+            ),
         });
         out.push(self.last.event(t, self.stroke));
     }

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{
     math::Aabb,
-    polygon::{Change, PolygonId},
+    polygon::{Change, Geometry, PolygonId},
     recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
     render::background_for,
     replay::{CameraChoice, CameraPath, SessionState},
@@ -47,6 +47,8 @@ pub struct Player {
     events: Vec<Event>,
     /// Where in `events` each frame ends.
     frame_ends: Vec<usize>,
+    /// Frames in which a stroke begins, ascending.
+    stroke_starts: Vec<u64>,
     snapshots: Vec<Snapshot>,
     bounds: Aabb,
     background: [f64; 3],
@@ -113,9 +115,18 @@ impl Player {
         frame_ends: Vec<usize>,
         camera: CameraChoice,
     ) -> Self {
+        let begins =
+            |event: &Event| matches!(event, Event::Begin { .. } | Event::Polygon { stroke: None, .. });
+        let starts = |frame: usize| {
+            let from = frame.checked_sub(1).map_or(0, |before| frame_ends[before]);
+            events[from..frame_ends[frame]].iter().any(begins)
+        };
+        let stroke_starts =
+            (0..frame_ends.len()).filter(|&frame| starts(frame)).map(|at| at as u64).collect();
         let mut player = Self {
             path,
             events,
+            stroke_starts,
             frame_ends,
             snapshots: Vec::new(),
             bounds: Aabb::EMPTY,
@@ -123,7 +134,7 @@ impl Player {
             camera: CameraPath::new(camera, header.camera, &Aabb::EMPTY),
             header,
             remarks: Vec::new(),
-            state: SessionState::default(),
+            state: SessionState::keeping_groups_whole(),
             changes: Vec::new(),
             is_playing: false,
             speed: 1.0,
@@ -136,7 +147,7 @@ impl Player {
 
     /// Plays the whole session once; keeps the model at evenly spaced frames and the box of everything.
     fn take_snapshots(&mut self) {
-        let (mut state, mut changes) = (SessionState::default(), Vec::new());
+        let (mut state, mut changes) = (SessionState::keeping_groups_whole(), Vec::new());
         let (mut spacing, mut kept_weight, mut edit_weight) = (1, 0, 0);
         for frame in 0..self.frame_count() {
             if frame.is_multiple_of(spacing) {
@@ -159,9 +170,7 @@ impl Player {
             state.scene.let_go();
             state.play(events, &mut changes);
             for change in &changes {
-                if let Change::Insert(id) | Change::Update(id) = *change {
-                    self.bounds = self.bounds.union(state.scene.bounds(id));
-                }
+                self.bounds = self.bounds.union(&state.scene.bounds_of_change(*change));
             }
         }
         self.background = background_for(&state.scene);
@@ -216,6 +225,22 @@ impl Player {
     /// Frames played: 0 before the first.
     pub fn position(&self) -> u64 {
         self.state.moment.frame
+    }
+
+    /// The frames in which a stroke begins, ascending.
+    pub fn stroke_starts(&self) -> &[u64] {
+        &self.stroke_starts
+    }
+
+    /// Time of the session after so many frames, seconds since its first event.
+    pub fn secs_at(&self, frames: u64) -> f64 {
+        let time_of = |at: usize| self.events.get(at).map(Event::time_secs);
+        let end = (frames as usize).checked_sub(1).and_then(|last| self.frame_ends.get(last)).copied();
+        let last = end.and_then(|end| end.checked_sub(1)).and_then(time_of);
+        match (time_of(0), last) {
+            (Some(first), Some(last)) => (last - first).max(0.0),
+            _ => 0.0,
+        }
     }
 
     /// Whether it runs.
@@ -273,7 +298,8 @@ impl Player {
 
     /// The model as it is after the last frame.
     pub fn finished_model(&self) -> Scene {
-        let mut state = self.snapshots.last().map_or_else(SessionState::default, |last| last.state.clone());
+        let mut state =
+            self.snapshots.last().map_or_else(SessionState::keeping_groups_whole, |last| last.state.clone());
         let mut changes = Vec::new();
         while state.moment.frame < self.frame_count() {
             changes.clear();
@@ -290,7 +316,7 @@ impl Player {
         let mut state = match best {
             Some(snapshot) if !(is_ahead && snapshot.frames() <= self.position()) => snapshot.state.clone(),
             _ if is_ahead => self.state.clone(),
-            _ => SessionState::default(),
+            _ => SessionState::keeping_groups_whole(),
         };
         while state.moment.frame < frames {
             // The difference includes the changes on the way.
@@ -308,9 +334,11 @@ impl Player {
 /// The weight of an event's undo step.
 fn kept_by_undo(event: &Event) -> usize {
     match event {
-        Event::Erase { .. } | Event::Move { .. } | Event::Group { .. } | Event::Place { .. } => {
-            1 + event.list_len() / 4
-        }
+        Event::Erase { .. }
+        | Event::Move { .. }
+        | Event::Group { .. }
+        | Event::Assign { .. }
+        | Event::Place { .. } => 1 + event.list_len() / 4,
         _ => 0,
     }
 }
@@ -319,23 +347,32 @@ fn kept_by_undo(event: &Event) -> usize {
 fn difference(from: &Scene, to: &Scene) -> Jump {
     let (old, new) = (from.polygon_count(), to.polygon_count());
     let mut jump = Jump { polygon_count: new, ..Jump::default() };
+    // It and its space may have moved against each other, so that it stands where it was.
+    let is_elsewhere_in_space = |id| {
+        from.space(id).is_some() && Geometry::bounds_in_space(from, id) != Geometry::bounds_in_space(to, id)
+    };
     for id in (0..old.max(new) as u32).map(PolygonId) {
         let (in_old, in_new) = (id.index() < old, id.index() < new);
         let was_visible = in_old && from.is_visible(id);
         let is_visible = in_new && to.is_visible(id);
         let has_moved = in_old
             && in_new
-            && (from.polygon(id) != to.polygon(id) || from.stroke_of(id).was_displaced_unseen());
-        if has_moved {
+            && (from.polygon(id) != to.polygon(id)
+                || from.space(id) != to.space(id)
+                || from.stroke_of(id).was_displaced_unseen());
+        // Its group may have moved as a whole since whoever draws it was told of it.
+        if has_moved || (in_old && in_new && from.space(id).is_some()) {
             jump.moved.push(id);
         }
         match (was_visible, is_visible) {
             (true, false) => jump.changes.push(Change::Remove(id)),
             (false, true) => jump.changes.push(Change::Insert(id)),
-            (true, true) if has_moved => jump.changes.push(Change::Update(id)),
+            (true, true) if has_moved || is_elsewhere_in_space(id) => jump.changes.push(Change::Update(id)),
             _ => {}
         }
     }
+    // Where they were before, nobody has kept.
+    jump.changes.extend(to.spaces().map(Change::Place));
     jump
 }
 
@@ -343,8 +380,10 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
 mod tests {
     use super::*;
     use crate::{
+        frame::{Pipeline, StageClock},
         index::{BruteForce, SpatialIndex},
-        recording::{NormalRule, StrokeId, Tool},
+        recording::{GroupId, NormalRule, StrokeId, Tool, Transform},
+        view::{Projection, View},
     };
     use glam::{Quat, Vec3};
 
@@ -385,10 +424,10 @@ mod tests {
     fn follow(index: &mut BruteForce, scene: &Scene, changes: &[Change]) {
         for change in changes {
             match *change {
-                Change::Insert(id) => index.insert(id, scene.bounds(id)),
+                Change::Insert(id) => index.insert(id, &scene.bounds(id)),
                 Change::Remove(id) => index.remove(id),
-                Change::Update(id) => index.update(id, scene.bounds(id)),
-                Change::Repaint(_) => Ok(()),
+                Change::Update(id) => index.update(id, &scene.bounds(id)),
+                Change::Repaint(_) | Change::Place(_) => Ok(()),
             }
             .expect("a change that fits the index");
         }
@@ -442,6 +481,38 @@ mod tests {
             assert_same(&index, scene, &fresh.scene);
             assert!(scene.visible_ids().all(|id| held[id.index()] == scene.polygon(id)), "at {position}");
             position = player.position();
+        }
+    }
+
+    /// The group moves one way and the stroke in it the other: it stands where it was, but elsewhere in the group's space.
+    #[test]
+    fn a_jump_tells_of_a_stroke_that_moved_against_its_group() {
+        let (t, stroke, group) = (0.0, StrokeId(0), GroupId(0));
+        let place =
+            |x: f32| Event::Place { t, group, to: Transform { p: Vec3::X * x, q: Quat::IDENTITY, s: 1.0 } };
+        let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let color = (1.0, 1.0, 1.0, 1.0);
+        let events = vec![
+            Event::Polygon { t, stroke: Some(stroke), vertices, color },
+            Event::Group { t, group, strokes: vec![stroke], parent: None, name: None },
+            place(1.0),
+            place(2.0),
+            place(3.0),
+            Event::Move { t, strokes: vec![stroke], by: -Vec3::X },
+        ];
+        let mut player =
+            Player::new(PathBuf::new(), Header::new("", ""), events, vec![3, 4, 6], CameraChoice::Orbit);
+        let mut pipeline = Pipeline::new(Box::new(BruteForce::new()), 16, StageClock::default());
+        let view = View::look_at(
+            Vec3::new(2.2, 0.2, 3.0),
+            Vec3::new(2.2, 0.2, 0.0),
+            Projection::symmetric(5.0, 1.0, 0.1, 10.0),
+        );
+        for frame in [2, 3, 2, 3] {
+            let jump = player.seek(frame);
+            let record = pipeline.frame(player.scene(), &jump.changes, &view);
+            assert!(player.scene().space(PolygonId(0)).is_some());
+            assert_eq!((record.polygons, record.visible), (1, 1), "at {frame}");
         }
     }
 

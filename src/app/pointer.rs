@@ -3,13 +3,15 @@
 use glam::{Vec2, Vec3};
 
 use super::{
+    altering::Altering,
     gestures::{Button, Gesture, Held, Input},
+    handles::dragged,
     pen::{Pen, PenPoint, Snap},
     studio::Studio,
     tool::ToolChoice,
 };
 use crate::{
-    recording::{Event, StrokeId},
+    recording::{Event, Motion, StrokeId},
     view::View,
 };
 
@@ -27,7 +29,10 @@ impl Studio {
         let aspect = size_px.x / size_px.y.max(1.0);
         match input {
             Input::Pressure(pressure) => self.gestures.pressure = Some(pressure.clamp(0.0, 1.0)),
-            Input::Wheel(steps) if held.shift => self.brush.widen(steps),
+            Input::Wheel(steps) if held.shift => {
+                self.brush.widen(steps);
+                self.take_width();
+            }
             Input::Wheel(steps) => self.navigator.zoom(steps),
             Input::Leave => {
                 if self.gestures.gesture.is_none() {
@@ -39,7 +44,7 @@ impl Studio {
                 let before = self.gestures.pointer.replace(at).unwrap_or(at);
                 // In heights of the window, y downwards.
                 let by = Vec2::new((at.x - before.x) * 0.5 * aspect, (before.y - at.y) * 0.5);
-                self.drag(before, by, size_px, aspect);
+                self.drag(before, by, held, size_px, aspect);
             }
             Input::Release(_) => self.release(held, size_px),
         }
@@ -65,10 +70,14 @@ impl Studio {
             ToolChoice::Draw(_) => {
                 let (view, on_screen) = self.view_at(at, aspect)?;
                 let surface = self.surface_under(&view, on_screen);
+                if !self.may_draw_on_layer() {
+                    return None;
+                }
                 let stroke = self.new_stroke()?;
                 let t = self.now_secs();
                 let point = self.pen_point(&view, on_screen, size_px.y, surface);
-                self.pen.press(t, stroke, self.brush, self.snap, &point, &mut self.events);
+                let brush = self.brush_at(&view, Pen::aim(&point, self.snap), size_px.y);
+                self.pen.press(t, stroke, brush, self.snap, &point, &mut self.events);
                 Some(Gesture::Draw)
             }
             ToolChoice::Erase => {
@@ -76,6 +85,9 @@ impl Studio {
                 Some(Gesture::Erase)
             }
             ToolChoice::Select => match self.stroke_under(at, size_px) {
+                _ if let Some((handle, ring, from)) = self.handle_under(at, size_px) => {
+                    Some(Gesture::Handle { handle, ring, from, motion: Motion::STAY })
+                }
                 Some((stroke, from)) if self.selection.has(stroke) => {
                     Some(Gesture::Move { from, by: Vec3::ZERO })
                 }
@@ -88,7 +100,7 @@ impl Studio {
         }
     }
 
-    fn drag(&mut self, before: Vec2, by: Vec2, size_px: Vec2, aspect: f32) {
+    fn drag(&mut self, before: Vec2, by: Vec2, held: Held, size_px: Vec2, aspect: f32) {
         let (Some(gesture), Some(at)) = (self.gestures.gesture, self.gestures.pointer) else { return };
         match gesture {
             Gesture::Draw => {
@@ -97,7 +109,9 @@ impl Studio {
                     if self.snap == Snap::Surface { self.surface_under(&view, on_screen) } else { None };
                 let t = self.now_secs();
                 let point = self.pen_point(&view, on_screen, size_px.y, surface);
-                self.pen.drag(t, self.snap, &point, &mut self.events);
+                let (is_straight, first) = (held.shift || self.aids.straight, self.events.len());
+                self.pen.drag(t, self.snap, is_straight, &point, &mut self.events);
+                self.mirror_events(first);
             }
             Gesture::Erase => self.erase_along(before, at, size_px),
             Gesture::Orbit => self.navigator.orbit(by),
@@ -107,6 +121,12 @@ impl Studio {
                 let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
                 let to = on_plane_through(&view, on_screen, from);
                 self.gestures.gesture = Some(Gesture::Move { from, by: to - from });
+            }
+            Gesture::Handle { handle, ring, from, .. } => {
+                let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
+                let to = on_plane_through(&view, on_screen, ring.middle);
+                let motion = dragged(handle, &ring, from, to, held.shift);
+                self.gestures.gesture = Some(Gesture::Handle { handle, ring, from, motion });
             }
             Gesture::Span { span, from, .. } => {
                 let Some(to) = self.span_point(at, size_px, Some(from)) else { return };
@@ -122,7 +142,7 @@ impl Studio {
         let wandered = (at - self.gestures.pressed_at) * Vec2::new(0.5 * size_px.x / size_px.y.max(1.0), 0.5);
         let is_click = wandered.length() <= CLICK;
         match gesture {
-            Gesture::Click | Gesture::Move { .. } if is_click => {
+            Gesture::Click | Gesture::Move { .. } | Gesture::Handle { .. } if is_click => {
                 self.gestures.gesture = None;
                 match self.stroke_under(at, size_px) {
                     Some((stroke, _)) if held.shift => self.selection.toggle(stroke),
@@ -143,8 +163,16 @@ impl Studio {
     /// Ends what the pointer is doing; what was drawn or moved stays.
     pub fn finish_gestures(&mut self) {
         let t = self.now_secs();
+        let first = self.events.len();
         self.pen.release(t, &mut self.events);
-        if let Some(Gesture::Move { by, .. }) = self.gestures.gesture.take()
+        self.mirror_events(first);
+        let gesture = self.gestures.gesture.take();
+        if let Some(Gesture::Handle { motion, .. }) = gesture
+            && motion != Motion::STAY
+        {
+            self.alter_selection(Altering::Motion(motion));
+        }
+        if let Some(Gesture::Move { by, .. }) = gesture
             && by != Vec3::ZERO
             && !self.selection.is_empty()
         {
@@ -204,11 +232,14 @@ impl Studio {
         }
         let ray = view.ray_through(at);
         let without = self.pen.stroke();
-        let (_, t) = self.pick(&ray, without)?;
+        let twin = self.twin_of(without);
+        let (_, t) = self.pick(&ray, |stroke| {
+            without.is_none() || stroke.id() != without && (twin.is_none() || stroke.id() != twin)
+        })?;
         Some(ray.origin + ray.direction * t)
     }
 
-    /// The stroke under a point of the window or close beside it, and where on it.
+    /// The stroke under a point of the window or close beside it, and where on it. Those on locked layers do not count.
     pub(super) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
         /// The point itself, then around it.
         const BESIDE: [(f32, f32); 9] = [
@@ -223,12 +254,15 @@ impl Studio {
             (0.7, -0.7),
         ];
         let aspect = size_px.x / size_px.y.max(1.0);
+        let states = self.scene().layer_states().iter();
+        let locked: Vec<u32> =
+            states.filter(|(_, state)| state.locked == Some(true)).map(|(&layer, _)| layer).collect();
         // The window is 2 wide and 2 high.
         let touch = 2.0 * TOUCH_PX / size_px.max(Vec2::ONE);
         BESIDE.iter().find_map(|&beside| {
             let (view, on_screen) = self.view_at(at + touch * Vec2::from(beside), aspect)?;
             let ray = view.ray_through(on_screen);
-            let (id, t) = self.pick(&ray, None)?;
+            let (id, t) = self.pick(&ray, |stroke| !locked.contains(&stroke.layer()))?;
             let stroke = self.scene().stroke_of(id).id()?;
             Some((stroke, ray.origin + ray.direction * t))
         })
@@ -254,7 +288,7 @@ impl Studio {
             return;
         };
         let ray = view.ray_through(on_screen);
-        if let Some((_, t)) = self.pick(&ray, None) {
+        if let Some((_, t)) = self.pick(&ray, |_| true) {
             self.navigator.look_at(ray.origin + ray.direction * t);
         }
     }

@@ -6,7 +6,10 @@ use super::{
     studio::Studio,
     subject::Subject,
 };
-use crate::output_file::{OutputKind, check_output};
+use crate::{
+    output_file::{OutputKind, check_output},
+    platform::fs,
+};
 
 /// A question that a person answers before the command is carried out. Until then nothing is written and nothing is lost.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +32,8 @@ pub enum Question {
     SaveOver(PathBuf),
     /// A model would replace a file.
     ExportOver(PathBuf),
+    /// A picture would replace a file.
+    PictureOver(PathBuf),
     /// A part of the session could not be written.
     Unwritten {
         /// Which part, and why.
@@ -87,7 +92,7 @@ impl Question {
         match self {
             Self::Held { .. } => "Open in another window",
             Self::Damaged { .. } => "Damaged session",
-            Self::SaveOver(_) | Self::ExportOver(_) => "Replace the file?",
+            Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => "Replace the file?",
             Self::Unwritten { .. } => "Not everything is written",
             Self::Discard { .. } => "Discard what was drawn?",
         }
@@ -101,7 +106,9 @@ impl Question {
                 format!("{name} is being drawn on: {}.", held.holder())
             }
             Self::Damaged { damage, .. } => format!("{damage}. What can be read can be drawn on, as a copy."),
-            Self::SaveOver(path) | Self::ExportOver(path) => format!("{} exists already.", path.display()),
+            Self::SaveOver(path) | Self::ExportOver(path) | Self::PictureOver(path) => {
+                format!("{} exists already.", path.display())
+            }
             Self::Unwritten { reason, .. } => format!("{reason}."),
             Self::Discard { events, is_all } => {
                 let since = if *is_all { "began" } else { "was opened, or saved under a name" };
@@ -127,7 +134,7 @@ impl Question {
                 (Answer::Cancel, "Cancel"),
             ],
             Self::Damaged { .. } => &[(Answer::Lenient, "Open what can be read"), (Answer::Cancel, "Cancel")],
-            Self::SaveOver(_) | Self::ExportOver(_) => {
+            Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => {
                 &[(Answer::Replace, "Replace"), (Answer::Cancel, "Cancel")]
             }
             Self::Unwritten { is_kept: true, .. } => &[
@@ -208,19 +215,24 @@ impl Studio {
             && how.access == Access::Write
         {
             if document.journal().trouble().is_none() {
-                self.say(format!("{}: is open already", path.display()));
+                self.tell_of_file(Ok(format!("{}: is open already", path.display())));
                 return;
             }
             // Another file lies there now, and our own session keeps it from being opened.
             self.begin();
         }
+        let is_there = fs::is_there(path);
         match self.open(path, how) {
-            Ok(()) => {}
+            Ok(()) if !is_there => self.tell_of_file(Ok(format!(
+                "{}: there was no such file: an empty session begins there",
+                path.display()
+            ))),
+            Ok(()) => self.tell_of_file(Ok(String::new())),
             Err(OpenError::Held(held)) => self.ask(Question::Held { held, is_shown: false }),
             Err(error) if error.is_damage() && !how.lenient => {
                 self.ask(Question::Damaged { path: path.to_owned(), damage: error.to_string() });
             }
-            Err(error) => self.say(error.to_string()),
+            Err(error) => self.tell_of_file(Err(error.to_string())),
         }
     }
 
@@ -231,7 +243,7 @@ impl Studio {
             }
             Subject::Replay(_) => false,
         };
-        if !is_own && path.is_file() {
+        if !is_own && fs::is_file(&path) {
             self.ask(Question::SaveOver(path));
         } else {
             self.save_as(&path);
@@ -240,10 +252,27 @@ impl Studio {
 
     /// A model may replace a model if the person agrees; the export refuses to replace any other file.
     pub(super) fn ask_to_export(&mut self, path: PathBuf) {
-        if path.is_file() && check_output(&path, OutputKind::Glb, false).is_ok() {
+        if fs::is_file(&path) && check_output(&path, OutputKind::Glb, false).is_ok() {
             self.ask(Question::ExportOver(path));
         } else {
             self.export_gltf(&path);
+        }
+    }
+
+    /// A picture may replace a picture if the person agrees.
+    pub(super) fn ask_for_picture(&mut self, path: PathBuf) {
+        match check_output(&path, OutputKind::Png, false) {
+            Err(error) => self.tell_of_file(Err(error.to_string())),
+            Ok(()) if fs::is_file(&path) => self.ask(Question::PictureOver(path)),
+            Ok(()) => self.picture = Some(path),
+        }
+    }
+
+    /// A picture may replace a picture and no other file.
+    pub(super) fn picture_over(&mut self, path: PathBuf) {
+        match check_output(&path, OutputKind::Png, false) {
+            Ok(()) => self.picture = Some(path),
+            Err(error) => self.tell_of_file(Err(error.to_string())),
         }
     }
 
@@ -267,6 +296,7 @@ impl Studio {
             }
             (Question::SaveOver(path), Answer::Replace) => self.save_as(&path),
             (Question::ExportOver(path), Answer::Replace) => self.export_gltf(&path),
+            (Question::PictureOver(path), Answer::Replace) => self.picture_over(path),
             (Question::Unwritten { then, .. }, Answer::GoOn) => self.go(then),
             (Question::Discard { .. }, Answer::Discard) => self.discard(),
             _ => {}

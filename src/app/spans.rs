@@ -71,6 +71,7 @@ impl Studio {
             strokes.extend_from_slice(self.selection.strokes());
         }
         self.selection.set(strokes);
+        self.deselect_locked();
     }
 
     /// The two points to be shown: those that are being taken, else the distance measured last.

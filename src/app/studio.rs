@@ -1,14 +1,16 @@
 use std::{
-    path::Path,
-    sync::Arc,
-    time::{Duration, Instant},
+    path::{Path, PathBuf},
+    time::Duration,
 };
 
 use glam::{Quat, Vec2, Vec3};
 
 use super::{
+    altering::{Clip, Replaced},
     culling::Culling,
     document::{Document, OpenError, Opened, Opening},
+    drawing_aids::{Aids, Twins},
+    frames::FrameWriter,
     gestures::Gestures,
     journal::{Autosaves, Unwritten},
     layers::LayerChoice,
@@ -24,18 +26,18 @@ use super::{
 };
 use crate::{
     frame::{FrameRecord, StageClock},
-    lab::pvs::Pvs,
-    math::Ray,
-    occlusion::{NodeTest, Score},
+    math::{Aabb, Ray},
+    platform::time::Instant,
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::{Event, Limits, StrokeId, Tool},
     render::{DrawnCounts, LineBatch, PassTimes},
     rivals::IndexKind,
-    scene::Scene,
+    scene::Stroke,
     view::View,
 };
 
 mod overlay;
+mod state;
 
 /// The message when a person draws on a read-only session.
 const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
@@ -66,12 +68,12 @@ pub(super) struct Pending {
 
 /// Everything of the window but its panels and the GPU: the session, the tools, the camera and the culling.
 ///
-/// Input becomes [`Event`]s, events change the [`Scene`], the index follows: the same path as in a replay.
+/// Input becomes [`Event`]s, events change the [`Scene`](crate::scene::Scene), the index follows: the same path as in a replay.
 #[derive(Debug)]
 pub struct Studio {
     pub(super) subject: Subject,
     pub(super) autosaves: Autosaves,
-    limits: Limits,
+    pub(super) limits: Limits,
     pub(super) culling: Culling,
     pub(super) navigator: Navigator,
     pub(super) frozen: Option<Vec<View>>,
@@ -79,8 +81,16 @@ pub struct Studio {
     pub(super) tool: ToolChoice,
     pub(super) brush: Brush,
     pub(super) snap: Snap,
+    pub(super) aids: Aids,
+    pub(super) twins: Twins,
     pub(super) pen: Pen,
     pub(super) selection: Selection,
+    pub(super) replaced: Replaced,
+    pub(super) clip: Clip,
+    /// The box of what is selected, as it was last shown.
+    pub(super) shown_bounds: Option<Aabb>,
+    /// The selection that it is of.
+    pub(super) bounds_of: Option<Selection>,
     pub(super) measured: Option<(Vec3, Vec3)>,
     pub(super) gestures: Gestures,
     pub(super) layers: LayerChoice,
@@ -94,7 +104,7 @@ pub struct Studio {
     pub(super) messages: Vec<String>,
     pub(super) pending: Pending,
     pub(super) events: Vec<Event>,
-    changes: Vec<Change>,
+    pub(super) changes: Vec<Change>,
     samples: u64,
     strokes_ns: u64,
     clock: StageClock,
@@ -108,9 +118,16 @@ pub struct Studio {
     culled: VisibleBlocks,
     hidden: VisibleBlocks,
     pub(super) last_aspect: f32,
+    pub(super) last_height_px: f32,
     pub(super) question: Option<Question>,
     /// A person has closed the window, and no question is open.
     pub(super) is_closing: bool,
+    /// How the last file was read or written that a command named.
+    pub(super) file_outcome: Option<Result<(), String>>,
+    /// Where the next frame is to be written as a picture.
+    pub(super) picture: Option<PathBuf>,
+    /// Writes each frame.
+    pub(super) frames: Option<FrameWriter>,
     /// A session was closed although a part of it was not written.
     unwritten: Option<Unwritten>,
 }
@@ -133,8 +150,14 @@ impl Studio {
             tool: ToolChoice::Draw(Tool::Ribbon),
             brush: Brush::default(),
             snap: Snap::default(),
+            aids: Aids::default(),
+            twins: Twins::default(),
             pen: Pen::default(),
             selection: Selection::default(),
+            replaced: Replaced::default(),
+            clip: Clip::default(),
+            shown_bounds: None,
+            bounds_of: None,
             measured: None,
             gestures: Gestures::default(),
             layers: LayerChoice::default(),
@@ -159,8 +182,12 @@ impl Studio {
             culled: VisibleBlocks::new(),
             hidden: VisibleBlocks::new(),
             last_aspect: 1.0,
+            last_height_px: 1.0,
             question: None,
             is_closing: false,
+            file_outcome: None,
+            picture: None,
+            frames: None,
             unwritten: None,
         };
         studio.meet_subject();
@@ -175,6 +202,8 @@ impl Studio {
         }
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
         self.selection = Selection::default();
+        (self.brush.layer, self.twins) = (0, Twins::default());
+        (self.replaced, self.bounds_of) = (Replaced::default(), None);
         self.measured = None;
         self.pen = Pen::default();
         self.gestures = Gestures::default();
@@ -205,11 +234,15 @@ impl Studio {
 
     pub(super) fn replace(&mut self, subject: Subject) {
         self.finish_gestures();
-        if let Subject::Sketch(old) = std::mem::replace(&mut self.subject, subject)
-            && let Err(unwritten) = old.close()
-        {
-            self.say(unwritten.to_string());
-            self.unwritten.get_or_insert(unwritten);
+        if let Subject::Sketch(old) = std::mem::replace(&mut self.subject, subject) {
+            let journal = old.journal();
+            if !journal.is_named() && journal.is_changed() && journal.trouble().is_none() {
+                self.say(format!("the drawing without a name is in {}", journal.path().display()));
+            }
+            if let Err(unwritten) = old.close() {
+                self.say(unwritten.to_string());
+                self.unwritten.get_or_insert(unwritten);
+            }
         }
         self.take_up_time();
         self.meet_subject();
@@ -244,170 +277,6 @@ impl Studio {
         self.messages.extend(opened.remarks);
     }
 
-    /// Sets the tracker to listen to.
-    pub fn set_tracker(&mut self, tracker: Tracker) {
-        self.tracker = Some(tracker);
-    }
-
-    /// Takes potentially visible sets of the finished model.
-    pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
-        self.culling.set_pvs(pvs);
-    }
-
-    /// Says how occlusion culling tests nodes and scores occluders, before it is chosen.
-    pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
-        self.culling.set_tests(node_test, score);
-    }
-
-    /// Sets the limits of sessions that are opened later.
-    pub fn set_limits(&mut self, limits: Limits) {
-        self.limits = limits;
-    }
-
-    /// Shows the model on the screens of a rig.
-    pub fn set_room(&mut self, room: Room) {
-        self.room = room;
-    }
-
-    /// The tracker, if one is listened to.
-    pub fn tracker(&self) -> Option<&Tracker> {
-        self.tracker.as_ref()
-    }
-
-    /// The session or replay that the window shows.
-    pub fn subject(&self) -> &Subject {
-        &self.subject
-    }
-
-    /// The model.
-    pub fn scene(&self) -> &Scene {
-        self.subject.scene()
-    }
-
-    /// The culling.
-    pub fn culling(&self) -> &Culling {
-        &self.culling
-    }
-
-    /// Records the time to draw the last frame, nanoseconds.
-    pub fn note_drawing(&mut self, ns: u64) {
-        self.culling.note_drawing(self.report.drawn, ns);
-    }
-
-    /// The settings of the pen.
-    pub fn brush(&self) -> Brush {
-        self.brush
-    }
-
-    /// The tool of the pointer.
-    pub fn tool(&self) -> ToolChoice {
-        self.tool
-    }
-
-    /// How strokes find their depth.
-    pub fn snap(&self) -> Snap {
-        self.snap
-    }
-
-    /// Of the polygons in the first view, how many lie in the frustum as a whole, and how many its planes cut; only while
-    /// that is shown.
-    pub fn inside_and_cut(&self) -> Option<(u64, u64)> {
-        self.cut
-    }
-
-    /// Which pictures of the structures are shown.
-    pub fn layers(&self) -> LayerChoice {
-        self.layers
-    }
-
-    /// Whether the culling camera stands still.
-    pub fn is_frozen(&self) -> bool {
-        self.frozen.is_some()
-    }
-
-    /// The selected strokes.
-    pub fn selection(&self) -> &Selection {
-        &self.selection
-    }
-
-    /// The camera.
-    pub fn navigator(&self) -> &Navigator {
-        &self.navigator
-    }
-
-    /// The screens.
-    pub fn room(&self) -> &Room {
-        &self.room
-    }
-
-    /// Whether a replay moves the camera.
-    pub fn follows_replay_camera(&self) -> bool {
-        self.follows_replay_camera
-    }
-
-    /// Lets a replay move the camera, or not.
-    pub fn follow_replay_camera(&mut self, follow: bool) {
-        self.follows_replay_camera = follow;
-    }
-
-    /// Messages to the person, oldest first.
-    pub fn messages(&self) -> &[String] {
-        &self.messages
-    }
-
-    /// Adds a message.
-    pub fn say(&mut self, message: String) {
-        /// Messages kept.
-        const KEPT: usize = 50;
-        if self.messages.len() >= KEPT {
-            self.messages.remove(0);
-        }
-        self.messages.push(message);
-    }
-
-    /// Adds a message unless it is the last one already.
-    fn say_once(&mut self, message: &str) {
-        if self.messages.last().is_none_or(|last| last != message) {
-            self.say(message.to_owned());
-        }
-    }
-
-    /// Times and counts of the last frame.
-    pub fn report(&self) -> FrameReport {
-        self.report
-    }
-
-    /// Counts of culling on the GPU, all views together, and times of the GPU, of the latest frame whose results have
-    /// arrived; `None` where there is none.
-    pub fn while_drawing(&self) -> Option<(DrawnCounts, Option<PassTimes>)> {
-        self.while_drawing
-    }
-
-    /// The painter reports what the GPU culled.
-    pub(super) fn note_drawn(&mut self, counts: Option<(DrawnCounts, Option<PassTimes>)>) {
-        self.while_drawing = counts;
-    }
-
-    /// The views of the last frame, one for each screen and eye.
-    pub fn views(&self) -> &[RoomView] {
-        &self.views
-    }
-
-    /// The lines drawn on top of the model in the last frame.
-    pub fn lines(&self) -> &LineBatch {
-        &self.lines
-    }
-
-    /// Polygons outside of the views of the last frame; empty unless they are to be shown.
-    pub fn culled(&self) -> &VisibleBlocks {
-        &self.culled
-    }
-
-    /// Polygons that were left out of the last frame because others hide them; empty unless they are to be shown.
-    pub fn hidden(&self) -> &VisibleBlocks {
-        &self.hidden
-    }
-
     /// Time in the session, seconds.
     pub(super) fn now_secs(&self) -> f64 {
         self.resumed_secs + self.started.elapsed().as_secs_f64()
@@ -435,12 +304,9 @@ impl Studio {
         let mut events = std::mem::take(&mut self.events);
         match &mut self.subject {
             Subject::Sketch(document) if !document.is_read_only() => {
-                for event in events.drain(..) {
-                    self.samples += u64::from(event.is_sample());
-                    if !document.apply(event) {
-                        self.samples -= 1;
-                    }
-                }
+                document.apply_all(&mut events);
+                self.samples += events.iter().filter(|event| event.is_sample()).count() as u64;
+                events.clear();
             }
             Subject::Sketch(_) if events.is_empty() => {}
             Subject::Sketch(_) => {
@@ -484,13 +350,13 @@ impl Studio {
         self.room.under(&views, at)
     }
 
-    /// The polygon under a ray, leaving out a stroke.
-    pub(super) fn pick(&mut self, ray: &Ray, without: Option<StrokeId>) -> Option<(PolygonId, f32)> {
+    /// The polygon under a ray, of the strokes that count.
+    pub(super) fn pick(&mut self, ray: &Ray, counts: impl Fn(&Stroke) -> bool) -> Option<(PolygonId, f32)> {
         let waiting = match &self.subject {
             Subject::Sketch(document) => document.changes(),
             Subject::Replay(_) => &[],
         };
-        self.culling.pick(self.subject.scene(), waiting, ray, without)
+        self.culling.pick(self.subject.scene(), waiting, ray, counts)
     }
 
     /// The strokes with a polygon in a part of space.
@@ -509,7 +375,8 @@ impl Studio {
         self.tend();
         self.fly(frame_secs);
         let aspect = size_px.x / size_px.y.max(1.0);
-        self.last_aspect = aspect;
+        (self.last_aspect, self.last_height_px) = (aspect, size_px.y);
+        self.follow_width();
         self.changes.clear();
         let start = self.clock.start();
         match &mut self.subject {
@@ -527,7 +394,8 @@ impl Studio {
             }
         }
         self.strokes_ns += self.clock.since(start).ns;
-        self.pending.changes.extend_from_slice(&self.changes);
+        let (scene, pending) = (self.subject.scene(), &mut self.pending.changes);
+        scene.for_each_change(&self.changes, |change| pending.push(change));
 
         let bounds = self.subject.bounds();
         let hands = self.hands_before_screens();

@@ -1,5 +1,4 @@
 use std::{
-    fs::File,
     io::{self, Write},
     path::Path,
 };
@@ -13,7 +12,7 @@ use super::{
     subject::Subject,
     tool::ToolChoice,
 };
-use crate::atomic_file::open_stream;
+use crate::{atomic_file::open_stream, platform::fs::File};
 
 /// Writes one line of JSON for each frame: for measurements, and for tests that drive the window from outside.
 #[derive(Debug)]

@@ -1,8 +1,8 @@
 use std::{
     io::{self, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{Arc, mpsc},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use glam::Vec2;
@@ -12,7 +12,7 @@ use winit::{
     dpi::LogicalSize,
     event::WindowEvent,
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy},
-    window::{Window, WindowId},
+    window::{Fullscreen, Window, WindowId},
 };
 
 use super::{
@@ -28,7 +28,8 @@ use super::{
 };
 use crate::{
     frame::StageClock,
-    render::{Area, RenderError},
+    platform::{self, time::Instant},
+    render::{Area, ComingImage, RenderError},
     view::Stereo,
 };
 
@@ -51,6 +52,8 @@ pub struct WindowOptions {
     pub tracker_options: TrackerOptions,
     /// A file that gets one line of JSON for each frame.
     pub trace: Option<PathBuf>,
+    /// Where the window keeps its settings; nowhere if left out.
+    pub settings: Option<PathBuf>,
 }
 
 /// An error of the window system without the place in its source, which says nothing to a user.
@@ -84,9 +87,12 @@ pub enum WindowError {
     },
 }
 
+/// A window, and what paints it.
+type Opened = (Arc<Window>, Result<Painter, RenderError>);
+
 /// An event from another thread: messages of a tracker, or the end of a dialog.
 #[derive(Clone, Copy, Debug)]
-struct Wake;
+pub(super) struct Wake;
 
 /// Opens a window for a studio and runs it until it is closed.
 ///
@@ -100,14 +106,26 @@ pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
         trace: None,
         live: None,
         wake: None,
+        opening: None,
         failure: None,
         recoveries: 0,
     };
-    let outcome = app.run();
-    let closed = app.studio.take().map_or(Ok(()), Studio::close);
-    // An unwritten part of the session is the more important error.
-    closed?;
-    outcome
+    let prepared = app.prepare();
+    #[cfg(target_arch = "wasm32")]
+    {
+        let event_loop = prepared?;
+        super::page::listen(event_loop.create_proxy());
+        winit::platform::web::EventLoopExtWebSys::spawn_app(event_loop, app);
+        Ok(())
+    }
+    #[cfg(not(target_arch = "wasm32"))]
+    {
+        let outcome = prepared.and_then(|event_loop| app.run(event_loop));
+        let closed = app.studio.take().map_or(Ok(()), Studio::close);
+        // An unwritten part of the session is the more important error.
+        closed?;
+        outcome
+    }
 }
 
 /// A system without a display gives an error; one without a keyboard library makes winit panic, which is caught.
@@ -134,6 +152,8 @@ struct App {
     options: WindowOptions,
     trace: Option<Trace>,
     live: Option<Live>,
+    /// The painter of a window that is being opened.
+    opening: Option<mpsc::Receiver<Opened>>,
     /// Wakes the event loop from other threads.
     wake: Option<EventLoopProxy<Wake>>,
     failure: Option<WindowError>,
@@ -149,10 +169,14 @@ struct Live {
     clock: StageClock,
     last_frame: Instant,
     repaint_at: Option<Instant>,
+    /// Whether a person has wished for the full screen.
+    is_fullscreen: bool,
     /// When the session's file is checked next, with or without a frame.
     tend_at: Instant,
     /// The pictures of brushes on their way.
     previews: Option<mpsc::Receiver<Result<Vec<u8>, String>>>,
+    /// A picture that is to be a file.
+    picture: Option<(PathBuf, ComingImage)>,
     #[cfg(feature = "gamepad")]
     gamepad: Option<super::gamepad::Gamepad>,
 }
@@ -164,7 +188,7 @@ impl Live {
         let Some(drawing) = &self.previews else {
             let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
             let (drawn, drawing) = mpsc::channel();
-            std::thread::spawn(move || {
+            let _ = platform::beside("previews", move || {
                 let pictures = previews::draw(&gpu, &PreviewGrid::default());
                 // A window that is closing does not hear it any more. The pictures are sent first: who is woken finds them.
                 let _ = drawn.send(pictures.map_err(|error| error.to_string()));
@@ -198,16 +222,18 @@ impl Live {
 
 impl ApplicationHandler<Wake> for App {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.live.is_some() {
+        if self.live.is_some() || self.opening.is_some() {
             return;
         }
-        match self.open_window(event_loop) {
-            Ok(live) => self.live = Some(live),
-            Err(error) => self.fail(event_loop, error),
+        if let Err(error) = self.open_window(event_loop) {
+            self.fail(event_loop, error);
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, Wake: Wake) {
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, Wake: Wake) {
+        if let Err(error) = self.take_painter(event_loop) {
+            self.fail(event_loop, error);
+        }
         if let Some(live) = &self.live {
             live.window.request_redraw();
         }
@@ -275,7 +301,7 @@ impl ApplicationHandler<Wake> for App {
 }
 
 impl App {
-    fn run(&mut self) -> Result<(), WindowError> {
+    fn prepare(&mut self) -> Result<EventLoop<Wake>, WindowError> {
         let event_loop = open_event_loop()?;
         self.wake = Some(event_loop.create_proxy());
         if let Some(path) = &self.options.trace {
@@ -296,6 +322,11 @@ impl App {
             }
             studio.set_tracker(tracker);
         }
+        Ok(event_loop)
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn run(&mut self, event_loop: EventLoop<Wake>) -> Result<(), WindowError> {
         let outcome = event_loop.run_app(self);
         match (self.failure.take(), outcome) {
             (Some(failure), _) => Err(failure),
@@ -318,26 +349,51 @@ impl App {
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, error: WindowError) {
+        #[cfg(target_arch = "wasm32")]
+        super::page::fail(&error);
         self.failure.get_or_insert(error);
         event_loop.exit();
     }
 
-    fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<Live, WindowError> {
-        let (width, height) = self.options.size.unwrap_or((1280, 800));
-        let attributes = Window::default_attributes()
-            .with_title("osp")
-            .with_inner_size(LogicalSize::new(width, height))
-            .with_min_inner_size(LogicalSize::new(480, 320));
+    /// Opens a window; its painter follows, on a page later.
+    fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
+        let attributes = Window::default_attributes().with_title("osp");
+        #[cfg(target_arch = "wasm32")]
+        // The page's style decides about the size.
+        let attributes = winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
+        #[cfg(not(target_arch = "wasm32"))]
+        let attributes = {
+            let (width, height) = self.options.size.unwrap_or((1280, 800));
+            let size = LogicalSize::new(width, height);
+            attributes.with_inner_size(size).with_min_inner_size(LogicalSize::new(480, 320))
+        };
         let window = event_loop
             .create_window(attributes)
             .map_err(|error| WindowError::NoDisplay(error.to_string()))?;
         let window = Arc::new(window);
-        let mut painter = Painter::new(&window, Box::new(event_loop.owned_display_handle()))?;
+        let painter = Painter::new(Arc::clone(&window), Box::new(event_loop.owned_display_handle()));
+        let (opened, opening) = mpsc::channel();
+        let wake = self.wake.clone();
+        platform::when_done(painter, move |painter| {
+            // A window that is closing does not hear it any more.
+            let _ = opened.send((window, painter));
+            let _ = wake.map(|wake| wake.send_event(Wake));
+        });
+        self.opening = Some(opening);
+        self.take_painter(event_loop)
+    }
+
+    /// The window goes to work once its painter is there.
+    fn take_painter(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
+        let Some(Ok((window, painter))) = self.opening.as_ref().map(mpsc::Receiver::try_recv) else {
+            return Ok(());
+        };
+        self.opening = None;
+        let mut painter = painter?;
         if let Some(studio) = &self.studio {
             open_screens(event_loop, studio, &mut painter)?;
         }
         let context = egui::Context::default();
-        context.set_theme(egui::Theme::Dark);
         let side = painter.max_texture_side();
         let egui = egui_winit::State::new(
             context,
@@ -347,37 +403,53 @@ impl App {
             None,
             Some(side),
         );
+        let mut interface = Interface::new(painter.adapter());
+        if let Some(path) = &self.options.settings {
+            interface.keep_settings(path.clone(), egui.egui_ctx());
+        }
         window.request_redraw();
-        Ok(Live {
-            interface: Interface::new(painter.adapter()),
+        self.live = Some(Live {
+            interface,
             window,
             egui,
             painter,
             clock: StageClock::default(),
             last_frame: Instant::now(),
             repaint_at: None,
+            is_fullscreen: false,
             tend_at: Instant::now(),
             previews: None,
+            picture: None,
             #[cfg(feature = "gamepad")]
             gamepad: super::gamepad::Gamepad::open(),
-        })
+        });
+        Ok(())
     }
 
     /// One frame, from the input to the picture on the window.
     fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let (Some(live), Some(studio)) = (&mut self.live, &mut self.studio) else { return Ok(()) };
+        #[cfg(target_arch = "wasm32")]
+        super::page::before_frame(studio);
         let window_size = live.window.inner_size();
         let frame_secs = live.last_frame.elapsed().as_secs_f32();
         live.last_frame = Instant::now();
 
         // Everything that has come up to here becomes part of this frame.
         let start = live.clock.start();
-        let input = live.egui.take_egui_input(&live.window);
+        #[cfg_attr(not(target_arch = "wasm32"), expect(unused_mut, reason = "a page adds to it"))]
+        let mut input = live.egui.take_egui_input(&live.window);
+        #[cfg(target_arch = "wasm32")]
+        super::page::take_typed(&mut input.events);
         let context = live.egui.egui_ctx().clone();
         let mut area = egui::Rect::NOTHING;
         let output = context.run_ui(input, |ui| area = live.interface.show(ui, studio));
+        #[cfg(target_arch = "wasm32")]
+        super::page::note_text_field(output.platform_output.ime.is_some());
         live.egui.handle_platform_output(&live.window, output.platform_output);
-        if let (true, Some(wake)) = (live.interface.wants_previews(), &self.wake) {
+        // To read a picture back takes a wait, and a page cannot.
+        let can_wait = !cfg!(target_arch = "wasm32");
+        if let (true, Some(wake)) = (can_wait && live.interface.wants_previews(), &self.wake) {
             live.take_previews(&context, studio, wake);
         }
         let panels = Panels {
@@ -408,6 +480,31 @@ impl App {
 
         if painted.is_shown {
             studio.note_drawing(painted.draw_ns);
+        }
+        if studio.writes_frames() && painted.is_shown {
+            match live.painter.picture().and_then(|coming| coming.wait(live.painter.gpu())) {
+                Ok(picture) => studio.take_frame(picture),
+                Err(error) => studio.say_once(&error.to_string()),
+            }
+        }
+        // One that was not shown may not have been drawn.
+        if let Some(path) = painted.is_shown.then(|| studio.take_picture()).flatten() {
+            match live.painter.picture() {
+                Ok(coming) => live.picture = Some((path, coming)),
+                Err(error) => tell_of_picture(studio, &path, Err(error)),
+            }
+        }
+        if let Some((path, coming)) = &live.picture {
+            if let Some(picture) = coming.take(live.painter.gpu()) {
+                tell_of_picture(studio, path, picture.and_then(|picture| picture.write_png(path)));
+                live.picture = None;
+            }
+            live.window.request_redraw();
+        }
+        // Only when the wish changes: the desktop has keys of its own for it.
+        let wants_screen = live.interface.is_fullscreen();
+        if std::mem::replace(&mut live.is_fullscreen, wants_screen) != wants_screen {
+            live.window.set_fullscreen(wants_screen.then_some(Fullscreen::Borderless(None)));
         }
 
         let mut times = FrameTimes::default();
@@ -440,6 +537,8 @@ impl App {
         if studio.is_closing() {
             event_loop.exit();
         }
+        #[cfg(target_arch = "wasm32")]
+        super::page::after_frame(studio, live.painter.adapter(), painted.is_shown);
         self.trace(&times, painted.is_shown, (window_size.width, window_size.height));
         Ok(())
     }
@@ -455,9 +554,16 @@ impl App {
             studio.say(format!("{error}; drawing goes on"));
             studio.send_all_again();
         }
-        self.live = Some(self.open_window(event_loop)?);
-        Ok(())
+        self.open_window(event_loop)
     }
+}
+
+fn tell_of_picture(studio: &mut Studio, path: &Path, outcome: Result<(), RenderError>) {
+    let said = outcome.map(|()| format!("the picture is in {}", path.display()));
+    studio.tell_of_file(said.map_err(|error| match error {
+        RenderError::Write { .. } => error.to_string(),
+        _ => format!("{}: {error}", path.display()),
+    }));
 }
 
 /// A window for each screen and eye, where the rig asks for it.
@@ -496,7 +602,19 @@ fn set_title(window: &Window, studio: &Studio) {
         Subject::Replay(player) => player.path(),
     };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let title = format!("{name} - osp");
+    let title = match studio.subject() {
+        Subject::Replay(_) => format!("{name} (replay) - osp"),
+        Subject::Sketch(document) => {
+            let journal = document.journal();
+            match (journal.is_read_only(), journal.trouble().is_some(), journal.is_named()) {
+                (true, ..) => format!("{name} (read-only) - osp"),
+                (_, true, _) => format!("*{name} (NOT saved) - osp"),
+                (.., true) => format!("{name} - osp"),
+                _ if journal.is_changed() => "*no name yet - osp".to_owned(),
+                _ => "no name yet - osp".to_owned(),
+            }
+        }
+    };
     if window.title() != title {
         window.set_title(&title);
     }

@@ -76,7 +76,7 @@ pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let (scene, heads) = model(args)?;
     let ids: Vec<PolygonId> = scene.visible_ids().collect();
-    let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(scene.bounds(id)));
+    let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(&scene.bounds(id)));
     if bounds.is_empty() {
         bail!("{}: nothing is left in the model at its end", args.file.display());
     }
@@ -156,7 +156,7 @@ fn bake(
         let mut index = IndexKind::BvhSah.create(&config);
         for &id in ids {
             // A polygon that is not finite cannot be drawn.
-            let _ = index.insert(id, scene.bounds(id));
+            let _ = index.insert(id, &scene.bounds(id));
         }
         index.commit();
         let mut found = Vec::new();

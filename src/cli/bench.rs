@@ -26,8 +26,8 @@ use super::{
 use crate::{
     index::IndexConfig,
     lab::bench::{
-        self, Adapter, BenchReport, Contender, Flight, GrowthConfig, Machine, PaperInput, PaperResult,
-        RaysConfig, RaysModel, RaysResult, SessionInput, SessionResult,
+        self, Adapter, BenchReport, Contender, Flight, GrowthConfig, Machine, MovingConfig, MovingResult,
+        PaperInput, PaperResult, RaysConfig, RaysModel, RaysResult, SessionInput, SessionResult,
     },
     math::Aabb,
     occlusion::{CullConfig, Occlusion, OcclusionConfig, SelectConfig},
@@ -44,6 +44,8 @@ const BATCH: u32 = 8;
 const FLIGHT_FRAMES: u64 = 360;
 /// Polygons of the synthetic model that rays are cast into, at most.
 const MOST_FOR_RAYS: u32 = 1_000_000;
+/// Polygons of the synthetic model of which some move, at most.
+const MOST_MOVING: u32 = 1_000_000;
 
 /// Compare all structures, on sessions of yours and on a synthetic one that grows to millions of polygons.
 ///
@@ -55,6 +57,7 @@ const MOST_FOR_RAYS: u32 = 1_000_000;
   osp bench sketch.tilt --html sketch.html --csv sketch.csv
   osp bench --sizes 1000,100000,10000000 --index osp,octree-rebuild,lbvh
   osp bench recordings/room.ron --no-growth --json
+  osp bench --sizes 10000,1000000 --no-rays --index osp,bvh-sah,bvh-two-level,dynamic-bvh
   osp bench recordings/room.ron --rig dual-wall --no-growth --no-rays
   osp bench recordings/room.ron --paper --draw --html paper.html
   osp bench sketch.tilt --paper --depth 15 --cube 0.5,1,2 --score paper --node-test sphere
@@ -69,6 +72,11 @@ Parts of the report:
   rays      the finished sessions, and the synthetic one at each of the sizes up to a million:
             nearest hit, any hit, what is in a box, nearest polygons of a point; in order and
             best first; while polygons arrive; refit against rebuild as polygons move
+  moving    the synthetic session at each of the sizes up to a million: 1, 10 and 100 % of the
+            polygons move in every frame, in pieces, as a group that is placed as a whole, and as
+            instances of one mesh; each structure files their boxes again, `group-index` has an
+            entry a group. Entries and boxes changed are counted. The command fails if a
+            structure does not see what it has to
   paper     with --paper: the paper's experiments as it is printed. Its tree and its octree while
             the model grows (figures 19, 21 to 23): the planes that filing asks are counted, and
             all polygons of cut nodes are drawn. A flight with every culler (figure 20), also the
@@ -99,6 +107,9 @@ pub(super) struct BenchArgs {
     /// Leave out rays, ranges and neighbours.
     #[arg(long)]
     no_rays: bool,
+    /// Leave out moving things.
+    #[arg(long)]
+    no_moving: bool,
     /// How much of a session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
     /// the hand).
     #[arg(long, default_value = "samples:1")]
@@ -201,6 +212,10 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
             rays.extend(cast_rays(args, &kinds, &RaysModel::synthetic(size)?, &progress));
         }
     }
+    let moving = match args.no_growth || args.no_moving || args.paper.is_alone() {
+        true => Vec::new(),
+        false => move_things(args, &kinds, &progress)?,
+    };
     progress.finish_and_clear();
 
     let report = BenchReport {
@@ -212,6 +227,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         skipped,
         flights,
         rays,
+        moving,
         paper,
     };
     if let Some(output) = csv {
@@ -223,7 +239,8 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     }
     say(&if args.json { report.to_json() } else { report.to_text() })?;
     let agree = report.sessions.iter().all(|session| session.indexes_agree)
-        && report.rays.iter().all(|rays| rays.disagree.is_empty());
+        && report.rays.iter().all(|rays| rays.disagree.is_empty())
+        && report.moving.iter().all(|moving| moving.disagree.is_empty());
     Ok(if agree { Outcome::Done } else { Outcome::CheckFailed })
 }
 
@@ -358,6 +375,20 @@ fn cast_rays(
     };
     let shown = one_line(&model.recording).into_owned();
     bench::cast_rays(&config, model, |what| progress.set_message(format!("{shown}: rays, {what}")))
+}
+
+fn move_things(
+    args: &BenchArgs,
+    kinds: &[Contender],
+    progress: &ProgressBar,
+) -> anyhow::Result<Vec<MovingResult>> {
+    let config = MovingConfig {
+        sizes: args.sizes().into_iter().filter(|&size| size <= MOST_MOVING).collect(),
+        kinds: kinds.to_vec(),
+        reference: args.reference,
+        budget_secs: if args.quick { 0.01 } else { 0.3 },
+    };
+    Ok(bench::move_things(&config, |what| progress.set_message(what.to_owned()))?)
 }
 
 type Growth = (Vec<bench::GrowthRow>, Vec<bench::Skipped>);

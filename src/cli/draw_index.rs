@@ -101,9 +101,9 @@ fn splits(scene: &Scene) -> anyhow::Result<Vec<SplitOutline>> {
     let mut tree = Bsp::new(BspConfig::default(), &IndexConfig::default());
     let mut bounds = Aabb::EMPTY;
     for id in scene.visible_ids() {
-        tree.insert(id, scene.bounds(id))?;
+        tree.insert(id, &scene.bounds(id))?;
         tree.shape(id, &scene.polygon(id));
-        bounds = bounds.union(scene.bounds(id));
+        bounds = bounds.union(&scene.bounds(id));
     }
     tree.commit();
     let mut outlines = Vec::new();

@@ -64,12 +64,13 @@ impl Counts {
             Event::Point { .. } => self.points += 1,
             Event::Polygon { .. } => self.polygons += 1,
             Event::Head { .. } => self.heads += 1,
-            Event::End { .. } => {}
+            Event::End { .. } | Event::Step { .. } | Event::Layer { .. } | Event::View { .. } => {}
             Event::Erase { .. }
             | Event::Undo { .. }
             | Event::Redo { .. }
             | Event::Move { .. }
             | Event::Group { .. }
+            | Event::Assign { .. }
             | Event::Place { .. } => self.edits += 1,
         }
     }

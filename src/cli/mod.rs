@@ -25,6 +25,7 @@ mod version;
 mod bake;
 mod bench;
 mod bench_paper;
+mod completions;
 mod draw_index;
 #[cfg(feature = "render")]
 mod drawing;
@@ -32,6 +33,7 @@ mod export;
 mod frame_choice;
 mod import;
 mod info;
+mod man;
 #[cfg(feature = "render")]
 mod render;
 #[cfg(feature = "render")]
@@ -45,9 +47,11 @@ mod replay_args;
 mod replay_outputs;
 mod replay_session;
 mod replay_text;
+mod rig;
 mod rig_args;
 #[cfg(feature = "window")]
 mod send;
+mod serve;
 #[cfg(feature = "window")]
 mod sketch;
 mod synth;
@@ -62,7 +66,7 @@ pub use allocations::CountingAllocator;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, error::ErrorKind};
+use clap::{CommandFactory, Parser, Subcommand, error::ErrorKind};
 
 /// Keep a 3D model drawable in real time while somebody draws it: replay recorded sketching sessions through the OSP
 /// tree and rival structures, and see what each frame costs.
@@ -85,6 +89,7 @@ const EXAMPLES: &str = "Examples:
   osp render recordings/room.ron room.png
   osp bake recordings/room.ron room.pvs
   osp sketch house.ron
+  osp serve
   osp replay --help       describes the indexes and the methods of occlusion culling
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
@@ -107,6 +112,10 @@ enum Command {
     #[cfg(not(feature = "render"))]
     Render(not_built::NotBuilt),
     Verify(verify::VerifyArgs),
+    Completions(completions::CompletionsArgs),
+    Man(man::ManArgs),
+    Rig(rig::RigCommand),
+    Serve(serve::ServeArgs),
     #[cfg(feature = "window")]
     Sketch(sketch::SketchArgs),
     #[cfg(feature = "window")]
@@ -152,6 +161,10 @@ pub fn run() -> ExitCode {
         #[cfg(not(feature = "render"))]
         Command::Render(_) => not_built::refuse("render", "render"),
         Command::Verify(args) => verify::run(&args),
+        Command::Completions(args) => completions::run(&args, Cli::command()),
+        Command::Rig(args) => rig::run(&args),
+        Command::Serve(args) => serve::run(&args),
+        Command::Man(args) => man::run(&args, Cli::command()),
         #[cfg(feature = "window")]
         Command::Sketch(args) => sketch::run(&args),
         #[cfg(feature = "window")]

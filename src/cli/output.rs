@@ -19,6 +19,12 @@ pub(super) fn keep_standard_output_for_a_file() {
     HOLDS_A_FILE.store(true, Ordering::Relaxed);
 }
 
+/// Letters in a line of the terminal: the variable `COLUMNS`, or what the terminal says. `None` if neither does.
+pub(super) fn columns() -> Option<u16> {
+    let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    said.filter(|columns| *columns > 0).or_else(|| comfy_table::Table::new().width())
+}
+
 /// Writes a result, with a line end.
 pub(super) fn say(text: &str) -> anyhow::Result<()> {
     if HOLDS_A_FILE.load(Ordering::Relaxed) {

@@ -36,7 +36,9 @@ use crate::{
     output_file::OutputKind,
     polygon::VisibleBlocks,
     recording::Pace,
-    render::{DrawTimes, Gpu, Image, Layer, Offscreen, Painter, RendererConfig, background_for},
+    render::{
+        DrawTimes, Gpu, Image, Layer, Offscreen, Painter, RendererConfig, background_for, ffmpeg_command,
+    },
     replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, summarize, whole_view},
     rivals::IndexKind,
     scene::Scene,
@@ -339,11 +341,20 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             pipeline.skip(scene, changes);
         }
     }
+    if let Some(folder) = &args.to {
+        for picture in pictures.all() {
+            let ending = picture.path(Path::new("")).to_string_lossy().into_owned();
+            complain(&format!("as a video: {}", one_line(&ffmpeg_command(folder, &ending, VIDEO_RATE))));
+        }
+    }
     if args.check && args.painter.is_none() && outcome == Outcome::Done {
         complain("culling changes no pixel");
     }
     Ok(outcome)
 }
+
+/// Pictures a second in the video of --every.
+const VIDEO_RATE: u32 = 30;
 
 fn picture(
     drawer: &mut Offscreen,

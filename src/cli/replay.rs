@@ -133,7 +133,7 @@ const INCOMPLETE: &str = "no index replayed every frame, so the session has no f
 /// Plays the first session in a window with the first index.
 #[cfg(feature = "window")]
 fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outcome> {
-    use crate::app::{Autosaves, Command, Player, Studio, Subject, WindowOptions, run};
+    use crate::app::{Autosaves, Command, Player, Settings, Studio, Subject, WindowOptions, run};
     if args.rig.room == RoomMotion::Stands {
         bail!("--room stands is not for --window: there the room goes along with the replay's camera");
     }
@@ -156,7 +156,9 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     let occlusion = args.pvs.as_ref().map_or(Occlusion::Auto, |_| Occlusion::Pvs);
     studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(occlusion)));
     let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
-    run(studio, WindowOptions { trace, ..WindowOptions::default() })?;
+    studio.command(Command::Play(!args.paused));
+    let settings = Some(Settings::default_path());
+    run(studio, WindowOptions { trace, settings, ..WindowOptions::default() })?;
     Ok(Outcome::Done)
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::{
     numbers,
@@ -35,6 +35,8 @@ The table has a line for each index (times of this machine, one thread):
   visible  polygons in the frustum, mean over the frames
   culled   the other polygons, mean over the frames
   frames measured   a slow index is measured on evenly spaced stretches of the session (--budget)
+On a terminal of fewer than 100 columns (or with COLUMNS below 100) it leaves out p95, visible, culled,
+memory and frames measured. The last lines say which index took the least time.
 With --occlusion it has a line for each index and method, and more columns:
   occluded   polygons in the frustum that the method culled because others hide them, mean
   occlusion  time to choose occluders, build the culler and test: median of the frames that used it
@@ -135,6 +137,11 @@ pub(super) struct ReplayArgs {
     /// Compare in this many frames what occlusion culling leaves out with what really cannot be seen.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     pub(super) verify_frames: u64,
+    /// How polygons of a group that is placed again and again are filed: `polygons` files each anew in every frame that
+    /// places the group, `whole` keeps them in an index in the group's own space, beside that of the run, whatever it is. The
+    /// answers are the same. A window takes them whole.
+    #[arg(long, value_enum, default_value_t = GroupFiling::Polygons)]
+    pub(super) groups: GroupFiling,
     /// Let an output replace a file of another kind, even a session, but never a file that is read.
     #[arg(long)]
     pub(super) force: bool,
@@ -146,14 +153,27 @@ pub(super) struct ReplayArgs {
     #[cfg(feature = "render")]
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
     pub(super) draw: Option<super::parsers::Size>,
-    /// Play the session in a window, with its times and counts.
+    /// Play the session in a window, at once (see --paused), with its times and counts.
     #[cfg(feature = "window")]
     #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
     pub(super) window: bool,
+    /// With --window: stand before the first frame until somebody plays it.
+    #[cfg(feature = "window")]
+    #[arg(long, requires = "window")]
+    pub(super) paused: bool,
     /// With --window: write one line of JSON for each frame shown.
     #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE", requires = "window")]
     pub(super) trace: Option<PathBuf>,
+}
+
+/// How polygons of groups that move are filed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum GroupFiling {
+    /// Each by its box in the world.
+    Polygons,
+    /// In an index of the group's own.
+    Whole,
 }
 
 impl ReplayArgs {

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{
     allocations,
     output::{complain, one_line},
-    replay_args::ReplayArgs,
+    replay_args::{GroupFiling, ReplayArgs},
     session::{OpenSession, root_cube},
 };
 use crate::{
@@ -91,6 +91,7 @@ pub(super) fn replay_file(
     let progress = progress_bar(summary.frames, &name);
     let player = match finished {
         Some((scene, _)) => Player::walk(session, args.pace, scene),
+        None if args.groups == GroupFiling::Whole => Player::new(session, args.pace).keeping_groups_whole(),
         None => Player::new(session, args.pace),
     };
     let mut replay = Replay::new(player, camera, lanes);
@@ -129,7 +130,7 @@ pub(super) fn replay_file(
     }
     progress.finish_and_clear();
     for (run, lane) in runs.iter_mut().zip(replay.lanes()) {
-        run.bytes = lane.pipeline().index().bytes();
+        run.bytes = lane.pipeline().bytes();
         run.refused = lane.pipeline().refused();
     }
     let counts = summary.counts;

@@ -1,7 +1,10 @@
 //! What `osp replay` says of a session.
 
-use super::{output::one_line, replay_args::ReplayArgs};
-use crate::lab::report::{ReplayReport, RunReport, replay_table, thousands};
+use super::{
+    output::{columns, one_line},
+    replay_args::ReplayArgs,
+};
+use crate::lab::report::{ReplayReport, RunReport, replay_table, thousands, verdict};
 
 /// The table of a session, and what is to be known of it.
 pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
@@ -19,7 +22,9 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
         lines.push("Nothing was drawn in this session: there is nothing to measure.".to_owned());
         return lines.join("\n");
     }
-    lines.push(replay_table(report));
+    let columns = columns();
+    lines.push(replay_table(report, columns));
+    lines.extend(verdict(report));
     lines.extend(report.rig.iter().flat_map(|rig| rig.blind(report.frames)));
     if args.tests.given().is_some() {
         lines.push(format!(

@@ -1,6 +1,6 @@
 //! `--rig` and `--stereo`: the screens around the eye.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::{
@@ -50,11 +50,15 @@ fn room_parser() -> impl TypedValueParser<Value = RoomMotion> {
     })
 }
 
+/// The file of a rig, if its name is not that of a shipped one.
+pub(super) fn rig_file(name: &str) -> Option<PathBuf> {
+    (!Rig::shipped().any(|shipped| shipped == name)).then(|| PathBuf::from(name))
+}
+
 impl RigArgs {
     /// The file of the rig, if it is one: no output may replace it.
     pub(super) fn file(&self) -> Option<PathBuf> {
-        let is_shipped = |name: &String| Rig::shipped().any(|shipped| shipped == name.as_str());
-        self.rig.as_ref().filter(|name| !is_shipped(name)).map(|name| Path::new(name).to_owned())
+        self.rig.as_deref().and_then(rig_file)
     }
 
     /// The rig, with the way to show it to two eyes.

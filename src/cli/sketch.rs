@@ -16,8 +16,8 @@ use super::{
 };
 use crate::{
     app::{
-        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Studio,
-        Subject, WindowOptions, run as run_window,
+        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Settings,
+        Studio, Subject, WindowOptions, run as run_window,
         tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
     occlusion::Occlusion,
@@ -31,6 +31,9 @@ use crate::{
 /// The window writes every sample to the session's file before it takes the next one, and flushes the file to the disk at
 /// the next pause. If you name no file, the session is written to an autosave file; after a crash the next `osp sketch`
 /// restores it. Nothing is written before something is drawn, and no file is replaced unless you say so.
+///
+/// The menus and F1 list all keys. The window remembers recent sessions, its colours and the size of its letters in
+/// osp/window.settings in the folder XDG_CONFIG_HOME (else ~/.config); you may delete that file.
 ///
 /// Only one window at a time draws on a session. A second window says who has the session open, and asks whether you want
 /// to look at it or to draw on a copy (--read-only and --copy answer beforehand). If somebody removes or replaces the file,
@@ -54,6 +57,8 @@ A tracker sends lines of text (or the same as OSC), metres and unit quaternions,
   key WORD                                       first in each packet, if --tracker-key is given
 The window listens to the first sender until it has been silent for 5 s; it counts the packets of
 others and does not read them.
+Packets of ART's DTrack (ASCII) are understood, too: body 0 is the head, Flysticks are the hands, and a
+hand draws while the first button is pressed (--tracker udp://0.0.0.0:5000).
 As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
 `osp send SESSION --to 127.0.0.1:9327` plays a session as such a tracker.")]
 pub(super) struct SketchArgs {
@@ -72,6 +77,9 @@ pub(super) struct SketchArgs {
     /// Accept only packets that begin with this key. The key is sent unencrypted: whoever can read the packets knows it.
     #[arg(long, value_name = "KEY", requires = "tracker")]
     tracker_key: Option<TrackerKey>,
+    /// The room of the DTrack system that sends was calibrated with z up, not y.
+    #[arg(long, requires = "tracker")]
+    tracker_z_up: bool,
     /// Only look at the session.
     #[arg(long, requires = "file", conflicts_with = "copy")]
     read_only: bool,
@@ -155,7 +163,13 @@ impl WindowArgs {
 
     pub(super) fn options(&self, tracker: Option<TrackerAddress>) -> WindowOptions {
         let tracker_options = TrackerOptions::default();
-        WindowOptions { size: self.window, tracker, tracker_options, trace: self.trace.clone() }
+        WindowOptions {
+            size: self.window,
+            tracker,
+            tracker_options,
+            trace: self.trace.clone(),
+            settings: Some(Settings::default_path()),
+        }
     }
 }
 
@@ -188,7 +202,11 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         studio.ask(Question::Held { held, is_shown: true });
     }
     let mut options = args.window.options(args.tracker.clone());
-    options.tracker_options = TrackerOptions { any_sender: args.tracker_any, key: args.tracker_key.clone() };
+    options.tracker_options = TrackerOptions {
+        any_sender: args.tracker_any,
+        key: args.tracker_key.clone(),
+        z_up: args.tracker_z_up,
+    };
     if let Some(warning) = args.tracker.as_ref().and_then(|from| from.warning(&options.tracker_options)) {
         complain(&format!("warning: {warning}"));
     }

@@ -1,4 +1,4 @@
-use std::time::Instant;
+use crate::platform::time::Instant;
 
 /// The clock of the crate's stages: time, and allocations if the caller counts them.
 #[derive(Clone, Copy, Debug)]

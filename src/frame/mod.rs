@@ -10,6 +10,7 @@ mod pipeline;
 mod previous_frame_pass;
 mod record;
 mod rest;
+mod spaces;
 
 pub use clock::{Reading, Stage, StageClock};
 pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};

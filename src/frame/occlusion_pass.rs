@@ -26,7 +26,7 @@ pub enum AutoBasis {
 pub struct PassConfig {
     /// The method.
     pub choice: Occlusion,
-    /// Most occluders of a frame; `None` is 64, and 16 for [`Occlusion::Auto`].
+    /// Most occluders of a frame; `None` is 64, and 16 for [`Occlusion::Auto`] where a polygon costs less than 640 ns.
     pub occluders: Option<usize>,
     /// What it costs to draw one polygon, nanoseconds. A test takes about 160 ns, and only what costs four times as much to draw
     /// is tested: from 640 ns on, polygons are tested one by one; at 10 ns, only nodes of the index with 64 polygons and
@@ -62,12 +62,15 @@ impl PassConfig {
     /// Most occluders of a frame.
     fn occluders(&self) -> usize {
         self.occluders.unwrap_or(match self.choice {
-            // The first few hide most: what the others add seldom pays for choosing them.
-            Occlusion::Auto => 16,
+            // The first few hide most: what the others add pays for choosing them only where a polygon costs much.
+            Occlusion::Auto if self.polygon_ns < MANY_OCCLUDERS_NS => 16,
             _ => SelectConfig::default().occluders,
         })
     }
 }
+
+/// From this cost of a polygon on, nanoseconds, [`Occlusion::Auto`] takes as many occluders as the other methods.
+const MANY_OCCLUDERS_NS: f64 = 640.0;
 
 /// Frames for which what was visible last is remembered while it is not used: for longer ones all that is in view is taken
 /// for it.
@@ -78,6 +81,8 @@ const LONGEST_MEMORY: u32 = 8;
 #[derive(Debug)]
 pub struct OcclusionPass {
     config: PassConfig,
+    /// Most occluders of a view in a frame.
+    occluders: usize,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
     /// Where there is no switch.
@@ -117,6 +122,7 @@ impl OcclusionPass {
             last: has_last.then(|| PreviousFramePass::new(capacity)),
             since_last: u32::MAX,
             by_last: false,
+            occluders: config.occluders(),
             config,
             drawn: vec![VisibleBlocks::with_capacity(capacity)],
             capacity,
@@ -130,7 +136,7 @@ impl OcclusionPass {
 
     /// Most occluders of a view in a frame.
     pub fn most_occluders(&self) -> usize {
-        self.config.occluders()
+        self.occluders
     }
 
     /// The shadows of the occluders of the first view, best first, with the eye as the origin; as the last frame left
@@ -144,11 +150,18 @@ impl OcclusionPass {
         self.by_last
     }
 
-    fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+    /// About what that took of the time for candidates, nanoseconds, by its counts of work.
+    fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change]) -> f64 {
         let budget_ns = self.switch.as_ref().map_or(0.0, AutoSwitch::idle_budget_ns);
-        let spent_ns = self.stage.follow_roughly(geometry, changes, budget_ns);
+        self.stage.follow_roughly(geometry, changes, budget_ns)
+    }
+
+    /// Subtracts what a frame has taken of the time for candidates.
+    fn spend_idle(&mut self, counted_ns: f64, measured_ns: u64) {
         if let Some(switch) = &mut self.switch {
-            switch.spend_idle(spent_ns);
+            // Where none of it was spent on candidates, the rest is what any frame takes.
+            let is_measured = self.config.basis == AutoBasis::Time && counted_ns > 0.0;
+            switch.spend_idle(if is_measured { counted_ns.max(measured_ns as f64) } else { counted_ns });
         }
     }
 
@@ -172,7 +185,7 @@ impl OcclusionPass {
         number: usize,
         record: &mut OcclusionRecord,
     ) -> f64 {
-        let PassInput { index, geometry, clock, in_view, .. } = *frame;
+        let PassInput { index, geometry, clock, in_view, beside_index, .. } = *frame;
         let start = clock.start();
         let select = self.stage.select(geometry, window);
         record.select += clock.since(start);
@@ -184,6 +197,9 @@ impl OcclusionPass {
         let start = clock.start();
         let drawn = &mut self.drawn[number];
         let cull = self.stage.thin_out(index, geometry, &view.frustum(), &in_view[number], drawn);
+        if let Some(beside) = beside_index.get(number) {
+            drawn.add(beside);
+        }
         record.query += clock.since(start);
 
         record.occluders += u64::from(select.chosen);
@@ -195,7 +211,7 @@ impl OcclusionPass {
 
 impl Pass for OcclusionPass {
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
-        self.stage.follow(geometry, changes);
+        self.stage.load(geometry, changes);
     }
 
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
@@ -230,11 +246,15 @@ impl Pass for OcclusionPass {
         self.since_last = self.since_last.saturating_add(1);
         self.by_last = false;
         // A try makes do with the candidates that there are.
-        match self.switch.as_ref().is_none_or(|switch| switch.kept() == Occlusion::Msvbsp) {
-            true if !is_off && !is_by_last => self.stage.follow_in_steps(geometry, changes),
+        let spent_ns = match self.switch.as_ref().is_none_or(|switch| switch.kept() == Occlusion::Msvbsp) {
+            true if !is_off && !is_by_last => {
+                self.stage.follow_in_steps(geometry, changes);
+                0.0
+            }
             _ => self.follow_roughly(geometry, changes),
-        }
+        };
         record.select = clock.since(start);
+        self.spend_idle(spent_ns, record.select.ns);
         if is_off {
             return record;
         }
@@ -278,7 +298,8 @@ impl Pass for OcclusionPass {
     fn set_occluders(&mut self, occluders: Option<usize>) {
         self.config.occluders = occluders;
         self.rest = Rest::default();
-        self.stage.set_occluders(self.config.choice, self.config.occluders());
+        self.occluders = self.config.occluders();
+        self.stage.set_occluders(self.config.choice, self.occluders);
     }
 
     fn set_polygon_ns(&mut self, polygon_ns: f64) {
@@ -286,6 +307,11 @@ impl Pass for OcclusionPass {
         switch.set_polygon_ns(polygon_ns);
         self.config.polygon_ns = polygon_ns;
         self.stage.set_cull(self.config.cull());
+        // Never fewer: a cost that is measured goes up and down.
+        if self.config.occluders() > self.occluders {
+            self.occluders = self.config.occluders();
+            self.stage.set_occluders(self.config.choice, self.occluders);
+        }
         if self.last.is_none() && switch.can_depth_last_pay() {
             self.last = Some(PreviousFramePass::new(self.drawn[0].len()));
         }

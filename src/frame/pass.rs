@@ -43,6 +43,9 @@ pub struct PassInput<'a> {
     pub views: &'a [View],
     /// What the frustum of each view may see.
     pub in_view: &'a [VisibleBlocks],
+    /// Those of them that are in no index, as they move with a space: for each view, or for none. They are drawn, unless the
+    /// method finds that they are hidden.
+    pub beside_index: &'a [VisibleBlocks],
     /// The clock for the stages.
     pub clock: &'a StageClock,
 }

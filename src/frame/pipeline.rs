@@ -1,9 +1,12 @@
 use std::any::Any;
 
 use crate::{
-    frame::{FrameRecord, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass, StageClock},
-    index::{IndexError, SpatialIndex},
-    math::Aabb,
+    frame::{
+        FrameRecord, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass, StageClock,
+        spaces::Spaces,
+    },
+    index::{IndexError, SpatialIndex, WorkCounts},
+    math::{Aabb, Frustum, Ray, Sphere},
     occlusion::Occlusion,
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::View,
@@ -17,7 +20,13 @@ const ANNOUNCED: usize = 16;
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
-    /// What the frustum of each view may see.
+    /// The polygons that are not in the index, as they are in spaces that move as a whole.
+    spaces: Spaces,
+    /// What of these is in view.
+    in_spaces: Vec<VisibleBlocks>,
+    /// The frustum of each view, kept for its memory.
+    frusta: Vec<Frustum>,
+    /// What it may see.
     in_view: Vec<VisibleBlocks>,
     /// Polygons that each of these has room for.
     capacity: usize,
@@ -45,6 +54,9 @@ impl Pipeline {
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
         Self {
             index,
+            spaces: Spaces::default(),
+            in_spaces: Vec::new(),
+            frusta: Vec::with_capacity(1),
             in_view: vec![VisibleBlocks::with_capacity(capacity)],
             capacity,
             pass: None,
@@ -83,8 +95,8 @@ impl Pipeline {
         self.frame_of_views(geometry, changes, std::slice::from_ref(view))
     }
 
-    /// A frame with several views (screens, eyes), each culled for itself; [`Pipeline::draw_lists`] has a list for each.
-    /// The record sums them up.
+    /// A frame with several views (screens, eyes), each culled for itself. [`Pipeline::draw_lists`] has a list for each; the
+    /// record sums them up. Some indexes cull the two eyes of a head in one walk.
     pub fn frame_of_views(
         &mut self,
         geometry: &dyn Geometry,
@@ -98,25 +110,46 @@ impl Pipeline {
         let stage = self.clock.start();
         self.apply(geometry, changes, &mut record);
         self.index.commit();
+        if !self.spaces.is_unused() {
+            self.spaces.commit();
+        }
         record.insert = self.clock.since(stage);
 
         let stage = self.clock.start();
-        for (view, list) in views.iter().zip(&mut self.in_view) {
-            record.work += self.index.frustum_cull_blocks(&view.frustum(), list);
+        self.frusta.clear();
+        self.frusta.extend(views.iter().map(View::frustum));
+        record.work = self.index.frustum_cull_views(&self.frusta, &mut self.in_view);
+        if !self.spaces.is_unused() {
+            record.work += self.cull_spaces(geometry);
         }
         record.cull = self.clock.since(stage);
 
-        record.polygons = self.index.len() as u64;
+        record.polygons = self.polygon_count() as u64;
         record.views = views.len() as u64;
         record.visible = self.in_view.iter().map(|list| list.len() as u64).sum();
         if let Some(pass) = &mut self.pass {
-            let (index, in_view) = (&*self.index, &*self.in_view);
-            let input = PassInput { index, geometry, changes, views, in_view, clock: &self.clock };
+            let (index, in_view, beside_index) = (&*self.index, &*self.in_view, &*self.in_spaces);
+            let input =
+                PassInput { index, geometry, changes, views, in_view, beside_index, clock: &self.clock };
             record.occlusion = pass.frame(&input);
         }
         self.occluded = record.occlusion.used;
         self.frame += 1;
         record
+    }
+
+    /// Adds what is in view of the polygons in spaces.
+    fn cull_spaces(&mut self, geometry: &dyn Geometry) -> WorkCounts {
+        let mut work = WorkCounts::default();
+        self.in_spaces.resize_with(self.frusta.len(), VisibleBlocks::new);
+        for ((frustum, in_spaces), in_view) in
+            self.frusta.iter().zip(&mut self.in_spaces).zip(&mut self.in_view)
+        {
+            in_spaces.clear();
+            work += self.spaces.frustum_cull(geometry, frustum, in_spaces);
+            in_view.add(in_spaces);
+        }
+        work
     }
 
     /// A frame that nobody draws: the index follows the changes, nothing is measured or culled.
@@ -128,8 +161,9 @@ impl Pipeline {
         self.frame += 1;
     }
 
-    /// Inserts everything that is present, before the first frame: the same as a [`Change::Insert`] for each, outside of any
-    /// frame's time.
+    /// Inserts everything that is present, before the first frame and outside of any frame's time. Unlike single inserts, it
+    /// also lets large occluders be joined across small polygons
+    /// ([`OccluderPool::join_walls`](crate::occlusion::OccluderPool::join_walls), up to 130 ms).
     pub fn load(&mut self, geometry: &dyn Geometry) {
         let ids = (0..geometry.id_end() as u32).map(PolygonId);
         let all: Vec<Change> = ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect();
@@ -142,6 +176,9 @@ impl Pipeline {
     /// Ends a row of calls of [`Pipeline::skip`]: makes the index ready for queries.
     pub fn commit(&mut self) {
         self.index.commit();
+        if !self.spaces.is_unused() {
+            self.spaces.commit();
+        }
     }
 
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
@@ -155,11 +192,16 @@ impl Pipeline {
             let outcome = match change {
                 Change::Insert(id) => {
                     record.inserted += 1;
-                    self.index.insert(id, &geometry.bounds(id))
+                    match geometry.space(id) {
+                        Some(space) => self.spaces.set(geometry, id, space),
+                        None => self.index.insert(id, &geometry.bounds(id)),
+                    }
                 }
                 Change::Remove(id) => {
                     record.removed += 1;
-                    match self.index.remove(id) {
+                    let outcome =
+                        if self.spaces.holds(id) { self.spaces.remove(id) } else { self.index.remove(id) };
+                    match outcome {
                         // It was refused when it came.
                         Err(IndexError::Unknown(_)) => Ok(()),
                         outcome => outcome,
@@ -167,9 +209,13 @@ impl Pipeline {
                 }
                 Change::Update(id) => {
                     record.updated += 1;
-                    self.follow(id, &geometry.bounds(id))
+                    self.follow(geometry, id)
                 }
                 Change::Repaint(_) => continue,
+                Change::Place(space) => {
+                    self.spaces.place(geometry, space);
+                    continue;
+                }
             };
             if let (true, Ok(()), Change::Insert(id) | Change::Update(id)) = (wants_shapes, outcome, change)
                 && let Some(polygon) = geometry.polygon(id)
@@ -180,9 +226,20 @@ impl Pipeline {
         }
     }
 
-    fn follow(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        match self.index.update(id, bounds) {
-            Err(IndexError::Unknown(_)) => self.index.insert(id, bounds),
+    fn follow(&mut self, geometry: &dyn Geometry, id: PolygonId) -> Result<(), IndexError> {
+        if let Some(space) = geometry.space(id) {
+            // It was in the index, perhaps.
+            if !self.spaces.holds(id) {
+                let _ = self.index.remove(id);
+            }
+            return self.spaces.set(geometry, id, space);
+        }
+        if self.spaces.holds(id) {
+            self.spaces.remove(id)?;
+        }
+        let bounds = geometry.bounds(id);
+        match self.index.update(id, &bounds) {
+            Err(IndexError::Unknown(_)) => self.index.insert(id, &bounds),
             Err(refusal) => {
                 // At its old place it would be drawn where it no longer is.
                 self.index.remove(id)?;
@@ -237,7 +294,64 @@ impl Pipeline {
         pass.downcast_ref()
     }
 
-    /// The index.
+    /// Polygons filed: in the index, and in spaces that move as a whole.
+    pub fn polygon_count(&self) -> usize {
+        self.index.len() + self.spaces.len()
+    }
+
+    /// Memory that these take, bytes.
+    pub fn bytes(&self) -> usize {
+        self.index.bytes() + self.spaces.bytes()
+    }
+
+    /// The nearest polygon that a ray meets, as [`SpatialIndex::ray_nearest`] finds it, in spaces that move as a whole, too.
+    /// Those are where `geometry` says that they are now.
+    pub fn ray_nearest(
+        &self,
+        geometry: &dyn Geometry,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let in_index = self.index.ray_nearest(ray, t_max, hit);
+        let nearest = in_index.map_or(t_max, |(_, t)| t);
+        let in_spaces = self.spaces.ray_nearest(geometry, ray, nearest, hit);
+        match (in_index, in_spaces) {
+            (Some(a), Some(b)) => Some(if (b.1, b.0) < (a.1, a.0) { b } else { a }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// Appends the polygons whose boxes share a point with a box, as [`SpatialIndex::box_query`] finds them, in spaces that move
+    /// as a whole, too.
+    pub fn box_query(&self, geometry: &dyn Geometry, bounds: &Aabb, out: &mut Vec<PolygonId>) {
+        self.index.box_query(bounds, out);
+        self.spaces.box_query(geometry, bounds, out);
+    }
+
+    /// Appends the polygons that `is_in` says are in a sphere, as [`SpatialIndex::sphere_query`] finds them, in spaces that move
+    /// as a whole, too.
+    pub fn sphere_query(
+        &self,
+        geometry: &dyn Geometry,
+        sphere: &Sphere,
+        is_in: &mut dyn FnMut(PolygonId) -> bool,
+        out: &mut Vec<PolygonId>,
+    ) {
+        self.index.sphere_query(sphere, is_in, out);
+        let first = out.len();
+        self.spaces.box_query(geometry, &Aabb::cube(sphere.center, 2.0 * sphere.radius_m), out);
+        let mut kept = first;
+        for at in first..out.len() {
+            if is_in(out[at]) {
+                out.swap(kept, at);
+                kept += 1;
+            }
+        }
+        out.truncate(kept);
+    }
+
+    /// The index. Polygons in spaces that move as a whole are not in it.
     pub fn index(&self) -> &dyn SpatialIndex {
         &*self.index
     }

@@ -1,17 +1,28 @@
 use super::simd::ROOM_BEHIND;
-use crate::polygon::PolygonId;
+use crate::polygon::{BLOCK, PolygonId};
 
 /// The polygons to draw, in the order in which a query found them. Kept from frame to frame: it allocates only
 /// while it grows.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct DrawList {
     ids: Vec<PolygonId>,
+    /// For an index that finds blocks first; kept for its memory.
+    masks: Vec<u16>,
 }
+
+/// Equal if they list the same polygons in the same order.
+impl PartialEq for DrawList {
+    fn eq(&self, other: &Self) -> bool {
+        self.ids == other.ids
+    }
+}
+
+impl Eq for DrawList {}
 
 impl DrawList {
     /// An empty list.
     pub const fn new() -> Self {
-        Self { ids: Vec::new() }
+        Self { ids: Vec::new(), masks: Vec::new() }
     }
 
     /// An empty list with room for this many, see [`DrawList::reserve`].
@@ -23,7 +34,7 @@ impl DrawList {
 
     /// A list of these.
     pub(crate) fn of(ids: Vec<PolygonId>) -> Self {
-        Self { ids }
+        Self { ids, masks: Vec::new() }
     }
 
     /// The list's memory.
@@ -39,6 +50,7 @@ impl DrawList {
     /// Makes room for this many more, however they are written: a query that finds no more does not allocate.
     pub fn reserve(&mut self, additional: usize) {
         self.ids.reserve(additional.saturating_add(ROOM_BEHIND));
+        self.masks.reserve(additional / BLOCK + ROOM_BEHIND);
     }
 
     /// Appends one polygon.
@@ -59,6 +71,11 @@ impl DrawList {
     /// The list itself, for an index that writes it in bulk.
     pub fn ids_mut(&mut self) -> &mut Vec<PolygonId> {
         &mut self.ids
+    }
+
+    /// The list, and masks of blocks with any contents.
+    pub(crate) fn parts(&mut self) -> (&mut Vec<PolygonId>, &mut Vec<u16>) {
+        (&mut self.ids, &mut self.masks)
     }
 
     /// How many there are.

@@ -25,4 +25,4 @@ pub use draw_list::DrawList;
 pub use osp::Osp;
 pub use simd::Backend;
 pub use spatial_index::{IndexError, Node, SpatialIndex, Thinner, Visit, Visitor};
-pub use work::WorkCounts;
+pub use work::{Upkeep, WorkCounts};

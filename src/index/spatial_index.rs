@@ -1,7 +1,7 @@
 use glam::Vec3;
 use thiserror::Error;
 
-use super::{DrawList, WorkCounts, probe};
+use super::{DrawList, Upkeep, WorkCounts, probe};
 use crate::{
     math::{Aabb, Containment, Frustum, Ray, Sphere},
     polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
@@ -91,6 +91,18 @@ pub trait SpatialIndex: Send + Sync {
         })
     }
 
+    /// Culls for several views (eyes, walls, faces of a cube, shadow cascades): adds to each set what
+    /// [`SpatialIndex::frustum_cull_blocks`] with the frustum at its place would add, the same polygons exactly. All sets have
+    /// to be empty. If there are more frusta than sets, or more sets than frusta, the rest is left alone. An index may find all
+    /// in one walk; the counts are then those of this walk, and what it reports for each view is summed up.
+    fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
+        let mut work = WorkCounts::default();
+        for (frustum, visible) in frusta.iter().zip(visible) {
+            work += self.frustum_cull_blocks(frustum, visible);
+        }
+        work
+    }
+
     /// Walks the nodes that the frustum may see from the top, asking `visitor` at each one, and hands it the polygons
     /// of the nodes it does not skip that pass the frustum (each once, the same set as `frustum_cull` if nothing is
     /// skipped).
@@ -163,6 +175,11 @@ pub trait SpatialIndex: Send + Sync {
         probe::nearest(self, point, count, distance_m, out)
     }
 
+    /// What following the changes took so far; `None` if it is not counted.
+    fn upkeep(&self) -> Option<Upkeep> {
+        None
+    }
+
     /// Checks every invariant of the structure; for tests, O(everything).
     ///
     /// # Errors
@@ -207,6 +224,18 @@ pub trait Visitor {
     /// Decides about a node.
     fn node(&mut self, node: &Node<'_>) -> Visit;
 
+    /// Whether it would rather decide about neighbouring leaves together, by [`Visitor::leaves`]. Polygons whose own box was asked
+    /// about there are then received as if the answer had been [`Visit::Take`].
+    fn asks_together(&self) -> bool {
+        false
+    }
+
+    /// Decides about at most sixteen leaves; leaf `i` holds `polygons[i]` polygons. All of them lie in the last node, leaves not
+    /// counted, that [`Visitor::node`] was asked about.
+    fn leaves(&mut self, _bounds: &[Aabb], _polygons: &[u8], answers: &mut [Visit]) {
+        answers.fill(Visit::Descend);
+    }
+
     /// Receives polygons that pass the frustum. `asked` is
     /// [`Visit::Descend`] or [`Visit::Take`], whatever was answered for the node that they are in.
     fn polygons(&mut self, ids: &[PolygonId], asked: Visit);
@@ -224,6 +253,21 @@ pub trait Thinner {
     /// [`Visit::Take`] if nothing of it can be.
     fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit;
 
+    /// [`Thinner::node`] for at most sixteen boxes, with at most so many polygons each.
+    fn nodes(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
+        for ((answer, bounds), &polygons) in answers.iter_mut().zip(bounds).zip(polygons) {
+            *answer = self.node(bounds, usize::from(polygons));
+        }
+    }
+
     /// Whether a polygon with this box is hidden.
     fn is_hidden(&mut self, bounds: &Aabb) -> bool;
+
+    /// Which of at most sixteen polygons with these boxes are hidden, a bit for each.
+    fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
+        boxes
+            .iter()
+            .enumerate()
+            .fold(0, |hidden, (i, bounds)| hidden | u16::from(self.is_hidden(bounds)) << i)
+    }
 }

@@ -24,3 +24,23 @@ impl AddAssign for WorkCounts {
         self.reported += other.reported;
     }
 }
+
+/// Counts of the work that an index has done to follow changes since it was made. They show why moving things takes the time
+/// that it takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Upkeep {
+    /// Polygons that got another box where they were filed.
+    pub adjusted: u64,
+    /// Polygons filed: new ones, at another place than before, or again because a part was built anew.
+    pub filed: u64,
+    /// Boxes around several polygons computed anew, refitted or widened.
+    pub boxes: u64,
+}
+
+impl AddAssign for Upkeep {
+    fn add_assign(&mut self, other: Self) {
+        self.adjusted += other.adjusted;
+        self.filed += other.filed;
+        self.boxes += other.boxes;
+    }
+}

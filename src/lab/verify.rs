@@ -282,13 +282,19 @@ impl Verifier {
         for &change in changes {
             // A box that the index refuses is not finite: it cannot be drawn, so it cannot be culled wrongly.
             let _ = match change {
-                Change::Insert(id) => self.index.insert(id, scene.bounds(id)),
+                Change::Insert(id) => self.index.insert(id, &scene.bounds(id)),
                 Change::Remove(id) => self.index.remove(id),
-                Change::Update(id) => self.index.update(id, scene.bounds(id)),
-                Change::Repaint(_) => Ok(()),
+                Change::Update(id) => self.index.update(id, &scene.bounds(id)),
+                // The scenes that are verified tell of each polygon.
+                Change::Repaint(_) | Change::Place(_) => Ok(()),
             };
         }
         self.pool.follow(scene, changes);
+    }
+
+    /// Does what a program does once a model is loaded and before it is looked at: joins walls that are cut small.
+    pub fn finish(&mut self, scene: &Scene) {
+        self.pool.join_walls(scene);
     }
 
     /// Verifies one view: finds the truth, then runs every method.
@@ -336,7 +342,11 @@ impl Verifier {
             totals.views += 1;
             match means {
                 Means::Chosen(selector, culler) => {
-                    let select = &mut || selector.select(&self.pool, scene, &window);
+                    // Each view is a jump, and each repeat the first look at it.
+                    let select = &mut || {
+                        selector.forget();
+                        selector.select(&self.pool, scene, &window)
+                    };
                     let select = look.fastest(&mut totals.select_ns, select);
                     let build = &mut || culler.build(&window, selector.chosen());
                     let build = look.fastest(&mut totals.build_ns, build);

@@ -1,4 +1,4 @@
-use super::{OcclusionCuller, Tested, Verdict};
+use super::{Asked, Cell, OcclusionCuller, Tested, TestedBoxes, Verdict, wide::TOGETHER};
 use crate::{
     index::{Node, Thinner, Visit, Visitor},
     math::{Aabb, Sphere},
@@ -93,6 +93,43 @@ pub struct CullCounts {
     pub skipped: u64,
     /// Steps of all tests; see [`Tested::steps`].
     pub steps: u64,
+    /// Planes that were read for these: fewer, where one is tested for many polygons at once.
+    pub planes: u64,
+}
+
+/// Partly hidden boxes inside each other that are remembered.
+const NESTED: usize = 8;
+
+/// Partly hidden boxes, each inside the one before, with the cells of the culler in which they lie: what is tested next
+/// most often lies in one of them, and the test begins there.
+struct Nest {
+    boxes: [(Aabb, Cell); NESTED],
+    count: usize,
+}
+
+impl Nest {
+    const EMPTY: Self = Self { boxes: [(Aabb::EMPTY, Cell::ALL); NESTED], count: 0 };
+
+    /// Where the test of a box, or of all boxes inside it, begins. Forgets what does not hold it.
+    #[inline]
+    fn cell_around(&mut self, bounds: &Aabb) -> Cell {
+        while self.count > 0 {
+            let (outer, cell) = self.boxes[self.count - 1];
+            if outer.contains(bounds) {
+                return cell;
+            }
+            self.count -= 1;
+        }
+        Cell::ALL
+    }
+
+    /// Remembers a box whose test began where [`Nest::cell_around`] said.
+    fn push(&mut self, bounds: &Aabb, cell: Cell) {
+        if self.count < NESTED {
+            self.boxes[self.count] = (*bounds, cell);
+            self.count += 1;
+        }
+    }
 }
 
 /// Asks a culler, and counts.
@@ -100,11 +137,12 @@ pub(super) struct Tests<'a> {
     culler: &'a dyn OcclusionCuller,
     config: CullConfig,
     counts: CullCounts,
+    nest: Nest,
 }
 
 impl<'a> Tests<'a> {
     pub(super) fn new(culler: &'a dyn OcclusionCuller, config: CullConfig) -> Self {
-        Self { culler, config, counts: CullCounts::default() }
+        Self { culler, config, counts: CullCounts::default(), nest: Nest::EMPTY }
     }
 
     pub(super) fn counts(&self) -> CullCounts {
@@ -124,12 +162,19 @@ impl Thinner for Tests<'_> {
     fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
         let Tested { verdict, steps } = match self.config.node_test {
             NodeTest::Sphere => self.culler.test_sphere(&Sphere::around(bounds)),
-            NodeTest::Box => self.culler.test_box(bounds),
+            NodeTest::Box => {
+                let (tested, cell) = self.culler.test_box_in(bounds, self.nest.cell_around(bounds));
+                if tested.verdict == Verdict::PartlyHidden {
+                    self.nest.push(bounds, cell);
+                }
+                tested
+            }
             NodeTest::Outline => self.culler.test_outline(bounds),
             NodeTest::Corners => self.culler.test_corners(bounds),
         };
         self.counts.node_tests += 1;
         self.counts.steps += u64::from(steps);
+        self.counts.planes += u64::from(steps);
         match verdict {
             Verdict::Hidden => {
                 self.counts.hidden += 1;
@@ -144,13 +189,46 @@ impl Thinner for Tests<'_> {
         }
     }
 
-    fn is_hidden(&mut self, bounds: &Aabb) -> bool {
-        let Tested { verdict, steps } = self.culler.test_box(bounds);
-        let is_hidden = verdict == Verdict::Hidden;
-        self.counts.polygon_tests += 1;
+    fn nodes(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
+        if self.config.node_test != NodeTest::Box {
+            for ((answer, bounds), &polygons) in answers.iter_mut().zip(bounds).zip(polygons) {
+                *answer = self.node(bounds, usize::from(polygons));
+            }
+            return;
+        }
+        let around = bounds.iter().fold(Aabb::EMPTY, |around, bounds| around.union(bounds));
+        let cell = self.nest.cell_around(&around);
+        let TestedBoxes { hidden, unoccluded, steps, planes } =
+            self.culler.test_boxes(bounds, cell, Asked::Verdict);
+        for (i, (answer, &polygons)) in answers.iter_mut().zip(polygons).enumerate() {
+            let is = |mask: u16| mask >> i & 1 == 1;
+            *answer = match (is(hidden), is(unoccluded)) {
+                (true, _) => Visit::Skip,
+                (false, true) => Visit::Take,
+                (false, false) => Visit::Descend,
+            };
+            self.counts.skipped += if is(hidden) { u64::from(polygons) } else { 0 };
+        }
+        self.counts.node_tests += bounds.len() as u64;
+        self.counts.hidden += u64::from(hidden.count_ones());
+        self.counts.unoccluded += u64::from(unoccluded.count_ones());
         self.counts.steps += u64::from(steps);
-        self.counts.hidden_polygons += u64::from(is_hidden);
-        is_hidden
+        self.counts.planes += u64::from(planes);
+    }
+
+    fn is_hidden(&mut self, bounds: &Aabb) -> bool {
+        self.hidden_of(&[*bounds]) != 0
+    }
+
+    fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
+        let around = boxes.iter().fold(Aabb::EMPTY, |around, bounds| around.union(bounds));
+        let TestedBoxes { hidden, steps, planes, .. } =
+            self.culler.test_boxes(boxes, self.nest.cell_around(&around), Asked::Hidden);
+        self.counts.polygon_tests += boxes.len() as u64;
+        self.counts.steps += u64::from(steps);
+        self.counts.planes += u64::from(planes);
+        self.counts.hidden_polygons += u64::from(hidden.count_ones());
+        hidden
     }
 }
 
@@ -196,15 +274,35 @@ impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
         }
     }
 
+    fn asks_together(&self) -> bool {
+        self.tests.config.node_test == NodeTest::Box
+    }
+
+    fn leaves(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
+        let least = self.tests.config.least_polygons;
+        if polygons.iter().all(|&polygons| usize::from(polygons) >= least) {
+            self.tests.nodes(bounds, polygons, answers);
+            return;
+        }
+        for ((answer, bounds), &polygons) in answers.iter_mut().zip(bounds).zip(polygons) {
+            let polygons = usize::from(polygons);
+            *answer = if polygons < least { Visit::Take } else { self.tests.node(bounds, polygons) };
+        }
+    }
+
     fn polygons(&mut self, ids: &[PolygonId], asked: Visit) {
         if asked == Visit::Take || !self.tests.asks_polygons() {
             self.draw_list.extend(ids.iter().copied());
             return;
         }
-        for &id in ids {
-            if !self.tests.is_hidden(&self.geometry.bounds(id)) {
-                self.draw_list.extend([id]);
+        let mut boxes = [Aabb::EMPTY; TOGETHER];
+        for ids in ids.chunks(TOGETHER) {
+            for (bounds, &id) in boxes.iter_mut().zip(ids) {
+                *bounds = self.geometry.bounds(id);
             }
+            let hidden = self.tests.hidden_of(&boxes[..ids.len()]);
+            let shown = ids.iter().enumerate().filter(|(i, _)| hidden >> i & 1 == 0);
+            self.draw_list.extend(shown.map(|(_, &id)| id));
         }
     }
 }

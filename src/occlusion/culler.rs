@@ -1,4 +1,4 @@
-use super::ShadowVolume;
+use super::{Asked, Cell, ShadowVolume, TestedBoxes, wide::one_by_one};
 use crate::{
     math::{Aabb, Sphere},
     view::ViewWindow,
@@ -68,6 +68,18 @@ pub trait OcclusionCuller: Send + Sync {
 
     /// Tests a box, world space.
     fn test_box(&self, bounds: &Aabb) -> Tested;
+
+    /// [`OcclusionCuller::test_box`] for a box that lies in another one, the test of which has ended with cell `from`; and the
+    /// cell in which it lies itself. The culler must not have been built anew since.
+    fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
+        (self.test_box(bounds), from)
+    }
+
+    /// [`OcclusionCuller::test_box`] for at most sixteen boxes, all of which lie in a box the test of which has ended with cell
+    /// `from`. As much is hidden; a little less may be found to be unoccluded.
+    fn test_boxes(&self, boxes: &[Aabb], _from: Cell, _asked: Asked) -> TestedBoxes {
+        one_by_one(boxes, |bounds| self.test_box(bounds))
+    }
 
     /// Tests a box by its exact outline, where the method can; otherwise like [`OcclusionCuller::test_box`]. Hides at
     /// least what that hides.

@@ -6,8 +6,8 @@
 //! the reciprocal of the distance along the direction of view, so larger is nearer and 0 is infinitely far.
 //!
 //! # Differences from the paper
-//! * Occluders are the frame's few convex polygons, not meshes. Rows of a polygon are intervals; eight blocks of 8 x 4
-//!   pixels are updated at once, written as plain loops over arrays that the compiler turns into vector instructions.
+//! * Occluders are the frame's few convex polygons, not meshes. Rows of a polygon are intervals, eight of which are computed at
+//!   once; eight blocks of 8 x 4 pixels are updated at once.
 //! * [`Coverage::WholePixels`], the default, counts a pixel only if the polygon covers all of its square, keeps the
 //!   farthest depth within the block, and rounds every number away from "hidden". Then the buffer is conservative
 //!   without a tolerance: each ray through a covered square is blocked. It pays for it along edges shared by two polygons, where
@@ -19,29 +19,28 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::{
     BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, cone,
+    depth_fill::Fill,
     raster::Raster,
     tree::{EyeBox, EyeSphere, Volume},
 };
 use crate::{
+    index::simd::Backend,
     math::{Aabb, Sphere},
     polygon::ConvexPolygon,
     view::ViewWindow,
 };
 
 /// Pixels of a block: 8 wide, 4 high, one bit each.
-const BLOCK: [i32; 2] = [8, 4];
+pub(super) const BLOCK: [i32; 2] = [8, 4];
 /// Blocks that are updated at once, side by side.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 /// Pixels of a tile, across.
-const TILE_WIDTH: i32 = BLOCK[0] * LANES as i32;
+pub(super) const TILE_WIDTH: i32 = BLOCK[0] * LANES as i32;
 
 /// Rounding of `f32` depths, and what it takes to stay clear of it.
-const DEPTH_SLACK: f64 = 1.0e-6;
+pub(super) const DEPTH_SLACK: f64 = 1.0e-6;
 /// Rounding of pixel coordinates, pixels: what [`nearest_sine`] keeps them exact to.
 const PIXEL_SLACK: f64 = 1.0e-6;
-/// How far before a side plane a pixel has to lie, as a sine. The planes' own error is below 1e-9: 2e-16 over
-/// [`super::END_ON_SINE`], and some twenty roundings of terms no larger than the direction's length on the way to pixels.
-const SIDE_SLACK: f64 = 1.0e-8;
 /// A window that shows something farther to the side than by this tangent is not decided in pixels at all: depth is known
 /// to `4 u` times the tangent over [`super::EDGE_ON_SINE`], which has to stay below [`DEPTH_SLACK`].
 const LARGEST_TANGENT: f64 = 1.0e4;
@@ -101,7 +100,7 @@ impl Default for DepthConfig {
 
 /// Eight blocks side by side.
 #[derive(Clone, Copy, Debug)]
-struct Tile {
+pub(super) struct Tile {
     /// Reciprocal depth that everything in the block is at least as near as.
     all: [f32; LANES],
     /// The same for the pixels of `mask`: the layer that is being filled.
@@ -124,20 +123,43 @@ pub struct DepthBuffer {
     nearest_sine: f64,
     tiles: Vec<Tile>,
     order: Vec<(f64, u32)>,
+    backend: Backend,
 }
 
-/// A polygon set up for filling.
-struct Filling {
-    len: usize,
-    /// `a x + b y + c >= 0` inside: the side planes, by pixels.
-    edges: [[f64; 3]; super::MAX_SIDES],
-    /// [`SIDE_SLACK`] for the longest direction to a pixel, the eye's distance from the pixels being 1.
-    side_slack: f64,
-    /// Reciprocal depth `w[0] + w[1] x + w[2] y`.
-    depth: [f64; 3],
-    /// The farthest of the polygon itself.
-    farthest: f64,
-    rows: std::ops::Range<i32>,
+/// Where in the picture something lies, and how far away.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    /// Pixels.
+    low: DVec2,
+    high: DVec2,
+    /// Distances along the view, metres.
+    near: f64,
+    far: f64,
+    /// The farthest point's squared distance from the eye.
+    away: f64,
+}
+
+impl Extent {
+    pub(super) const NOTHING: Self =
+        Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, near: f64::INFINITY, far: 0.0, away: 0.0 };
+
+    #[inline]
+    fn add(&mut self, at: DVec2) {
+        self.low = self.low.min(at);
+        self.high = self.high.max(at);
+    }
+
+    /// The extent of both.
+    #[must_use]
+    pub(super) fn with(self, other: &Self) -> Self {
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+            near: self.near.min(other.near),
+            far: self.far.max(other.far),
+            away: self.away.max(other.away),
+        }
+    }
 }
 
 impl DepthBuffer {
@@ -154,6 +176,7 @@ impl DepthBuffer {
             nearest_sine: f64::INFINITY,
             tiles: vec![EMPTY_TILE; count],
             order: Vec::new(),
+            backend: Backend::detect(),
         }
     }
 
@@ -178,123 +201,57 @@ impl DepthBuffer {
         }
     }
 
-    fn set_up(&self, raster: &Raster, occluder: &ShadowVolume) -> Filling {
-        // The side planes themselves, not lines between projected corners: those are badly known where a corner lies
-        // near the eye's plane.
-        let mut edges = [[0.0; 3]; super::MAX_SIDES];
-        for (edge, side) in edges.iter_mut().zip(occluder.sides()) {
-            *edge = raster.in_pixels(*side);
-        }
-        let (mut farthest, mut low, mut high) = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY);
-        for corner in occluder.corners() {
-            farthest = farthest.min(1.0 / raster.forward.dot(*corner));
-            let y = raster.project(*corner).y;
-            (low, high) = (low.min(y), high.max(y));
-        }
-        // On the cap plane n.p = d, p = z (forward + X right + Y up): 1/z is linear in X and Y, and so in pixels.
-        let [by_x, by_y, at_corner] =
-            raster.in_pixels(occluder.cap_normal()).map(|v| v / occluder.cap_distance_m());
-        // `as` saturates, so an outline far outside the window gives an empty or a whole range.
-        let rows = (low.floor() as i32).max(0)..(high.ceil() as i32).min(self.height);
-        let side_slack = SIDE_SLACK * (1.0 + 1.5 * raster.largest_tangent());
-        Filling {
-            len: occluder.sides().len(),
-            edges,
-            side_slack,
-            depth: [at_corner, by_x, by_y],
-            farthest,
-            rows,
-        }
-    }
-
-    /// The covered pixels of a row: from, to.
-    fn interval(&self, filling: &Filling, row: i32) -> (i32, i32) {
-        let (mut from, mut to) = (0, self.width);
-        for [a, b, c] in &filling.edges[..filling.len] {
-            let row = f64::from(row);
-            // The worst point of the pixels' height, and of their width.
-            let (rest, left, right) = match self.coverage {
-                Coverage::WholePixels => (c + (b * row).min(b * (row + 1.0)) - filling.side_slack, 0.0, 1.0),
-                Coverage::PixelCenters => (c + b * (row + 0.5), 0.5, 0.5),
-            };
-            if *a > 0.0 {
-                from = from.max((-rest / a - left).ceil() as i32);
-            } else if *a < 0.0 {
-                let last = (-rest / a - right).floor();
-                to = to.min(last.clamp(-1.0, f64::from(self.width)) as i32 + 1);
-            } else if rest < 0.0 {
-                return (0, 0);
-            }
-        }
-        (from, to.max(from))
-    }
-
-    /// Fills a polygon into the buffer. Returns the tiles touched.
-    fn fill(&mut self, filling: &Filling) -> u32 {
-        let mut touched = 0;
-        let across = self.width / TILE_WIDTH;
-        for block_row in filling.rows.start / BLOCK[1]..(filling.rows.end + BLOCK[1] - 1) / BLOCK[1] {
-            let mut intervals = [(0, 0); BLOCK[1] as usize];
-            let (mut first, mut last) = (i32::MAX, 0);
-            for (k, interval) in intervals.iter_mut().enumerate() {
-                let row = block_row * BLOCK[1] + k as i32;
-                if filling.rows.contains(&row) {
-                    *interval = self.interval(filling, row);
-                }
-                if interval.0 < interval.1 {
-                    first = first.min(interval.0 / TILE_WIDTH);
-                    last = last.max((interval.1 + TILE_WIDTH - 1) / TILE_WIDTH);
-                }
-            }
-            for tile_column in first.min(last)..last {
-                let x = tile_column * TILE_WIDTH;
-                let masks = block_masks(intervals.map(|(from, to)| row_mask(from - x, to - x)));
-                let depths = filling.depths(x, block_row * BLOCK[1]);
-                self.tiles[(block_row * across + tile_column) as usize].add(&masks, &depths);
-                touched += 1;
-            }
-        }
-        touched
-    }
-
     fn test<V: Volume>(&self, volume: &V, corners: &[DVec3; 8]) -> Tested {
         let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Unoccluded, steps: 0 } };
         let (near, far) = volume.reach(raster.forward);
         // The corners may be nearer than the volume: those of the box around a ball.
         let (nearest_corner, _) = cone::reach(raster.forward, corners);
-        // A volume that reaches back to the eye's plane has no outline. NaN ends here, too.
+        // A volume that reaches back to the eye's plane has no outline; nor has what has a corner that is no number.
         if !(nearest_corner.min(near) > self.nearest_sine * volume.size() && far.is_finite()) {
             return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         }
-        self.test_outline_of(corners.iter().map(|corner| raster.project(*corner)), near, far)
+        let mut extent = Extent { near, far, ..Extent::NOTHING };
+        corners.iter().for_each(|corner| extent.add(raster.project(*corner)));
+        self.test_outline_of(&extent)
     }
 
-    /// [`OcclusionCuller::test_box`] for what lies between these points of the world.
-    pub(super) fn test_points<I: Iterator<Item = Vec3>>(&self, points: impl Fn() -> I) -> Tested {
-        let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Unoccluded, steps: 0 } };
-        let from_eye = || points().map(|p| p.as_dvec3() - raster.eye_in_world);
-        let (mut near, mut far, mut away) = (f64::INFINITY, 0.0f64, 0.0f64);
-        for p in from_eye() {
+    /// What lies between these points of the world, as the buffer sees it.
+    pub(super) fn extent_of(&self, points: &[Vec3]) -> Extent {
+        let mut extent = Extent::NOTHING;
+        let Some(raster) = &self.raster else { return extent };
+        for p in points {
+            let p = p.as_dvec3() - raster.eye_in_world;
+            // The smaller and the larger of a number and NaN is the number.
+            if !p.is_finite() {
+                extent.away = f64::INFINITY;
+                continue;
+            }
             let along = raster.forward.dot(p);
-            (near, far, away) = (near.min(along), far.max(along), away.max(p.length_squared()));
+            extent.near = extent.near.min(along);
+            extent.far = extent.far.max(along);
+            extent.away = extent.away.max(p.length_squared());
+            extent.add(raster.project(p));
+        }
+        extent
+    }
+
+    /// [`OcclusionCuller::test_box`] for what lies in an extent.
+    pub(super) fn test_extent(&self, extent: &Extent) -> Tested {
+        if self.raster.is_none() {
+            return Tested { verdict: Verdict::Unoccluded, steps: 0 };
         }
         // What reaches back to the eye's plane has no outline. NaN ends here, too.
-        let has_outline = near > self.nearest_sine * away.sqrt() && away.is_finite();
+        let has_outline = extent.near > self.nearest_sine * extent.away.sqrt() && extent.away.is_finite();
         if !has_outline {
             return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         }
-        let outline = from_eye().map(|p| raster.project(p));
-        self.test_outline_of(outline, near, far)
+        self.test_outline_of(extent)
     }
 
     /// Tests what projects to these pixels, between two distances along the view.
-    fn test_outline_of(&self, outline: impl Iterator<Item = DVec2>, near: f64, far: f64) -> Tested {
+    fn test_outline_of(&self, extent: &Extent) -> Tested {
         let mixed = Tested { verdict: Verdict::PartlyHidden, steps: 0 };
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for at in outline {
-            low = low.min(at);
-            high = high.max(at);
-        }
+        let Extent { low, high, near, far, .. } = *extent;
         if !(low.is_finite() && high.is_finite()) {
             return mixed;
         }
@@ -337,26 +294,10 @@ impl DepthBuffer {
     }
 }
 
-impl Filling {
-    /// The farthest reciprocal depth of the polygon's plane within each block of a tile, rounded away from the eye.
-    fn depths(&self, x: i32, y: i32) -> [f32; LANES] {
-        let [base, by_x, by_y] = self.depth;
-        let corner = |at: i32, size: i32, by: f64| by * f64::from(if by < 0.0 { at + size } else { at });
-        let first = base + corner(x, BLOCK[0], by_x) + corner(y, BLOCK[1], by_y);
-        // Terms may cancel: the slack is that of the largest.
-        let slack = DEPTH_SLACK * (base.abs() + (by_x * f64::from(x)).abs() + (by_y * f64::from(y)).abs());
-        let farthest = self.farthest * (1.0 - DEPTH_SLACK);
-        std::array::from_fn(|i| {
-            let depth = first + by_x * f64::from(BLOCK[0] * i as i32) - slack;
-            depth.max(farthest) as f32
-        })
-    }
-}
-
 impl Tile {
     /// Adds a polygon's pixels with its depth in each block.
-    #[inline]
-    fn add(&mut self, masks: &[u32; LANES], depths: &[f32; LANES]) {
+    #[inline(always)]
+    pub(super) fn add(&mut self, masks: &[u32; LANES], depths: &[f32; LANES]) {
         for i in 0..LANES {
             let (mask, depth) = (masks[i], depths[i]);
             let (all, part, filled) = (self.all[i], self.part[i], self.mask[i]);
@@ -376,25 +317,23 @@ impl Tile {
             } else {
                 all
             };
-            if useful {
-                self.all[i] = new_all;
-                // A polygon that fills the block alone leaves a nearer layer as it is.
-                let keep = covers_alone && part > depth;
-                self.part[i] = if keep {
-                    part
-                } else if full {
-                    0.0
-                } else {
-                    new_part
-                };
-                self.mask[i] = if keep {
-                    filled
-                } else if full {
-                    0
-                } else {
-                    new_mask
-                };
-            }
+            // A polygon that fills the block alone leaves a nearer layer as it is.
+            let keep = !useful || (covers_alone && part > depth);
+            self.all[i] = if useful { new_all } else { all };
+            self.part[i] = if keep {
+                part
+            } else if full {
+                0.0
+            } else {
+                new_part
+            };
+            self.mask[i] = if keep {
+                filled
+            } else if full {
+                0
+            } else {
+                new_mask
+            };
         }
     }
 
@@ -415,15 +354,15 @@ impl Tile {
 }
 
 /// Bits `from..to` of a row of a tile; both may lie outside of it.
-#[inline]
-fn row_mask(from: i32, to: i32) -> u64 {
+#[inline(always)]
+pub(super) fn row_mask(from: i32, to: i32) -> u64 {
     let (from, to) = (from.clamp(0, 64), to.clamp(0, 64));
     if from >= to { 0 } else { (u64::MAX << from) & (u64::MAX >> (64 - to)) }
 }
 
 /// Four rows of 64 pixels as eight blocks of 8 x 4.
-#[inline]
-fn block_masks(rows: [u64; BLOCK[1] as usize]) -> [u32; LANES] {
+#[inline(always)]
+pub(super) fn block_masks(rows: [u64; BLOCK[1] as usize]) -> [u32; LANES] {
     let rows = rows.map(u64::to_le_bytes);
     std::array::from_fn(|i| u32::from_le_bytes([rows[0][i], rows[1][i], rows[2][i], rows[3][i]]))
 }
@@ -455,11 +394,15 @@ impl OcclusionCuller for DepthBuffer {
             (nearest, i as u32)
         }));
         self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut touched = 0;
-        for k in 0..self.order.len() {
-            let filling = self.set_up(&raster, &occluders[self.order[k].1 as usize]);
-            touched += self.fill(&filling);
-        }
+        let touched = self.backend.run(Fill {
+            raster: &raster,
+            coverage: self.coverage,
+            width: self.width,
+            height: self.height,
+            tiles: &mut self.tiles,
+            outlines: occluders,
+            order: &self.order,
+        });
         let covered = self.tiles.iter().filter(|t| t.all != [0.0; LANES] || t.mask != [0; LANES]).count();
         BuildCounts {
             occluders: occluders.len() as u32,

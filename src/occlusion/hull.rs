@@ -83,6 +83,53 @@ impl Hull {
         hull
     }
 
+    /// As [`Hull::inside`], for a border of few corners: of its corners that bend inwards, the line through each that is
+    /// parallel to its neighbours is the border's only piece that is not a straight edge. Falls back to [`Hull::inside`] where two
+    /// such corners are neighbours.
+    pub(super) fn inside_small(border: &[DVec2]) -> Self {
+        let n = border.len();
+        let total = area(border);
+        let is_usable = (3..=MAX_SIDES).contains(&n) && total > 0.0 && total.is_finite();
+        if !is_usable {
+            return Self::EMPTY;
+        }
+        let around = |i: usize| if i < n { border[i] } else { border[i - n] };
+        let bends_in = |i: usize| (around(i + 1) - around(i)).perp_dot(around(i + 2) - around(i + 1)) <= 0.0;
+        // By number of the corner before it.
+        let mut inward = [false; MAX_SIDES];
+        let mut hull = Self::EMPTY;
+        for (i, is_inward) in inward.iter_mut().enumerate().take(n) {
+            *is_inward = bends_in(i);
+            if !*is_inward {
+                hull.corners[hull.len] = around(i + 1);
+                hull.len += 1;
+            }
+        }
+        if hull.len == n {
+            return hull;
+        }
+        if hull.len < 3 || (0..n).any(|i| inward[i] && inward[(i + 1) % n]) {
+            return Self::inside(border);
+        }
+        let turns = |i: usize| {
+            let [a, b, c] = [i, i + 1, i + 2].map(|i| hull.corners[i % hull.len]);
+            (b - a).perp_dot(c - b) > 0.0
+        };
+        if !(0..hull.len).all(turns) {
+            return Self::inside(border);
+        }
+        let size = border.iter().fold(0.0, |size: f64, p| size.max((*p - border[0]).abs().max_element()));
+        for i in (0..n).filter(|&i| inward[i]) {
+            let along = (around(i + 2) - around(i)).normalize_or_zero();
+            if along == DVec2::ZERO {
+                return Self::EMPTY;
+            }
+            hull.keep_left_of(around(i + 1), along, INWARDS * size);
+        }
+        hull.drop_small_corners();
+        hull
+    }
+
     /// Keeps what a piece of the border, which has the patch to its left, does not come between.
     fn keep_inside_piece(&mut self, border: &[DVec2], piece: &Piece, inwards: f64) {
         let at = |i: usize| border[i % border.len()];
@@ -188,7 +235,7 @@ fn piece(border: &[DVec2], from: usize, to: usize) -> Piece {
 }
 
 /// Area of a polygon, positive if it turns counter-clockwise.
-fn area(corners: &[DVec2]) -> f64 {
+pub(super) fn area(corners: &[DVec2]) -> f64 {
     let Some(&tip) = corners.first() else { return 0.0 };
     0.5 * corners.windows(2).map(|w| (w[0] - tip).perp_dot(w[1] - tip)).sum::<f64>()
 }

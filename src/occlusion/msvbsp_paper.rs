@@ -11,9 +11,9 @@
 use glam::DVec3;
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested,
+    Asked, BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, TestedBoxes,
     cone::Span,
-    tree::{CapRule, Caps, Child, Link, MAX_DEPTH, ShadowTree, Side},
+    tree::{CapRule, Caps, Cell, Child, Link, MAX_DEPTH, ShadowTree, Side},
 };
 use crate::{
     math::{Aabb, Sphere},
@@ -252,6 +252,14 @@ impl OcclusionCuller for MsvbspPaper {
 
     fn test_box(&self, bounds: &Aabb) -> Tested {
         self.tree.test_box(bounds)
+    }
+
+    fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
+        self.tree.test_box_in(bounds, from)
+    }
+
+    fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
+        self.tree.test_boxes(boxes, from, asked)
     }
 
     fn test_corners(&self, bounds: &Aabb) -> Tested {

@@ -272,52 +272,79 @@ impl Patch {
 
     /// The shadow of the patch as a whole, if its outline is convex from the eye.
     pub(super) fn shadow(&self, window: &ViewWindow) -> Option<ShadowVolume> {
-        let (mut count, mut middle) = (0.0, DVec3::ZERO);
-        for p in self.points() {
-            let v = window.from_eye(p);
-            // What the near plane would cut is left out as a whole.
-            if window.forward().dot(v) <= window.near_m() {
-                return None;
-            }
-            count += 1.0;
-            middle += v;
-        }
-        let ahead = (middle / count).try_normalize()?;
-        let mut cap_normal = self.area_vector.as_dvec3().try_normalize()?;
-        let away = cap_normal.dot(ahead);
-        if away < 0.0 {
-            cap_normal = -cap_normal;
-        }
-        let mut cap_distance_m = 0.0f64;
-        for p in self.points() {
-            let v = window.from_eye(p);
-            // The picture is taken around `ahead`; a corner beside or behind the eye has no place in it.
-            if ahead.dot(v) <= 0.1 * v.length() {
-                return None;
-            }
-            cap_distance_m = cap_distance_m.max(cap_normal.dot(v));
-        }
-        let x = ahead.any_orthonormal_vector();
-        let y = ahead.cross(x);
-        // Seen from behind (the normal pointing at the eye) the border turns the other way: mirror the picture.
-        let x = if away > 0.0 { x } else { -x };
-        let hull = self.hull(|p| {
-            let v = window.from_eye(p);
-            DVec2::new(x.dot(v), y.dot(v)) / ahead.dot(v)
-        });
-        let mut outline = [DVec3::ZERO; MAX_SIDES];
-        let len = hull.corners().len();
-        for (to, corner) in outline.iter_mut().zip(hull.corners()) {
-            let direction = ahead + x * corner.x + y * corner.y;
-            let along = cap_normal.dot(direction);
-            // The cap has to lie before the eye in every direction.
-            if along <= 1.0e-3 * direction.length() {
-                return None;
-            }
-            *to = direction * (cap_distance_m / along);
-        }
-        ShadowVolume::of_outline(outline.get(..len)?, cap_normal).ok()
+        shadow_of_points(self.border.points(), self.inner.points(), self.area_vector, window)
     }
+}
+
+/// Most corners of the border of anything that is joined from polygons.
+pub(super) const MOST_CORNERS: usize = 96;
+
+/// What polygons that share edges bit for bit hide together, given by the line around them and their other corners, if that
+/// outline is convex from the eye.
+pub(super) fn shadow_of_points(
+    border: &[Vec3],
+    inner: &[Vec3],
+    area_vector: Vec3,
+    window: &ViewWindow,
+) -> Option<ShadowVolume> {
+    let (mut count, mut middle) = (0.0, DVec3::ZERO);
+    let points = || border.iter().chain(inner);
+    for p in points() {
+        let v = window.from_eye(*p);
+        // What the near plane would cut is left out as a whole.
+        if window.forward().dot(v) <= window.near_m() {
+            return None;
+        }
+        count += 1.0;
+        middle += v;
+    }
+    let ahead = (middle / count).try_normalize()?;
+    let mut cap_normal = area_vector.as_dvec3().try_normalize()?;
+    let away = cap_normal.dot(ahead);
+    if away < 0.0 {
+        cap_normal = -cap_normal;
+    }
+    let mut cap_distance_m = 0.0f64;
+    for p in points() {
+        let v = window.from_eye(*p);
+        // The picture is taken around `ahead`; a corner beside or behind the eye has no place in it.
+        if ahead.dot(v) <= 0.1 * v.length() {
+            return None;
+        }
+        cap_distance_m = cap_distance_m.max(cap_normal.dot(v));
+    }
+    let x = ahead.any_orthonormal_vector();
+    let y = ahead.cross(x);
+    // Seen from behind (the normal pointing at the eye) the border turns the other way: mirror the picture.
+    let x = if away > 0.0 { x } else { -x };
+    let mut picture = [DVec2::ZERO; MOST_CORNERS];
+    for (to, p) in picture.iter_mut().zip(border) {
+        let v = window.from_eye(*p);
+        *to = DVec2::new(x.dot(v), y.dot(v)) / ahead.dot(v);
+    }
+    let hull = Hull::inside(picture.get(..border.len())?);
+    shadow_of_hull(&hull, [ahead, x, y], cap_normal, cap_distance_m)
+}
+
+/// The shadow of what is a hull in the picture that `ahead`, `x` and `y` span, cast from a cap at this distance.
+pub(super) fn shadow_of_hull(
+    hull: &Hull,
+    [ahead, x, y]: [DVec3; 3],
+    cap_normal: DVec3,
+    cap_distance_m: f64,
+) -> Option<ShadowVolume> {
+    let mut outline = [DVec3::ZERO; MAX_SIDES];
+    let len = hull.corners().len();
+    for (to, corner) in outline.iter_mut().zip(hull.corners()) {
+        let direction = ahead + x * corner.x + y * corner.y;
+        let along = cap_normal.dot(direction);
+        // The cap has to lie before the eye in every direction.
+        if along <= 1.0e-3 * direction.length() {
+            return None;
+        }
+        *to = direction * (cap_distance_m / along);
+    }
+    ShadowVolume::of_outline(outline.get(..len)?, cap_normal).ok()
 }
 
 #[cfg(test)]

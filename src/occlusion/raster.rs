@@ -13,6 +13,9 @@ pub(crate) struct Raster {
     /// Opposite to `corner`.
     far_corner: DVec2,
     pixels_a_unit: DVec2,
+    /// `right` and `up` by pixels, and the direction to pixel (0, 0) at distance 1 before the eye.
+    step: [DVec3; 2],
+    first: DVec3,
 }
 
 impl Raster {
@@ -34,10 +37,13 @@ impl Raster {
             corner: low,
             far_corner: high,
             pixels_a_unit,
+            step: [right / pixels_a_unit.x, up / pixels_a_unit.y],
+            first: forward + right * low.x + up * low.y,
         }
     }
 
     /// Where a point before the eye lies, pixels.
+    #[inline]
     pub(crate) fn project(&self, p: DVec3) -> DVec2 {
         let flat = DVec2::new(self.right.dot(p), self.up.dot(p)) / self.forward.dot(p);
         (flat - self.corner) * self.pixels_a_unit
@@ -60,10 +66,8 @@ impl Raster {
 
     /// A plane through the eye as a function of pixels: `f[0] x + f[1] y + f[2]` has the sign of, and for a cap the
     /// ratio to, `normal . x` for the direction x of that pixel (at distance 1 before the eye).
+    #[inline]
     pub(crate) fn in_pixels(&self, normal: DVec3) -> [f64; 3] {
-        let by_x = normal.dot(self.right) / self.pixels_a_unit.x;
-        let by_y = normal.dot(self.up) / self.pixels_a_unit.y;
-        let corner = self.forward + self.right * self.corner.x + self.up * self.corner.y;
-        [by_x, by_y, normal.dot(corner)]
+        [normal.dot(self.step[0]), normal.dot(self.step[1]), normal.dot(self.first)]
     }
 }

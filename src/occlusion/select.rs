@@ -1,6 +1,11 @@
 use glam::{DVec3, Vec3};
 
-use super::{OccluderPool, ShadowVolume, patch::MAX_PATCH, pool::Sketch};
+use super::{
+    OccluderPool, ShadowVolume,
+    patch::MAX_PATCH,
+    sketches::{RoughWindow, Sketch},
+    walls::MOST_WALLS,
+};
 use crate::{polygon::Geometry, view::ViewWindow};
 
 /// An occluder inside one of this many better ones is left out. More: fewer useless occluders, more tests.
@@ -66,6 +71,8 @@ pub struct SelectCounts {
     pub seen: u32,
     /// Of these, measured exactly.
     pub measured: u32,
+    /// Of these, not measured again: they were of no use a few frames ago.
+    pub known: u32,
     /// Of these, left out because a better one hides them.
     pub covered: u32,
     /// Occluders chosen.
@@ -88,8 +95,11 @@ pub struct Selector {
     config: SelectConfig,
     rough: Vec<(f32, u32)>,
     shadows: Vec<ShadowVolume>,
+    /// By shadow: the place of its candidate in `known`.
+    places: Vec<usize>,
     measured: Vec<(f64, u32)>,
     chosen: Vec<ShadowVolume>,
+    known: Vec<Known>,
 }
 
 impl Selector {
@@ -100,14 +110,17 @@ impl Selector {
             config,
             rough: Vec::new(),
             shadows: Vec::with_capacity(shadows),
+            places: Vec::with_capacity(shadows),
             measured: Vec::with_capacity(shadows),
             chosen: Vec::with_capacity(config.occluders),
+            known: Vec::new(),
         }
     }
 
     /// Makes room for pools of this many candidates.
     pub fn reserve(&mut self, candidates: usize) {
-        self.rough.reserve(candidates.saturating_sub(self.rough.len()));
+        self.rough.reserve((MOST_WALLS + candidates).saturating_sub(self.rough.len()));
+        self.known.reserve((MOST_WALLS + candidates).saturating_sub(self.known.len()));
     }
 
     /// The occluders of the last [`Selector::select`], best first.
@@ -124,9 +137,11 @@ impl Selector {
     ) -> SelectCounts {
         let mut counts = SelectCounts { candidates: pool.len() as u32, ..SelectCounts::default() };
         let least_sr = self.config.least_share * window.solid_angle_sr();
+        let rough = rough_window(window, least_sr as f32);
         let most = match self.config.score {
             Score::SolidAngle => {
-                self.score_roughly(pool, window, least_sr as f32);
+                self.rough.clear();
+                pool.score(&rough, &mut self.rough);
                 self.config.occluders * self.config.measured
             }
             Score::Paper => {
@@ -150,13 +165,23 @@ impl Selector {
         }
         // By slot from here on, so that nothing depends on how the partial sort left them.
         self.rough.sort_unstable_by_key(|&(_, slot)| slot);
-        counts.measured = self.rough.len() as u32;
         self.shadows.clear();
-        for &(_, slot) in &self.rough {
+        self.places.clear();
+        for i in 0..self.rough.len() {
+            let slot = self.rough[i].1;
             if self.shadows.len() + MOST_SHADOWS > self.shadows.capacity() {
                 break;
             }
-            pool.patch(slot).push_shadows(geometry, window, &mut self.shadows);
+            let (sketch, place) = pool.sketch(slot);
+            if !self.is_due(place, &sketch, &rough) {
+                counts.known += 1;
+                continue;
+            }
+            counts.measured += 1;
+            pool.push_shadows(slot, geometry, window, &mut self.shadows);
+            self.places.resize(self.shadows.len(), place);
+            // Until one of them is chosen.
+            self.note(place, sketch, &rough);
         }
         self.measured.clear();
         self.measured.extend(
@@ -166,13 +191,16 @@ impl Selector {
         self.measured.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         self.chosen.clear();
         for &(_, i) in &self.measured {
-            if self.chosen.len() >= self.config.occluders {
-                break;
-            }
             let shadow = &self.shadows[i as usize];
-            if self.chosen.iter().take(COVERED_BY_FIRST).any(|better| covers(better, shadow)) {
+            let is_full = self.chosen.len() >= self.config.occluders;
+            if !is_full && self.chosen.iter().take(COVERED_BY_FIRST).any(|better| covers(better, shadow)) {
                 counts.covered += 1;
-            } else {
+                continue;
+            }
+            // What there was no room for may be better next time.
+            let known = &mut self.known[self.places[i as usize]];
+            (known.left, known.length) = (0, 0);
+            if !is_full {
                 self.chosen.push(*shadow);
             }
         }
@@ -180,64 +208,106 @@ impl Selector {
         counts
     }
 
+    /// Forgets what is known from frames before: the next choice measures every candidate.
+    pub fn forget(&mut self) {
+        self.known.clear();
+    }
+
     /// Takes the occluders that were scored as they come.
     fn choose_in_order(&mut self, pool: &OccluderPool, geometry: &dyn Geometry, window: &ViewWindow) {
         self.chosen.clear();
         for &(_, slot) in &self.rough {
             self.shadows.clear();
-            pool.patch(slot).push_shadows(geometry, window, &mut self.shadows);
+            pool.push_shadows(slot, geometry, window, &mut self.shadows);
             let room = self.config.occluders - self.chosen.len();
             self.chosen.extend(self.shadows.iter().take(room));
         }
     }
 
     fn score_by_equation(&mut self, pool: &OccluderPool, window: &ViewWindow) {
-        let gaze = window.forward().as_vec3();
-        self.score(pool, window, |sketch, to| {
-            let score = sketch.area_vector.dot(gaze).abs() / to.length_squared();
-            // Also leaves out free slots, whose area is zero, and what is not a number.
-            (score > 0.0).then_some(score)
-        });
-    }
-
-    fn score_roughly(&mut self, pool: &OccluderPool, window: &ViewWindow, least_sr: f32) {
-        // The rough score of a near, large polygon may be off by more than one half; a quarter is not. Its square needs no root.
-        let least_squared = (0.25 * least_sr) * (0.25 * least_sr);
-        self.score(pool, window, |sketch, to| {
-            let distance_squared = to.length_squared();
-            let facing = sketch.area_vector.dot(to);
-            let mut score = facing * facing / (distance_squared * distance_squared * distance_squared);
-            // If the eye is inside the bounding sphere, the occluder may fill any part of the window.
-            if distance_squared <= sketch.radius_m * sketch.radius_m && sketch.area_vector != Vec3::ZERO {
-                score = f32::MAX;
-            }
-            // Also leaves out free slots, whose area is zero, and what is not a number.
-            (score >= least_squared && score > 0.0).then_some(score)
-        });
-    }
-
-    /// Scores the candidates whose bounding sphere reaches into the window; `score` gets the direction from the eye, too.
-    fn score(
-        &mut self,
-        pool: &OccluderPool,
-        window: &ViewWindow,
-        score: impl Fn(&Sketch, Vec3) -> Option<f32>,
-    ) {
-        let eye = window.eye_in_world().as_vec3();
-        let corners = window.corners();
-        let sides: [Vec3; 4] =
-            std::array::from_fn(|i| corners[i].cross(corners[(i + 1) % 4]).normalize_or_zero().as_vec3());
-        let (forward, near) = (window.forward().as_vec3(), window.near_m() as f32);
+        let RoughWindow { eye, sides, forward, near_m, .. } = rough_window(window, 0.0);
         self.rough.clear();
-        for (slot, sketch) in pool.sketches().iter().enumerate() {
+        for (slot, sketch) in pool.sketches() {
             let to = sketch.center - eye;
-            let Some(score) = score(sketch, to) else { continue };
+            let score = sketch.area_vector.dot(forward).abs() / to.length_squared();
             let reach = -sketch.radius_m;
-            let outside = sides.iter().any(|side| side.dot(to) < reach) || forward.dot(to) - near < reach;
-            if !outside {
-                self.rough.push((score, slot as u32));
+            let outside = sides.iter().any(|side| side.dot(to) < reach) || forward.dot(to) - near_m < reach;
+            // Also leaves out free slots, whose area is zero, and what is not a number.
+            if score > 0.0 && !outside {
+                self.rough.push((score, slot));
             }
         }
+    }
+
+    /// Whether a candidate may be measured now: not if it was too small, or hidden behind a better one, a few frames ago, and
+    /// looks the same from here.
+    fn is_due(&mut self, place: usize, sketch: &Sketch, window: &RoughWindow) -> bool {
+        let Some(known) = self.known.get_mut(place) else { return true };
+        if known.left == 0 {
+            return true;
+        }
+        known.left -= 1;
+        let nearest_m = (sketch.center - window.eye).length() - sketch.radius_m;
+        let moved_m = (window.eye - known.eye).length();
+        let is_same = known.sketch == *sketch
+            && moved_m <= MOST_MOVED * nearest_m
+            && window.forward.dot(known.forward) >= MOST_TURNED_COSINE;
+        if !is_same {
+            known.left = 0;
+        }
+        !is_same
+    }
+
+    /// Remembers that a candidate was measured, and was of no use.
+    fn note(&mut self, place: usize, sketch: Sketch, window: &RoughWindow) {
+        if self.known.len() <= place {
+            self.known.resize(place + 1, Known::NOTHING);
+        }
+        let known = &mut self.known[place];
+        let length = if known.sketch == sketch { (known.length * 2).clamp(1, LONGEST_REST) } else { 1 };
+        *known = Known { sketch, eye: window.eye, forward: window.forward, left: length, length };
+    }
+}
+
+/// A candidate that was of no use is not measured again for one frame, then for two, four, up to this many.
+const LONGEST_REST: u8 = 16;
+
+/// ... unless the eye has moved by this part of the distance to it,
+const MOST_MOVED: f32 = 0.02;
+
+/// ... or the view has turned by more than this, one degree.
+const MOST_TURNED_COSINE: f32 = 0.999_85;
+
+/// What is known of a candidate from frames before.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    /// As it was when it was measured, from this eye and in this direction.
+    sketch: Sketch,
+    eye: Vec3,
+    forward: Vec3,
+    /// Frames that it is still left out for, of so many.
+    left: u8,
+    length: u8,
+}
+
+impl Known {
+    const NOTHING: Self =
+        Self { sketch: Sketch::FREE, eye: Vec3::ZERO, forward: Vec3::ZERO, left: 0, length: 0 };
+}
+
+fn rough_window(window: &ViewWindow, least_sr: f32) -> RoughWindow {
+    let corners = window.corners();
+    let side = |i: usize| corners[i].cross(corners[(i + 1) % 4]).normalize_or_zero().as_vec3();
+    // The rough score of a near, large polygon may be off by more than one half; a quarter is not. Its square needs no root.
+    let least = 0.25 * least_sr;
+    RoughWindow {
+        eye: window.eye_in_world().as_vec3(),
+        sides: std::array::from_fn(side),
+        forward: window.forward().as_vec3(),
+        near_m: window.near_m() as f32,
+        least_squared: least * least,
+        // For those that are not quite flat.
+        least_bound: 0.8 * least_sr,
     }
 }
 

@@ -3,6 +3,7 @@ use thiserror::Error;
 
 use super::{EDGE_ON_SINE, END_ON_SINE, cone};
 use crate::{
+    index::simd::{Backend, Kernel, WithKernel},
     math::{Part, clip_convex, split_convex, triangle_solid_angle_sr},
     view::ViewWindow,
 };
@@ -129,34 +130,7 @@ impl ShadowVolume {
     }
 
     fn raise_sides(&mut self) -> Result<(), NotAnOccluder> {
-        let len = usize::from(self.len);
-        // Squares of sines: no roots needed.
-        let mut end_on = 1.0f64;
-        for i in 0..len {
-            let (from, to) = (self.corners[i], self.corners[(i + 1) % len]);
-            // `from x (to - from)`: short edges lose nothing, only those that point at the eye do.
-            let edge = to - from;
-            let normal = from.cross(edge);
-            let area = normal.length_squared();
-            end_on = end_on.min(area / (from.length_squared() * edge.length_squared()));
-            self.sides[i] = normal / area.sqrt();
-        }
-        let mut last = self.sides[len - 1];
-        for &side in &self.sides[..len] {
-            // A straight corner is well-conditioned: its two planes are one. Only the sharp ones (a small sine and
-            // normals that point against each other) let the shadow run out of the polygon.
-            let needle = if last.dot(side) < 0.0 { last.cross(side).length_squared() } else { 1.0 };
-            let condition = end_on * needle;
-            if condition.is_nan() || condition < END_ON_SINE * END_ON_SINE {
-                return Err(NotAnOccluder::IllConditioned);
-            }
-            last = side;
-        }
-        let convex = self.corners[..len].iter().all(|corner| {
-            let low = self.sides[..len].iter().map(|side| side.dot(*corner)).fold(f64::INFINITY, f64::min);
-            low >= 0.0 || low * low <= 1.0e-20 * corner.length_squared()
-        });
-        if convex { Ok(()) } else { Err(NotAnOccluder::NotConvex) }
+        Backend::detect().run(RaiseSides(self))
     }
 
     /// Corners of the outline, the eye being the origin; `corner[i] x corner[i + 1]` points inwards.
@@ -212,6 +186,76 @@ impl ShadowVolume {
             }
         }
         outline[1..len].windows(2).map(|w| triangle_solid_angle_sr(outline[0], w[0], w[1])).sum()
+    }
+}
+
+/// Sets the side planes of a shadow volume, and checks that they are well-conditioned and make a convex cone. All sides are
+/// computed side by side, in plain loops that become vector instructions.
+struct RaiseSides<'a>(&'a mut ShadowVolume);
+
+impl WithKernel for RaiseSides<'_> {
+    type Output = Result<(), NotAnOccluder>;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, _: K) -> Self::Output {
+        const N: usize = MAX_SIDES;
+        let Self(volume) = self;
+        let len = usize::from(volume.len);
+        let (mut from, mut to) = ([[0.0_f64; N]; 3], [[0.0_f64; N]; 3]);
+        for i in 0..N {
+            // Lanes beyond the last repeat it.
+            let i_or_last = i.min(len - 1);
+            let next = if i_or_last + 1 == len { 0 } else { i_or_last + 1 };
+            for axis in 0..3 {
+                from[axis][i] = volume.corners[i_or_last][axis];
+                to[axis][i] = volume.corners[next][axis];
+            }
+        }
+        let (mut sides, mut end_on) = ([[0.0_f64; N]; 3], [0.0_f64; N]);
+        for i in 0..N {
+            let [x, y, z] = [from[0][i], from[1][i], from[2][i]];
+            // `from x (to - from)`: short edges lose nothing, only those that point at the eye do.
+            let [u, v, w] = [to[0][i] - x, to[1][i] - y, to[2][i] - z];
+            let [a, b, c] = [y * w - v * z, z * u - w * x, x * v - u * y];
+            // Squares of sines: no roots needed.
+            let area = a * a + b * b + c * c;
+            end_on[i] = area / ((x * x + y * y + z * z) * (u * u + v * v + w * w));
+            let length = area.sqrt();
+            (sides[0][i], sides[1][i], sides[2][i]) = (a / length, b / length, c / length);
+        }
+        let end_on = end_on[..len].iter().fold(1.0_f64, |least, s| least.min(*s));
+        for (i, side) in volume.sides[..len].iter_mut().enumerate() {
+            *side = DVec3::new(sides[0][i], sides[1][i], sides[2][i]);
+        }
+        let mut last = volume.sides[len - 1];
+        for &side in &volume.sides[..len] {
+            // A straight corner is well-conditioned: its two planes are one. Only the sharp ones (a small sine and
+            // normals that point against each other) let the shadow run out of the polygon.
+            let needle = if last.dot(side) < 0.0 { last.cross(side).length_squared() } else { 1.0 };
+            let condition = end_on * needle;
+            if condition.is_nan() || condition < END_ON_SINE * END_ON_SINE {
+                return Err(NotAnOccluder::IllConditioned);
+            }
+            last = side;
+        }
+        for corner in &volume.corners[..len] {
+            let mut low = [0.0_f64; N];
+            for i in 0..N {
+                low[i] = sides[0][i] * corner.x + sides[1][i] * corner.y + sides[2][i] * corner.z;
+            }
+            let mut half = N / 2;
+            while half > 0 {
+                for i in 0..half {
+                    low[i] = low[i].min(low[i + half]);
+                }
+                half /= 2;
+            }
+            let is_inside = low[0] >= 0.0 || low[0] * low[0] <= 1.0e-20 * corner.length_squared();
+            if !is_inside {
+                return Err(NotAnOccluder::NotConvex);
+            }
+        }
+        Ok(())
     }
 }
 

@@ -1,6 +1,6 @@
 use super::{
     BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
-    PoolConfig, SelectConfig, SelectCounts, Selector, cull::Tests,
+    PoolConfig, SelectConfig, SelectCounts, Selector, cull::Tests, pool::MOST_CAPACITY,
 };
 use crate::{
     index::{SpatialIndex, WorkCounts},
@@ -62,7 +62,7 @@ impl OcclusionStage {
     pub(crate) fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
         let mut selector = Selector::new(config.select);
         // The pool holds twice its capacity before it is trimmed, and may be one over.
-        selector.reserve(2 * config.pool.capacity + 1);
+        selector.reserve(2 * config.pool.capacity.min(MOST_CAPACITY) + 1);
         Self { config, pool: OccluderPool::new(config.pool), selector, culler }
     }
 
@@ -75,7 +75,7 @@ impl OcclusionStage {
     pub(crate) fn set_occluders(&mut self, kind: Occlusion, occluders: usize) {
         self.config.select.occluders = occluders;
         self.selector = Selector::new(self.config.select);
-        self.selector.reserve(2 * self.config.pool.capacity + 1);
+        self.selector.reserve(2 * self.config.pool.capacity.min(MOST_CAPACITY) + 1);
         self.culler = kind.create(occluders);
     }
 
@@ -87,6 +87,12 @@ impl OcclusionStage {
     /// Follows a frame's changes; once a frame that is culled.
     pub fn follow(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.pool.follow(geometry, changes);
+    }
+
+    /// Follows the loading of a whole model; see [`OccluderPool::join_walls`].
+    pub fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.pool.follow(geometry, changes);
+        self.pool.join_walls(geometry);
     }
 
     /// As [`OcclusionStage::follow`], but what is left over from candidates that have died is offered anew a few at a time,
@@ -105,7 +111,7 @@ impl OcclusionStage {
     pub(crate) fn comes_large(&self, geometry: &dyn Geometry, changes: &[Change], views: &[View]) -> bool {
         let came = changes.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => Some(id),
-            Change::Remove(_) => None,
+            Change::Remove(_) | Change::Place(_) => None,
         });
         if came.clone().nth(MOST_LOOKS).is_some() {
             return true;
@@ -213,10 +219,10 @@ impl OcclusionStage {
 /// The factors were measured once, on one 2-core x86-64 machine; only their ratio to the cost of drawing matters.
 pub(crate) fn work_ns(select: &SelectCounts, build: &BuildCounts, cull: &CullCounts) -> f64 {
     let of = |count: u64, ns: f64| count as f64 * ns;
-    of(u64::from(select.candidates), 6.0)
+    of(u64::from(select.candidates), 1.5)
         + of(u64::from(select.measured), 400.0)
         + of(u64::from(build.nodes), 60.0)
         + of(u64::from(build.pieces), 20.0)
         + of(cull.node_tests + cull.polygon_tests, 30.0)
-        + of(cull.steps, 5.0)
+        + of(cull.planes, 5.0)
 }

@@ -12,10 +12,10 @@
 use glam::DVec3;
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Tested,
+    Asked, BuildCounts, OcclusionCuller, ShadowVolume, Tested, TestedBoxes,
     cone::{self, Span},
     tolerance::{IMPLIED_SINE, RELEVANT_AREA_SR, RELEVANT_SINE},
-    tree::{CapRule, Caps, Child, Link, MAX_DEPTH, ShadowTree, Side},
+    tree::{CapRule, Caps, Cell, Child, Link, MAX_DEPTH, ShadowTree, Side},
 };
 use crate::{
     math::{Aabb, Sphere},
@@ -153,6 +153,14 @@ impl OcclusionCuller for Svbsp {
 
     fn test_box(&self, bounds: &Aabb) -> Tested {
         self.tree.test_box(bounds)
+    }
+
+    fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
+        self.tree.test_box_in(bounds, from)
+    }
+
+    fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
+        self.tree.test_boxes(boxes, from, asked)
     }
 
     fn test_outline(&self, bounds: &Aabb) -> Tested {

@@ -3,7 +3,10 @@
 use glam::DVec3;
 
 use super::{QUERY_SLACK, ShadowVolume, Tested, Verdict, cone};
-use crate::math::{Aabb, Part, Sphere, split_convex};
+use crate::{
+    index::simd::Backend,
+    math::{Aabb, Part, Sphere, split_convex},
+};
 
 /// Largest depth of the tree; a cell that would lie deeper is not split further. Bounds the stack of a query.
 pub(super) const MAX_DEPTH: u32 = 256;
@@ -44,10 +47,20 @@ impl Caps {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Cap {
-    normal: DVec3,
-    distance_m: f64,
-    next: Caps,
+pub(super) struct Cap {
+    pub(super) normal: DVec3,
+    pub(super) distance_m: f64,
+    pub(super) next: Caps,
+}
+
+/// Where in a culler a tested box lies: tests of what lies in that box may begin there. It belongs to the culler as it was
+/// built when it gave the answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell(Option<Child>);
+
+impl Cell {
+    /// Anywhere.
+    pub const ALL: Self = Self(None);
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -91,6 +104,7 @@ pub(super) struct ShadowTree {
     caps: Vec<Cap>,
     rule: CapRule,
     depth: u32,
+    backend: Backend,
 }
 
 impl ShadowTree {
@@ -103,6 +117,7 @@ impl ShadowTree {
             caps: Vec::with_capacity(caps),
             rule,
             depth: 0,
+            backend: Backend::detect(),
         }
     }
 
@@ -124,6 +139,27 @@ impl ShadowTree {
 
     pub(super) fn top(&self) -> Child {
         self.top
+    }
+
+    pub(super) fn backend(&self) -> Backend {
+        self.backend
+    }
+
+    pub(super) fn eye_in_world(&self) -> DVec3 {
+        self.eye_in_world
+    }
+
+    pub(super) fn rule(&self) -> CapRule {
+        self.rule
+    }
+
+    pub(super) fn cap(&self, caps: Caps) -> &Cap {
+        &self.caps[caps.0 as usize]
+    }
+
+    /// What a test that begins in this cell reads first.
+    pub(super) fn below(&self, cell: Cell) -> Child {
+        cell.0.unwrap_or(self.top)
     }
 
     pub(super) fn node(&self, i: u32) -> &Node {
@@ -208,6 +244,28 @@ impl ShadowTree {
         let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
         self.descend_outline(self.top, &outline, &mut query);
         query.answer()
+    }
+
+    /// Tests a box that lies in a box for which a test has ended with cell `from`; and the cell in which it lies itself.
+    pub(super) fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
+        let volume = EyeBox::new(bounds, self.eye_in_world);
+        let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
+        let mut at = self.below(from);
+        // As far as all of it lies on one side of each plane.
+        while let Ok(i) = at.read() {
+            let node = &self.nodes[i as usize];
+            let (low, high) = volume.reach(node.normal);
+            if low >= volume.slack() {
+                at = node.front;
+            } else if high <= -volume.slack() {
+                at = node.back;
+            } else {
+                break;
+            }
+            query.steps += 1;
+        }
+        self.descend(at, &mut query);
+        (query.answer(), Cell(Some(at)))
     }
 
     fn test<V: Volume>(&self, volume: &V) -> Tested {

@@ -1,4 +1,4 @@
-use super::PolygonId;
+use super::{PolygonId, SpaceId};
 
 /// What has become of a polygon since the last frame. The geometry makes the change first, then the index hears of it; a
 /// number that becomes free may be given to another polygon at once (`Remove`, then `Insert`).
@@ -13,4 +13,7 @@ pub enum Change {
     /// The polygon is where it was and looks different. An index ignores this; a renderer draws the polygon anew, and
     /// occlusion culling looks again at what it hides (its holes may be elsewhere).
     Repaint(PolygonId),
+    /// A space has moved, and with it every polygon that [is in it](super::Geometry::space): none of them has a change of its
+    /// own for that.
+    Place(SpaceId),
 }

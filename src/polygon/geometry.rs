@@ -1,4 +1,6 @@
-use super::{ConvexPolygon, PolygonId};
+use glam::Affine3A;
+
+use super::{ConvexPolygon, PolygonId, SpaceId, SpacePlace};
 use crate::math::Aabb;
 
 /// What culling asks about polygons: the caller keeps them in whatever form it likes. An answer holds until a
@@ -30,5 +32,22 @@ pub trait Geometry {
     /// holes in it.
     fn occluder(&self, id: PolygonId) -> Option<ConvexPolygon> {
         if self.may_occlude(id) { self.polygon(id) } else { None }
+    }
+
+    /// The space that a polygon is fixed in, if it is in one that moves as a whole. A polygon that comes into a space, leaves
+    /// it, or changes its place in it, has an [`Update`](super::Change::Update); when the space moves, one
+    /// [`Place`](super::Change::Place) stands for all its polygons.
+    fn space(&self, _id: PolygonId) -> Option<SpaceId> {
+        None
+    }
+
+    /// The tight box of a polygon in the space that it is fixed in; asked of polygons that are in one only.
+    fn bounds_in_space(&self, id: PolygonId) -> Aabb {
+        self.bounds(id)
+    }
+
+    /// Where a space is now; asked of spaces that [`Geometry::space`] has named.
+    fn place(&self, _space: SpaceId) -> SpacePlace {
+        SpacePlace::from(Affine3A::IDENTITY)
     }
 }

@@ -13,6 +13,7 @@ mod geometry;
 mod id;
 mod near;
 mod paged;
+mod space;
 mod visible_blocks;
 
 pub use change::Change;
@@ -20,4 +21,6 @@ pub use convex::{ConvexPolygon, FLATNESS};
 pub use geometry::Geometry;
 pub use id::PolygonId;
 pub use paged::Paged;
+pub(crate) use space::{ROUNDING as PLACE_ROUNDING, abs as abs_matrix};
+pub use space::{SpaceId, SpacePlace};
 pub use visible_blocks::{BLOCK, VisibleBlocks, ids_of};

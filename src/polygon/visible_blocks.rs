@@ -102,6 +102,11 @@ impl VisibleBlocks {
         *there |= mask;
     }
 
+    /// Adds the polygons of another set.
+    pub fn add(&mut self, other: &Self) {
+        other.blocks().for_each(|(block, mask)| self.insert_block(block, mask));
+    }
+
     /// Takes polygons of a block out.
     pub fn remove_block(&mut self, block: usize, mask: u16) {
         if let Some(there) = self.masks.get_mut(block) {

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 use super::Environment;
 use crate::math::COORDINATE_LIMIT_M;
 
-/// The number of the recording format that this crate writes, and the newest it reads.
-pub const FORMAT_VERSION: u32 = 2;
+/// The newest recording format that this crate reads, and that of a session that is drawn in its window. Other recordings
+/// are written in the oldest format that has all they need.
+pub const FORMAT_VERSION: u32 = 3;
 
 /// A stroke's number, unique within a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -47,10 +48,10 @@ pub struct Header {
 }
 
 impl Header {
-    /// A header of the current format.
+    /// A header of format 2, which has all but what the window's edits need.
     pub fn new(name: impl Into<String>, source: impl Into<String>) -> Self {
         Self {
-            format: FORMAT_VERSION,
+            format: 2,
             name: name.into(),
             source: source.into(),
             root: None,
@@ -137,7 +138,7 @@ pub enum Tool {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paint {
-    /// Name or GUID of the brush.
+    /// Name or GUID of the brush; empty for none: the stroke is drawn by its tool.
     pub brush: String,
     /// Seed of the brush's random numbers.
     #[serde(default, skip_serializing_if = "is_zero_number")]
@@ -264,7 +265,7 @@ pub enum Event {
         /// The stroke.
         stroke: StrokeId,
     },
-    /// The last edit (a stroke begun, erased, moved, grouped, a group placed) is taken back. Of the edits before it the
+    /// The last edit (a stroke begun, erased, moved, grouped, brought to a layer, a group placed; or a step of several) is taken back. Of the edits before it the
     /// last thousand are remembered ([`Scene::UNDO_DEPTH`](crate::scene::Scene::UNDO_DEPTH)), everywhere the same; an undo
     /// beyond changes nothing.
     Undo {
@@ -310,6 +311,52 @@ pub enum Event {
         group: GroupId,
         /// World, or the parent group, from the group's own space.
         to: Transform,
+    },
+    /// The next edits are one step for undo and redo: as many as this, or those up to the next undo, redo or step (since
+    /// format 3).
+    Step {
+        /// Time, seconds.
+        t: f64,
+        /// How many; 0 ends the step before.
+        edits: u32,
+    },
+    /// What belongs to a layer is changed; what is absent stays (since format 3). It is no edit: no undo takes it back.
+    Layer {
+        /// Time, seconds.
+        t: f64,
+        /// The layer, a place in [`Header::layers`] or one after them: it is made then.
+        layer: u32,
+        /// Its name.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+        /// Whether its strokes are not drawn.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        hidden: Option<bool>,
+        /// Whether the window leaves its strokes alone.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        locked: Option<bool>,
+    },
+    /// Strokes go to a layer (since format 3).
+    Assign {
+        /// Time, seconds.
+        t: f64,
+        /// The layer.
+        layer: u32,
+        /// The strokes.
+        strokes: Vec<StrokeId>,
+    },
+    /// A view is remembered under a number (since format 3). It is no edit.
+    View {
+        /// Time, seconds.
+        t: f64,
+        /// Its number; a view that has it is forgotten.
+        slot: u32,
+        /// Eye in world space.
+        p: Vec3,
+        /// World from camera (looks along its -z).
+        q: Quat,
+        /// How far away what it looks at is, metres.
+        distance: f32,
     },
     /// A finished polygon, convex and planar (or it is split), as a stroke of its own or as a part of `stroke`.
     Polygon {
@@ -363,7 +410,13 @@ impl Event {
     /// Most corners that a polygon event may have.
     pub const MAX_VERTICES: usize = 1024;
 
-    /// Longest name of a group, bytes.
+    /// Most layers of a session.
+    pub const MAX_LAYERS: u32 = 1024;
+
+    /// Most views that a session remembers.
+    pub const MAX_VIEWS: u32 = 64;
+
+    /// Longest name of a group or layer, bytes.
     pub const MAX_GROUP_NAME_BYTES: usize = 256;
 
     /// Most strokes that one event may name so that it fits into a line, whatever their numbers.
@@ -382,6 +435,10 @@ impl Event {
             | Self::Move { t, .. }
             | Self::Group { t, .. }
             | Self::Place { t, .. }
+            | Self::Step { t, .. }
+            | Self::Layer { t, .. }
+            | Self::Assign { t, .. }
+            | Self::View { t, .. }
             | Self::Polygon { t, .. } => t,
         }
     }
@@ -395,7 +452,9 @@ impl Event {
     /// Strokes that an edit names, or corners of a polygon: what an event holds beside its own size.
     pub fn list_len(&self) -> usize {
         match self {
-            Self::Move { strokes, .. } | Self::Group { strokes, .. } => strokes.len(),
+            Self::Move { strokes, .. } | Self::Group { strokes, .. } | Self::Assign { strokes, .. } => {
+                strokes.len()
+            }
             Self::Polygon { vertices, .. } => vertices.len(),
             _ => 0,
         }
@@ -434,7 +493,24 @@ impl Event {
                 name.as_ref().is_none_or(|name| name.len() <= Self::MAX_GROUP_NAME_BYTES),
                 "a group's name of at most 256 bytes",
             ),
-            Self::End { .. } | Self::Erase { .. } | Self::Undo { .. } | Self::Redo { .. } => Ok(()),
+            Self::Layer { layer, name, .. } => {
+                finite(*layer < Self::MAX_LAYERS, "a layer below 1024")?;
+                finite(
+                    name.as_ref().is_none_or(|name| name.len() <= Self::MAX_GROUP_NAME_BYTES),
+                    "a layer's name of at most 256 bytes",
+                )
+            }
+            Self::View { slot, p, q, distance, .. } => {
+                check_pose(*p, *q)?;
+                finite(*slot < Self::MAX_VIEWS, "a view's number below 64")?;
+                finite(*distance > 0.0 && *distance <= COORDINATE_LIMIT_M, "a positive distance")
+            }
+            Self::Assign { layer, .. } => finite(*layer < Self::MAX_LAYERS, "a layer below 1024"),
+            Self::End { .. }
+            | Self::Erase { .. }
+            | Self::Undo { .. }
+            | Self::Redo { .. }
+            | Self::Step { .. } => Ok(()),
         }
     }
 }

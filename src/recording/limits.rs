@@ -271,7 +271,9 @@ impl Limited {
                 self.last_face = *stroke;
                 read.polygons += vertices.len().saturating_sub(2) as u64;
             }
-            Event::Move { strokes, .. } => read.events += strokes.len() as u64,
+            Event::Move { strokes, .. } | Event::Assign { strokes, .. } => {
+                read.events += strokes.len() as u64
+            }
             Event::Group { strokes, .. } => {
                 read.groupings += 1;
                 read.events += strokes.len() as u64;
@@ -280,6 +282,9 @@ impl Limited {
             | Event::Erase { .. }
             | Event::Undo { .. }
             | Event::Redo { .. }
+            | Event::Step { .. }
+            | Event::Layer { .. }
+            | Event::View { .. }
             | Event::Place { .. } => {}
         }
         read

@@ -6,11 +6,13 @@
 //!
 //! Knows [`math`](crate::math); the importers know the names of [`brush`](crate::brush)es.
 
+mod alteration;
 mod environment;
 mod error;
 mod event;
 #[cfg(feature = "formats")]
 pub mod import;
+mod input;
 mod limits;
 mod open;
 mod pacing;
@@ -25,11 +27,13 @@ mod unknown_brushes;
 #[cfg(feature = "formats")]
 mod unpacked;
 
+pub use alteration::{Alteration, Motion};
 pub use environment::Environment;
 pub use error::RecordingError;
 pub use event::{
     Camera, Event, FORMAT_VERSION, GroupId, Header, Layer, NormalRule, Paint, Root, StrokeId, Tool, Transform,
 };
+pub use input::{MemoryFiles, open_bytes};
 pub use limits::{Excess, Limits, Place};
 #[cfg(any(feature = "cli", feature = "window"))]
 pub(crate) use open::looks_like_session;
@@ -39,6 +43,8 @@ pub use pacing::{Pace, Pacer, ParsePaceError};
 pub(crate) use ron_file::LastLine;
 pub use ron_file::RecordingFile;
 pub use ron_line::MAX_LINE_BYTES;
+#[cfg(feature = "window")]
+pub(crate) use ron_line::read_event;
 pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
 pub use source::{EventSource, Notes, Session};

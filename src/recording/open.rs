@@ -1,8 +1,7 @@
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-use super::{Limits, RecordingError, RonReader, Session};
+use super::{Limits, RecordingError, RonReader, Session, input::Input};
 
 /// How a session is opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,22 +41,28 @@ const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
 /// # Errors
 /// The file cannot be read, its format is unknown, or its beginning is damaged.
 pub fn open(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
-    let start = if path.is_dir() { Vec::new() } else { sniff(path)? };
+    open_input(Input::on_disk(path), options)
+}
+
+/// [`open`] for a file on the disk or in memory.
+pub(super) fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let path = input.path;
+    let start = if input.is_folder() { Vec::new() } else { sniff(input)? };
     #[cfg(feature = "formats")]
-    if let Some(opener) = super::import::by_mark(path, &start) {
-        return opener(path, options);
+    if let Some(opener) = super::import::by_mark(input, &start) {
+        return opener(input, options);
     }
     if is_ron(path, &start) {
-        return open_ron(path, options);
+        return open_ron_input(input, options);
     }
     #[cfg(feature = "formats")]
     if let Some(opener) = super::import::by_name(path, &start) {
-        return opener(path, options);
+        return opener(input, options);
     }
     Err(RecordingError::Unknown {
         path: path.to_owned(),
         expected: format!("one of the formats {}", formats()),
-        found: if path.is_dir() { "a folder without a sketch".to_owned() } else { describe(&start) },
+        found: if input.is_folder() { "a folder without a sketch".to_owned() } else { describe(&start) },
     })
 }
 
@@ -66,24 +71,30 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Session, RecordingErro
 /// # Errors
 /// The file cannot be read, or its header is damaged or of a newer format.
 pub fn open_ron(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
-    if is_compressed(path, &sniff(path)?) {
-        return open_compressed(path, options);
+    open_ron_input(Input::on_disk(path), options)
+}
+
+fn open_ron_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let path = input.path;
+    if is_compressed(path, &sniff(input)?) {
+        return open_compressed(input, options);
     }
-    let file = File::open(path).map_err(|e| RecordingError::io(path, e))?;
+    let file = input.open().map_err(|e| RecordingError::io(path, e))?;
     let reader = RonReader::new(BufReader::with_capacity(1 << 16, file), path, *options)?;
     Ok(Session::new(reader.header().clone(), "ron", Box::new(reader), path, options))
 }
 
 #[cfg(feature = "formats")]
-fn open_compressed(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
-    let reader = RonReader::new(super::ron_file::decoder(path, &options.limits)?, path, *options)?;
+fn open_compressed(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let path = input.path;
+    let reader = RonReader::new(super::ron_file::decoder(input, &options.limits)?, path, *options)?;
     Ok(Session::new(reader.header().clone(), "ron.zst", Box::new(reader), path, options))
 }
 
 #[cfg(not(feature = "formats"))]
-fn open_compressed(path: &Path, _options: &OpenOptions) -> Result<Session, RecordingError> {
+fn open_compressed(input: Input<'_>, _options: &OpenOptions) -> Result<Session, RecordingError> {
     Err(RecordingError::Unknown {
-        path: path.to_owned(),
+        path: input.path.to_owned(),
         expected: "an uncompressed recording (this build lacks the feature `formats`)".to_owned(),
         found: "zstd data".to_owned(),
     })
@@ -93,7 +104,7 @@ fn open_compressed(path: &Path, _options: &OpenOptions) -> Result<Session, Recor
 #[cfg(any(feature = "cli", feature = "window"))]
 pub(crate) fn looks_like_session(path: &Path, start: &[u8]) -> bool {
     use super::import::{by_mark, by_name};
-    by_mark(path, start).is_some() || is_ron(path, start) || by_name(path, start).is_some()
+    by_mark(Input::on_disk(path), start).is_some() || is_ron(path, start) || by_name(path, start).is_some()
 }
 
 /// Describes a file of an unknown format by its first bytes, for the error.
@@ -104,18 +115,19 @@ fn describe(start: &[u8]) -> String {
     }
 }
 
-fn sniff(path: &Path) -> Result<Vec<u8>, RecordingError> {
+fn sniff(input: Input<'_>) -> Result<Vec<u8>, RecordingError> {
+    let path = input.path;
     let mut start = Vec::new();
-    let metadata = std::fs::metadata(path).map_err(|e| RecordingError::io(path, e))?;
-    if !metadata.is_file() {
+    if input.is_folder() || input.is_special() {
         // Bytes that are read from a pipe to find the format are lost to the reader, and a replay reads a session twice.
         return Err(RecordingError::Unknown {
             path: path.to_owned(),
             expected: "a regular file, or the folder of a .tilt".to_owned(),
-            found: if metadata.is_dir() { "another folder" } else { "a pipe or a device" }.to_owned(),
+            found: if input.is_folder() { "another folder" } else { "a pipe or a device" }.to_owned(),
         });
     }
-    File::open(path)
+    input
+        .open()
         .and_then(|file| file.take(SNIFF_BYTES).read_to_end(&mut start))
         .map_err(|e| RecordingError::io(path, e))?;
     Ok(start)

@@ -1,6 +1,9 @@
-use std::fs::{File, OpenOptions as FileOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
+
+use crate::platform::fs::{File, OpenOptions as FileOptions};
+#[cfg(feature = "formats")]
+use crate::platform::zstd;
 
 use super::{
     Header, OpenOptions, RecordingError, RonReader,
@@ -163,13 +166,19 @@ pub(super) use compressed::decoder;
 
 #[cfg(feature = "formats")]
 mod compressed {
-    use zstd::stream::{read, write};
-
+    use super::zstd::{
+        self,
+        stream::{read, write},
+    };
     use super::{
         BufReader, File, FileOptions, Header, Kind, LastLine, OpenOptions, Path, Read, RecordingError,
         RecordingFile, RonReader, Write, io,
     };
-    use crate::recording::{Limits, unpacked::Unpacked};
+    use crate::recording::{
+        Limits,
+        input::{Input, InputFile},
+        unpacked::Unpacked,
+    };
 
     use crate::atomic_file::AtomicFile;
 
@@ -180,17 +189,17 @@ mod compressed {
     /// The recording was checked when it was opened; only its end is kept.
     const ANY: Limits = Limits { polygons: u64::MAX, unpacking: u64::MAX };
 
-    type Decoder = BufReader<Unpacked<read::Decoder<'static, BufReader<File>>>>;
+    type Decoder = BufReader<Unpacked<read::Decoder<'static, BufReader<InputFile>>>>;
 
-    pub(in super::super) fn decoder(path: &Path, limits: &Limits) -> Result<Decoder, RecordingError> {
+    pub(in super::super) fn decoder(input: Input<'_>, limits: &Limits) -> Result<Decoder, RecordingError> {
         let open = || {
-            let file = File::open(path)?;
-            let packed = file.metadata()?.len();
+            let file = input.open()?;
+            let packed = file.len()?;
             let mut decoder = read::Decoder::new(file)?;
             decoder.window_log_max(WINDOW_LOG_MAX)?;
             Ok(BufReader::with_capacity(1 << 16, Unpacked::new(decoder, packed, limits)))
         };
-        open().map_err(|e| RecordingError::io(path, e))
+        open().map_err(|e| RecordingError::io(input.path, e))
     }
 
     /// Starts a frame at the file's place.
@@ -208,14 +217,16 @@ mod compressed {
     /// the old one, which it then replaces.
     pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
         let io = |e| RecordingError::io(path, e);
-        let header = RonReader::new(decoder(path, &ANY)?, path, OpenOptions::default())?.header().clone();
-        let end = LastLine::find(&mut decoder(path, &ANY)?, path)?;
+        let header = RonReader::new(decoder(Input::on_disk(path), &ANY)?, path, OpenOptions::default())?
+            .header()
+            .clone();
+        let end = LastLine::find(&mut decoder(Input::on_disk(path), &ANY)?, path)?;
         if end.cut || end.torn_bytes > 0 {
             let rewrite = || {
                 let mut beside = AtomicFile::create(path)?;
                 let mut copy = encode(beside.handle()?)?;
                 io::copy(
-                    &mut decoder(path, &ANY).map_err(io::Error::other)?.take(end.whole_bytes),
+                    &mut decoder(Input::on_disk(path), &ANY).map_err(io::Error::other)?.take(end.whole_bytes),
                     &mut copy,
                 )?;
                 copy.finish()?;

@@ -76,6 +76,12 @@ pub(super) fn parse_event(line: &str) -> Result<Event, BadEvent> {
     }
 }
 
+/// Reads one event that this crate has written; none from any other line.
+#[cfg(feature = "window")]
+pub(crate) fn read_event(line: &str) -> Option<Event> {
+    parse_event(line.trim_end()).ok()
+}
+
 /// Reads the header. The format number comes first, so that a newer format is named as such, whatever else it brings.
 pub(super) fn parse_header(line: &str) -> Result<Header, Mismatch> {
     #[derive(serde::Deserialize)]

@@ -16,6 +16,7 @@ impl UnknownBrushes {
     pub(super) fn note(&mut self, event: &Event) {
         if let Event::Begin { paint: Some(paint), .. } = event
             && self.0.len() < MOST_NAMES
+            && !paint.brush.is_empty()
             && brush::find(&paint.brush).is_none()
             && !self.0.contains(&paint.brush)
         {

@@ -1,4 +1,4 @@
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::RenderError;
 
@@ -13,6 +13,7 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     fault: Arc<Mutex<Option<Fault>>>,
+    samples_in_place: OnceLock<bool>,
 }
 
 /// The first thing that went wrong on a device.
@@ -31,7 +32,7 @@ impl Gpu {
         let open = |backends: wgpu::Backends| {
             let mut description = wgpu::InstanceDescriptor::new_without_display_handle();
             description.backends = backends;
-            Self::open(wgpu::Instance::new(description.with_env()), None)
+            pollster::block_on(Self::open(wgpu::Instance::new(description.with_env()), None))
         };
         let best = open(wgpu::Backends::PRIMARY);
         // OpenGL only where it can do better: asking for it makes some drivers complain on standard error.
@@ -51,35 +52,54 @@ impl Gpu {
     /// # Errors
     /// There is no adapter, or none that can be used.
     pub fn for_surface(instance: wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, RenderError> {
-        Self::open(instance, Some(surface))
+        pollster::block_on(Self::open(instance, Some(surface)))
     }
 
-    fn open(instance: wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, RenderError> {
+    /// [`Gpu::for_surface`] for a caller that cannot wait: a page in a browser.
+    ///
+    /// # Errors
+    /// There is no adapter, or none that can be used.
+    pub async fn for_surface_later(
+        instance: wgpu::Instance,
+        surface: &wgpu::Surface<'_>,
+    ) -> Result<Self, RenderError> {
+        Self::open(instance, Some(surface)).await
+    }
+
+    async fn open(
+        instance: wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<Self, RenderError> {
         let request = |force_fallback_adapter| {
-            pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
+            instance.request_adapter(&wgpu::RequestAdapterOptions {
                 power_preference: wgpu::PowerPreference::HighPerformance,
                 force_fallback_adapter,
                 compatible_surface: surface,
                 ..Default::default()
-            }))
+            })
         };
         // A software adapter is found by the first request too, where nothing is better.
-        let adapter = request(false).or_else(|_| request(true)).map_err(|_| RenderError::NoAdapter)?;
+        let adapter = match request(false).await {
+            Ok(adapter) => adapter,
+            Err(_) => request(true).await.map_err(|_| RenderError::NoAdapter)?,
+        };
         let name = describe(&adapter.get_info());
         if let Some(lacks) = missing(&adapter) {
             return Err(RenderError::Lacks { adapter: name, lacks });
         }
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        let description = wgpu::DeviceDescriptor {
             label: Some("osp"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             // What the adapter has: the defaults stop buffers at 256 MiB.
             required_limits: adapter.limits(),
             ..Default::default()
-        }))
-        .map_err(|error| RenderError::NoDevice { adapter: name, reason: error.to_string() })?;
+        };
+        let opened = adapter.request_device(&description).await;
+        let (device, queue) =
+            opened.map_err(|error| RenderError::NoDevice { adapter: name, reason: error.to_string() })?;
         let fault = Arc::new(Mutex::new(None));
         keep_first_fault(&device, &fault);
-        Ok(Self { instance, adapter, device, queue, fault })
+        Ok(Self { instance, adapter, device, queue, fault, samples_in_place: OnceLock::new() })
     }
 
     /// Name of the adapter and how it is driven, for people.
@@ -90,6 +110,26 @@ impl Gpu {
     /// Whether the adapter is a program on the CPU.
     pub fn is_software(&self) -> bool {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Whether a browser stands between this program and the driver.
+    pub fn is_in_browser(&self) -> bool {
+        self.adapter.get_info().backend == wgpu::Backend::BrowserWebGpu
+    }
+
+    /// Finds out what takes a wait elsewhere, so that nothing has to wait later.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub(crate) async fn learn(&self) -> Result<(), RenderError> {
+        let are_in_place = super::hzb::samples_are_in_place_later(self).await?;
+        self.samples_in_place.get_or_init(|| are_in_place);
+        Ok(())
+    }
+
+    /// Whether the samples of a pixel are at their usual places, if that is known.
+    pub(super) fn samples_in_place(&self) -> Option<bool> {
+        self.samples_in_place.get().copied()
     }
 
     /// The instance, for making surfaces.
@@ -154,7 +194,9 @@ fn keep_first_fault(device: &wgpu::Device, fault: &Arc<Mutex<Option<Fault>>>) {
 }
 
 fn describe(info: &wgpu::AdapterInfo) -> String {
-    format!("{} ({})", info.name, info.backend)
+    // A browser does not tell.
+    let name = if info.name.is_empty() { "the browser's adapter" } else { &info.name };
+    format!("{name} ({})", info.backend)
 }
 
 fn missing(adapter: &wgpu::Adapter) -> Option<&'static str> {

@@ -40,6 +40,8 @@ pub(super) struct GpuScene {
     /// One bit for each uploaded polygon that has moved since.
     moved: Vec<u64>,
     any_moved: bool,
+    /// Groups that have moved as a whole since.
+    placed: Vec<Change>,
     /// One bit for each polygon that can be seen through …
     transparent: Vec<u64>,
     /// … and for each whose light is added.
@@ -79,6 +81,7 @@ impl GpuScene {
             uploaded: 0,
             moved: Vec::new(),
             any_moved: false,
+            placed: Vec::new(),
             transparent: Vec::new(),
             additive: Vec::new(),
             has_brushes: false,
@@ -139,12 +142,18 @@ impl GpuScene {
     /// visible or not.
     pub(super) fn note(&mut self, changes: &[Change]) {
         for change in changes {
-            if let Change::Update(id) | Change::Repaint(id) = *change
-                && id.index() < self.uploaded
-            {
-                bits::insert(&mut self.moved, id.index());
-                self.any_moved = true;
+            match *change {
+                Change::Update(id) | Change::Repaint(id) => self.note_moved(id),
+                Change::Place(_) => self.placed.push(*change),
+                Change::Insert(_) | Change::Remove(_) => {}
             }
+        }
+    }
+
+    fn note_moved(&mut self, id: PolygonId) {
+        if id.index() < self.uploaded {
+            bits::insert(&mut self.moved, id.index());
+            self.any_moved = true;
         }
     }
 
@@ -170,6 +179,14 @@ impl GpuScene {
             self.let_go = scene.let_go_count();
             self.free_chunks(gpu, scene);
         }
+        let mut placed = std::mem::take(&mut self.placed);
+        scene.for_each_change(&placed, |change| {
+            if let Change::Update(id) = change {
+                self.note_moved(id);
+            }
+        });
+        placed.clear();
+        self.placed = placed;
         if self.any_moved {
             bytes += self.send_moved(gpu, scene);
         }

@@ -93,7 +93,7 @@ impl Offscreen {
     }
 
     /// Adds a view with pictures of its own size, and gives its number: the first view is 0. Each view keeps what it learns
-    /// from frame to frame to itself; all share the polygons. To be called before occlusion culling is chosen.
+    /// from frame to frame to itself; all share the polygons. It draws without occlusion culling until that is chosen.
     ///
     /// # Errors
     /// The size is not possible.
@@ -129,6 +129,17 @@ impl Offscreen {
         self.sights
             .iter_mut()
             .try_for_each(|sight| self.renderer.set_occlusion_with(&mut sight.slot, occlusion, config))
+    }
+
+    /// Chooses how hidden polygons are culled on the GPU in one of the views, by its number.
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs.
+    ///
+    /// # Panics
+    /// There is no view of this number.
+    pub fn set_occlusion_of(&mut self, number: usize, occlusion: Occlusion) -> Result<(), RenderError> {
+        self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
     }
 
     /// Changes light and sky: see [`Renderer::set_environment`].

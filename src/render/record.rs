@@ -74,7 +74,7 @@ impl PolygonRecord {
         let smooth = if surface.is_smooth() { SMOOTH } else { 0 };
         record.corners[2][3] = material | facing | smooth;
         if surface.is_facing() {
-            record.corners[3][3] = room_m(&polygon, scene.bounds(id)).to_bits();
+            record.corners[3][3] = room_m(&polygon, &scene.bounds(id)).to_bits();
         }
         record
     }

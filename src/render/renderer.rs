@@ -256,6 +256,11 @@ impl Renderer {
             slot.hzb = None;
             return Ok(());
         }
+        if occlusion == Occlusion::Queries && self.gpu.is_in_browser() {
+            // The crate wgpu, version 30, does not hand the set of queries on to the browser.
+            let lacks = "occlusion queries, which no browser gives it";
+            return Err(RenderError::NoOcclusion { adapter: self.gpu.name(), lacks });
+        }
         if self.hzb.is_none() {
             let mut hzb = match Hzb::new(&self.gpu) {
                 // Then drawing all is the fastest way that there is.

@@ -1,6 +1,10 @@
 use std::sync::OnceLock;
 
-use super::{Gpu, Image, RenderError, finish::Octaves, read_back::read_back};
+use super::{
+    Gpu, Image, RenderError,
+    finish::Octaves,
+    read_back::{ComingImage, begin_read_back, read_back},
+};
 
 /// Samples a pixel.
 pub const SAMPLES: u32 = 4;
@@ -87,6 +91,11 @@ impl Target {
     /// The device is lost or the driver reported something.
     pub fn image(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         read_back(gpu, &self.picture)
+    }
+
+    /// The same for a caller that cannot wait: it comes later.
+    pub fn image_later(&self, gpu: &Gpu) -> ComingImage {
+        begin_read_back(gpu, &self.picture)
     }
 
     /// The finished picture, for a shader that shows it.

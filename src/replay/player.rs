@@ -15,6 +15,11 @@ pub struct SessionState {
 }
 
 impl SessionState {
+    /// Before the first frame, with a scene in which groups [move as a whole](Scene::keeping_groups_whole).
+    pub fn keeping_groups_whole() -> Self {
+        Self { scene: Scene::keeping_groups_whole(), ..Self::default() }
+    }
+
     /// Plays the events of a frame; what they change in the model is appended to `changes`.
     pub fn play(&mut self, events: &[Event], changes: &mut Vec<Change>) {
         events.iter().for_each(|event| self.moment.note(event));
@@ -54,6 +59,12 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
             events: Vec::new(),
             changes: Vec::new(),
         }
+    }
+
+    /// The player with a scene in which groups [move as a whole](Scene::keeping_groups_whole); before the first frame.
+    #[must_use]
+    pub fn keeping_groups_whole(self) -> Self {
+        Self { state: SessionState::keeping_groups_whole(), ..self }
     }
 
     /// A walk through a finished model: the session's events only move the eye.

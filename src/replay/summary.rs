@@ -62,13 +62,15 @@ where
                 Event::Head { .. } => summary.heads += 1,
                 Event::Erase { .. } => summary.erases += 1,
                 Event::Undo { .. } | Event::Redo { .. } => summary.undos += 1,
-                Event::Move { .. } | Event::Group { .. } | Event::Place { .. } => summary.moves += 1,
+                Event::Move { .. } | Event::Group { .. } | Event::Assign { .. } | Event::Place { .. } => {
+                    summary.moves += 1
+                }
                 _ => {}
             }
         }
         for change in player.changes() {
             if let Change::Insert(id) | Change::Update(id) = *change {
-                summary.bounds = summary.bounds.union(player.scene().bounds(id));
+                summary.bounds = summary.bounds.union(&player.scene().bounds(id));
             }
         }
         match outcome {

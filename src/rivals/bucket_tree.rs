@@ -14,7 +14,8 @@ use super::{
 };
 use crate::{
     index::{
-        DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts, probe::Nearest, simd::IdWriter,
+        DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, probe::Nearest,
+        simd::IdWriter,
     },
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
@@ -102,6 +103,7 @@ pub(super) struct BucketTree<P: Partition> {
     /// Filled and emptied within a change.
     items: Vec<Item>,
     pending: Vec<(u32, u32, u32)>,
+    upkeep: Upkeep,
 }
 
 impl<P: Partition> BucketTree<P> {
@@ -118,6 +120,7 @@ impl<P: Partition> BucketTree<P> {
             spot,
             items: Vec::new(),
             pending: Vec::new(),
+            upkeep: Upkeep::default(),
         };
         tree.init_root();
         tree
@@ -185,6 +188,7 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
         if self.leaf_for(bounds.center()) == Some(owner) {
             self.buckets.set_bounds(spot, bounds);
             self.tighten_upwards(owner);
+            self.upkeep.adjusted += 1;
         } else {
             self.take_out(id);
             self.file(&Item { bounds: *bounds, id });
@@ -211,6 +215,10 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
         let mut nearest = Nearest::new(t_max, hit);
         self.ask_along(ray, &mut nearest);
         nearest.found()
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.upkeep)
     }
 
     fn validate(&self) -> Result<(), String> {

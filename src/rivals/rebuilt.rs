@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     index::{
-        DrawList, IndexError, SpatialIndex, Visitor, WorkCounts,
+        DrawList, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts,
         probe::{Nearest, nearest_by},
     },
     math::{Aabb, Frustum, Ray},
@@ -64,6 +64,7 @@ pub(super) struct Rebuilt<B> {
     built_area: f64,
     /// Filled and emptied within a build.
     items: Vec<Item>,
+    upkeep: Upkeep,
 }
 
 impl<B: TreeBuilder> Rebuilt<B> {
@@ -76,6 +77,7 @@ impl<B: TreeBuilder> Rebuilt<B> {
             due: Due::Nothing,
             built_area: 0.0,
             items: Vec::with_capacity(capacity),
+            upkeep: Upkeep::default(),
         }
     }
 
@@ -106,6 +108,8 @@ impl<B: TreeBuilder> Rebuilt<B> {
             self.builder.build(&mut self.items, &mut self.tree);
         }
         self.tree.finish();
+        self.upkeep.filed += self.filed.len() as u64;
+        self.upkeep.boxes += self.tree.node_count() as u64;
         if B::ON_UPDATE == OnUpdate::Refit {
             for (at, &id) in self.tree.ids().iter().enumerate() {
                 self.place.set(id, at as u32);
@@ -144,6 +148,7 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
             (_, OnUpdate::Refit) => {
                 self.tree.set_box(self.place.get(id) as usize, bounds);
                 self.due = Due::Refit;
+                self.upkeep.adjusted += 1;
             }
         }
         Ok(())
@@ -152,6 +157,7 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
     fn commit(&mut self) {
         if self.due == Due::Refit {
             self.tree.refit();
+            self.upkeep.boxes += self.tree.node_count() as u64;
             if self.tree.relative_area() > REFIT_LIMIT * self.built_area {
                 self.due = Due::Rebuild;
             }
@@ -189,6 +195,10 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
         out: &mut Vec<(PolygonId, f32)>,
     ) -> WorkCounts {
         nearest_by(point, count, self.len(), distance_m, out, |nearest| self.tree.ask_nearest(nearest))
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.upkeep)
     }
 
     fn validate(&self) -> Result<(), String> {

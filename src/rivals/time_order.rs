@@ -1,6 +1,6 @@
 use crate::{
     index::{
-        DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
+        DrawList, IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts,
         admission::admit,
         mask_writer::{MaskWriter, RunSink},
         simd::{Backend, Boxes, IdWriter, Kernel, PlaneSet, WithKernel},
@@ -21,6 +21,7 @@ pub struct TimeOrder {
     /// Per block of polygons the ids that are filed.
     filed: Vec<u16>,
     len: usize,
+    upkeep: Upkeep,
 }
 
 impl TimeOrder {
@@ -36,7 +37,14 @@ impl TimeOrder {
         spare.reverse();
         let mut levels = Vec::with_capacity(1 + spare.len());
         levels.push(Vec::with_capacity(blocks));
-        Self { backend: Backend::detect(), levels, spare, filed: Vec::with_capacity(blocks), len: 0 }
+        Self {
+            backend: Backend::detect(),
+            levels,
+            spare,
+            filed: Vec::with_capacity(blocks),
+            len: 0,
+            upkeep: Upkeep::default(),
+        }
     }
 
     fn holds(&self, id: PolygonId) -> bool {
@@ -74,6 +82,7 @@ impl TimeOrder {
     fn tighten(&mut self, block: usize) {
         let mut group = block;
         for level in 0..self.levels.len() - 1 {
+            self.upkeep.boxes += 1;
             let bounds = self.levels[level][group].around(self.used(level, group));
             let above = &mut self.levels[level + 1][group / 16];
             if above.get(group % 16) == bounds {
@@ -215,11 +224,13 @@ impl SpatialIndex for TimeOrder {
         self.levels[0][block].set(lane, bounds);
         let mut group = block;
         for level in &mut self.levels[1..] {
+            self.upkeep.boxes += 1;
             if !level[group / 16].widen(group % 16, bounds) {
                 break;
             }
             group /= 16;
         }
+        self.upkeep.filed += 1;
         self.len += 1;
         Ok(())
     }
@@ -245,6 +256,7 @@ impl SpatialIndex for TimeOrder {
         let block = id.index() / 16;
         self.levels[0][block].set(id.index() % 16, bounds);
         self.tighten(block);
+        self.upkeep.adjusted += 1;
         Ok(())
     }
 
@@ -273,6 +285,10 @@ impl SpatialIndex for TimeOrder {
             self.visit(&mut walk, top, 0, PlaneMask::ALL, Visit::Descend);
         }
         walk.work
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.upkeep)
     }
 
     fn validate(&self) -> Result<(), String> {

@@ -23,15 +23,31 @@ pub(super) enum Edit {
     },
     /// A group was placed.
     Place { group: usize, before: Transform, after: Transform },
+    /// Strokes went to a layer; the layer that each one has on the other side of the edit.
+    Assign { layers: Vec<(u32, u32)> },
+    /// Several edits that are one step, in their order.
+    Several(Vec<Edit>),
 }
 
 impl Edit {
+    /// Calls `drawn` for each stroke that was drawn by it, and `erased` for each that was erased.
+    pub(super) fn strokes_of(&self, drawn: &mut impl FnMut(u32), erased: &mut impl FnMut(u32)) {
+        match self {
+            Self::Draw { stroke } => drawn(*stroke),
+            Self::Erase { stroke } => erased(*stroke),
+            Self::Several(edits) => edits.iter().for_each(|edit| edit.strokes_of(drawn, erased)),
+            Self::Move { .. } | Self::Group { .. } | Self::Place { .. } | Self::Assign { .. } => {}
+        }
+    }
+
     /// How many strokes it remembers something of.
     pub(super) fn named(&self) -> usize {
         match self {
             Self::Draw { .. } | Self::Erase { .. } | Self::Place { .. } => 0,
             Self::Move { offsets } => offsets.len(),
             Self::Group { before, .. } => before.len(),
+            Self::Assign { layers } => layers.len(),
+            Self::Several(edits) => edits.iter().map(|edit| 1 + edit.named()).sum(),
         }
     }
 }

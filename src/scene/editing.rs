@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::{Scene, edit::Edit, group, model::Untold};
 use crate::{
     brush::Surface,
-    polygon::Change,
+    polygon::{Change, PolygonId, SpaceId},
     recording::{GroupId, StrokeId, Transform},
 };
 
@@ -27,8 +27,11 @@ impl Scene {
             self.stroke_by_id.remove(&id);
             self.used.insert(id.0);
         }
-        let group = stroke.group;
-        self.groups.change_member(at, group, None);
+        let group = stroke.group.take();
+        if group.is_some() {
+            self.groups.change_member(at, group, None);
+            self.displace(at);
+        }
     }
 
     /// Frees the memory of the strokes that no undo or redo can bring back, as far as that was so at the last call: who
@@ -87,7 +90,7 @@ impl Scene {
 
     /// Counts a stroke that has come or gone. It is told of once all events of the frame are taken, so that the changes
     /// of a frame are as many as its polygons, however often it takes a stroke back.
-    fn follow_visibility(&mut self, at: u32, was: bool) {
+    pub(super) fn follow_visibility(&mut self, at: u32, was: bool) {
         let stroke = &mut self.strokes[at as usize];
         let is = stroke.is_visible();
         if was == is {
@@ -145,7 +148,7 @@ impl Scene {
         Some(())
     }
 
-    fn named(&self, ids: &[StrokeId]) -> impl Iterator<Item = u32> {
+    pub(super) fn named(&self, ids: &[StrokeId]) -> impl Iterator<Item = u32> {
         ids.iter().filter_map(|id| self.stroke_by_id.get(id)).copied()
     }
 
@@ -167,16 +170,27 @@ impl Scene {
         }
     }
 
-    /// Recomputes the boxes of all strokes whose place in the world has changed.
+    /// Recomputes the boxes of all strokes whose place in the world has changed, and tells of the groups that have moved as a
+    /// whole.
     pub(super) fn place_displaced(&mut self, changes: &mut Vec<Change>) {
         let mut to_place = std::mem::take(&mut self.to_place);
-        self.groups.take_moved(|at| {
-            if let Some(stroke) = self.strokes.get_mut(at as usize)
-                && !std::mem::replace(&mut stroke.is_displaced, true)
-            {
-                to_place.push(at);
+        let mut moved = std::mem::take(&mut self.moved_groups);
+        self.groups.take_moved(|group| moved.push(group));
+        for group in moved.drain(..) {
+            if self.moves_as_whole(group) {
+                self.groups.note_stale(Some(group));
+                changes.push(Change::Place(SpaceId(group as u32)));
+                continue;
             }
-        });
+            for at in self.groups.strokes(group) {
+                if let Some(stroke) = self.strokes.get_mut(at as usize)
+                    && !std::mem::replace(&mut stroke.is_displaced, true)
+                {
+                    to_place.push(at);
+                }
+            }
+        }
+        self.moved_groups = moved;
         to_place.sort_unstable();
         for at in to_place.drain(..) {
             self.place_stroke(at, changes);
@@ -189,17 +203,27 @@ impl Scene {
         stroke.is_displaced = false;
         stroke.was_displaced_unseen = !stroke.is_visible();
         self.groups.note_changed(stroke.group);
-        self.groups.chain(stroke.group, &mut self.chain);
+        let is_whole = self.groups.is_whole(stroke.group);
+        let group = stroke.group.filter(|_| !is_whole);
+        self.groups.chain(group, &mut self.chain);
         let scale = self.chain.iter().map(|to| to.s).product();
-        for id in stroke.polygon_ids() {
+        let (own, first) = (stroke.group, changes.len());
+        let ranges = std::mem::take(&mut self.strokes[at as usize].polygons);
+        for id in ranges.iter().cloned().flatten().map(PolygonId) {
+            let stroke = &self.strokes[at as usize];
             let local = &self.polygons[id.index()];
-            let world = local.map(|p| self.chain.iter().fold(p + stroke.offset, |p, to| group::apply(to, p)));
+            let placed =
+                local.map(|p| self.chain.iter().fold(p + stroke.offset, |p, to| group::apply(to, p)));
             let surface = self.surfaces.get(id.index()).copied().unwrap_or(Surface::PLAIN);
-            self.bounds[id.index()] = stroke.bounds_of(&world, &surface, scale);
+            let bounds = stroke.bounds_of(&placed, &surface, scale);
+            self.keep_bounds(id, own, bounds);
             self.displaced += 1;
-            if stroke.is_visible() {
-                changes.push(Change::Update(id));
-            }
+            changes.push(Change::Update(id));
+        }
+        let stroke = &mut self.strokes[at as usize];
+        stroke.polygons = ranges;
+        if stroke.was_displaced_unseen {
+            changes.truncate(first);
         }
     }
 
@@ -251,7 +275,13 @@ impl Scene {
 
     pub(super) fn undo(&mut self) -> Option<()> {
         let mut edit = self.history.undo()?;
-        match &mut edit {
+        self.play_backward(&mut edit);
+        self.history.taken_back(edit);
+        Some(())
+    }
+
+    fn play_backward(&mut self, edit: &mut Edit) {
+        match edit {
             Edit::Draw { stroke } => self.set_undone(*stroke, true),
             Edit::Erase { stroke } => self.set_erased(*stroke, false),
             Edit::Move { offsets } => self.swap_offsets(offsets),
@@ -263,14 +293,20 @@ impl Scene {
                 before.iter().for_each(|&(stroke, group)| self.set_group(stroke, group));
             }
             Edit::Place { group, before, .. } => self.groups.place(*group, *before),
+            Edit::Assign { layers } => self.swap_layers(layers),
+            Edit::Several(edits) => edits.iter_mut().rev().for_each(|edit| self.play_backward(edit)),
         }
-        self.history.taken_back(edit);
-        Some(())
     }
 
     pub(super) fn redo(&mut self) -> Option<()> {
         let mut edit = self.history.redo()?;
-        match &mut edit {
+        self.play_forward(&mut edit);
+        self.history.made_again(edit);
+        Some(())
+    }
+
+    fn play_forward(&mut self, edit: &mut Edit) {
+        match edit {
             Edit::Draw { stroke } => self.set_undone(*stroke, false),
             Edit::Erase { stroke } => self.set_erased(*stroke, true),
             Edit::Move { offsets } => self.swap_offsets(offsets),
@@ -282,8 +318,8 @@ impl Scene {
                 before.iter().for_each(|&(stroke, _)| self.set_group(stroke, Some(*group)));
             }
             Edit::Place { group, after, .. } => self.groups.place(*group, *after),
+            Edit::Assign { layers } => self.swap_layers(layers),
+            Edit::Several(edits) => edits.iter_mut().for_each(|edit| self.play_forward(edit)),
         }
-        self.history.made_again(edit);
-        Some(())
     }
 }

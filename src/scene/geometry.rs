@@ -4,7 +4,7 @@ use super::{Scene, solid::solid_part};
 use crate::{
     brush::Draw,
     math::Aabb,
-    polygon::{ConvexPolygon, Geometry, PolygonId},
+    polygon::{ConvexPolygon, Geometry, PolygonId, SpaceId, SpacePlace},
 };
 
 impl Geometry for Scene {
@@ -17,7 +17,19 @@ impl Geometry for Scene {
     }
 
     fn bounds(&self, id: PolygonId) -> Aabb {
-        *Self::bounds(self, id)
+        Self::bounds(self, id)
+    }
+
+    fn space(&self, id: PolygonId) -> Option<SpaceId> {
+        Self::space(self, id)
+    }
+
+    fn bounds_in_space(&self, id: PolygonId) -> Aabb {
+        self.bounds.get(id.index()).copied().unwrap_or(Aabb::EMPTY)
+    }
+
+    fn place(&self, space: SpaceId) -> SpacePlace {
+        Self::place_of(self, space)
     }
 
     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {

@@ -15,7 +15,7 @@ const IDENTITY: Transform = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0
 
 /// A group: a transform from its own space to its parent's, or the world's.
 #[derive(Clone, Debug)]
-struct Group {
+pub(super) struct Group {
     id: GroupId,
     name: Option<String>,
     parent: Option<usize>,
@@ -27,9 +27,16 @@ struct Group {
     heights: BTreeMap<usize, u32>,
     /// It was placed or hung elsewhere, and its strokes do not know yet.
     has_moved: bool,
+    /// The frame in which it has moved last, if that is kept.
+    pub(super) moved_in: Option<u64>,
+    /// It moves as a whole now: the boxes of its own strokes' polygons are kept in its space.
+    pub(super) is_whole: bool,
+    /// Around all polygons that were in it while it did, its own space.
+    pub(super) reach: Aabb,
     /// Scratch of [`Groups::take_moved`].
     is_walked: bool,
-    /// What its own strokes come to, and they with all groups below: as they were when last asked for.
+    /// What its own strokes come to (in its own space, if it moves as a whole), and they with all groups below: as they were
+    /// when last asked for.
     own: Extent,
     whole: Extent,
     /// Its own strokes have changed since.
@@ -43,7 +50,7 @@ struct Group {
 pub(super) struct Extent {
     pub(super) strokes: u64,
     pub(super) polygons: u64,
-    /// World space.
+    /// World space, or that of a group that moves as a whole.
     pub(super) bounds: Aabb,
 }
 
@@ -77,6 +84,20 @@ pub(super) struct Groups {
 }
 
 impl Groups {
+    /// Around all polygons that were in a group while it moved as a whole, its own space.
+    pub(super) fn reach(&self, group: usize) -> Aabb {
+        self.groups[group].reach
+    }
+
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.groups.len()
+    }
+
+    pub(super) fn get_mut(&mut self, group: usize) -> &mut Group {
+        &mut self.groups[group]
+    }
+
     pub(super) fn find(&self, id: GroupId) -> Option<usize> {
         self.by_id.get(&id).copied()
     }
@@ -110,6 +131,11 @@ impl Groups {
         }
     }
 
+    /// Whether a group moves as a whole.
+    pub(super) fn is_whole(&self, group: Option<usize>) -> bool {
+        group.is_some_and(|group| self.groups[group].is_whole)
+    }
+
     pub(super) fn strokes(&self, group: usize) -> impl Iterator<Item = u32> + '_ {
         self.groups[group].strokes.iter().copied()
     }
@@ -127,7 +153,7 @@ impl Groups {
         self.note_stale(group);
     }
 
-    fn note_stale(&mut self, mut group: Option<usize>) {
+    pub(super) fn note_stale(&mut self, mut group: Option<usize>) {
         while let Some(at) = group
             && !std::mem::replace(&mut self.groups[at].is_stale, true)
         {
@@ -156,6 +182,9 @@ impl Groups {
                 of.strokes.iter().for_each(|&stroke| own.add(&extent(stroke)));
             }
             let mut whole = own;
+            if of.is_whole {
+                whole.bounds = self.place_of(group).world_box(&own.bounds);
+            }
             of.children.iter().for_each(|&child| whole.add(&self.groups[child].whole));
             let of = &mut self.groups[group];
             (of.own, of.whole, of.is_own_stale, of.is_stale) = (own, whole, false, false);
@@ -192,6 +221,9 @@ impl Groups {
                 children: BTreeSet::new(),
                 heights: BTreeMap::new(),
                 has_moved: false,
+                moved_in: None,
+                is_whole: false,
+                reach: Aabb::EMPTY,
                 is_walked: false,
                 own: Extent::NOTHING,
                 whole: Extent::NOTHING,
@@ -266,8 +298,8 @@ impl Groups {
         }
     }
 
-    /// Hands out every stroke under a group that was placed or hung elsewhere since the last call, each once.
-    pub(super) fn take_moved(&mut self, mut stroke: impl FnMut(u32)) {
+    /// Hands out every group that was placed or hung elsewhere since the last call, or one above it, each once.
+    pub(super) fn take_moved(&mut self, mut moved: impl FnMut(usize)) {
         if self.moved.is_empty() {
             return;
         }
@@ -282,7 +314,7 @@ impl Groups {
                 continue;
             }
             self.steps += 1;
-            group.strokes.iter().copied().for_each(&mut stroke);
+            moved(number);
             walk.extend(&group.children);
         }
         for number in walk.drain(..) {

@@ -12,6 +12,14 @@ pub(super) struct History {
     taken_back: Vec<Edit>,
     /// Strokes that all of them remember something of.
     named: usize,
+    /// The step that is open: how many edits may still join the last one, and whether that is of the step already.
+    open: Option<OpenStep>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct OpenStep {
+    left: u32,
+    has_begun: bool,
 }
 
 impl History {
@@ -31,28 +39,55 @@ impl History {
         !self.taken_back.is_empty()
     }
 
+    /// The next `edits` edits are one step. The step before is at its end; 0 begins none.
+    pub(super) fn open_step(&mut self, edits: u32) {
+        self.open = (edits > 0).then_some(OpenStep { left: edits, has_begun: false });
+    }
+
+    /// Whether the next edit joins a step.
+    pub(super) fn is_step_open(&self) -> bool {
+        self.open.is_some()
+    }
+
     /// Adds an edit. What was taken back cannot be made again then, and the oldest edits may be too many: the strokes
     /// that are gone for good by either are appended to `gone`.
     pub(super) fn record(&mut self, edit: Edit, gone: &mut Vec<u32>) {
         for lost in self.taken_back.drain(..) {
             self.named -= lost.named();
-            if let Edit::Draw { stroke } = lost {
-                gone.push(stroke);
-            }
+            lost.strokes_of(&mut |drawn| gone.push(drawn), &mut |_| {});
         }
-        self.named += edit.named();
-        self.done.push_back(edit);
+        self.add(edit);
         while self.done.len() > Self::DEPTH || (self.named > Self::NAMED && self.done.len() > 1) {
             let Some(oldest) = self.done.pop_front() else { return };
             self.named -= oldest.named();
-            if let Edit::Erase { stroke } = oldest {
-                gone.push(stroke);
+            oldest.strokes_of(&mut |_| {}, &mut |erased| gone.push(erased));
+        }
+    }
+
+    fn add(&mut self, edit: Edit) {
+        let Some(mut step) = self.open.take() else {
+            self.named += edit.named();
+            self.done.push_back(edit);
+            return;
+        };
+        match self.done.back_mut() {
+            Some(Edit::Several(edits)) if step.has_begun => {
+                self.named += 1 + edit.named();
+                edits.push(edit);
+            }
+            _ => {
+                let several = Edit::Several(vec![edit]);
+                self.named += several.named();
+                self.done.push_back(several);
             }
         }
+        step = OpenStep { left: step.left - 1, has_begun: true };
+        self.open = (step.left > 0).then_some(step);
     }
 
     /// The last edit, to be played backward and given to [`History::taken_back`].
     pub(super) fn undo(&mut self) -> Option<Edit> {
+        self.open = None;
         self.done.pop_back()
     }
 
@@ -62,6 +97,7 @@ impl History {
 
     /// The edit last taken back, to be played forward and given to [`History::made_again`].
     pub(super) fn redo(&mut self) -> Option<Edit> {
+        self.open = None;
         self.taken_back.pop()
     }
 

@@ -9,6 +9,9 @@
 //! saw it, and kept in the space of the stroke's group, turned and scaled back: when the group is placed anew, what was
 //! moved turns and scales with it.
 //!
+//! A group that is placed again and again can [move as a whole](Scene::keeping_groups_whole): one change then tells of the
+//! group, not one of each polygon.
+//!
 //! # Memory
 //! [Undo](Scene::UNDO_DEPTH) reaches a thousand edits back, everywhere the same, because it is part of what a recording
 //! means. A stroke that was erased before that, or taken back and then drawn over, is gone: what an event says of it is
@@ -21,11 +24,14 @@ mod editing;
 mod geometry;
 mod group;
 mod history;
+mod layers;
 mod model;
 mod pieces;
 mod solid;
+mod spaces;
 mod tree;
 mod used;
 
-pub use model::{Scene, SceneCounts, SceneWork, Stroke};
+pub use layers::LayerState;
+pub use model::{KnownView, Scene, SceneCounts, SceneWork, Stroke};
 pub use tree::GroupNode;

@@ -1,8 +1,11 @@
-use std::{collections::HashMap, ops::Range};
+use std::{
+    collections::{BTreeMap, HashMap},
+    ops::Range,
+};
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
-use super::{edit::Edit, group::Groups, history::History, used::UsedNumbers};
+use super::{edit::Edit, group::Groups, history::History, layers::LayerState, used::UsedNumbers};
 use crate::{
     brush::{self, Brush, Surface},
     math::{Aabb, unit},
@@ -20,9 +23,11 @@ pub struct Stroke {
     pub(super) brush: Option<&'static Brush>,
     /// How far the brush's animation may take polygons out of their boxes, metres, in the stroke's own space.
     pub(super) padding_m: f32,
-    layer: u32,
-    /// Its recording says that it is not drawn.
-    is_hidden: bool,
+    pub(super) layer: u32,
+    /// It is not drawn.
+    pub(super) is_hidden: bool,
+    /// Its beginning says that it is not drawn, which holds until an event says otherwise of its layer.
+    pub(super) was_hidden: bool,
     points: u32,
     /// Its polygons; more than one range where strokes overlap in time.
     pub(super) polygons: Vec<Range<u32>>,
@@ -62,6 +67,7 @@ impl Stroke {
         padding_m: 0.0,
         layer: 0,
         is_hidden: false,
+        was_hidden: false,
         points: 0,
         polygons: Vec::new(),
         used: 0,
@@ -116,6 +122,11 @@ impl Stroke {
     /// Whether it was moved while it could not be seen: no change has told of it yet, one will when it comes back.
     pub fn was_displaced_unseen(&self) -> bool {
         self.was_displaced_unseen
+    }
+
+    /// Where it was moved, in the space of its group.
+    pub fn offset(&self) -> Vec3 {
+        self.offset
     }
 
     /// Whether it is still being drawn.
@@ -203,6 +214,17 @@ pub struct SceneWork {
     pub displaced: u64,
 }
 
+/// A view that a session remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownView {
+    /// Eye in world space.
+    pub eye: Vec3,
+    /// World from camera (looks along its -z).
+    pub world_from_view: Quat,
+    /// How far away what it looks at is, metres.
+    pub distance_m: f32,
+}
+
 /// A model that grows by events. See [`crate::scene`].
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
@@ -210,7 +232,7 @@ pub struct Scene {
     pub(super) polygons: Paged<ConvexPolygon>,
     /// How polygons are painted. Shorter than `polygons` as long as those that follow are plain.
     pub(super) surfaces: Paged<Surface>,
-    /// In world space.
+    /// In world space, but for those of `in_space`.
     pub(super) bounds: Paged<Aabb>,
     /// The place of its stroke in `strokes`.
     pub(super) owner: Paged<u32>,
@@ -219,6 +241,12 @@ pub struct Scene {
     /// Numbers of strokes that were let go.
     pub(super) used: UsedNumbers,
     pub(super) groups: Groups,
+    /// Groups that are placed again and again become spaces that move as a whole; see [`Scene::keeping_groups_whole`].
+    pub(super) keeps_groups_whole: bool,
+    /// A bit for each polygon whose box is kept in the space of its group, not in the world's.
+    pub(super) in_space: Vec<u64>,
+    pub(super) layers: BTreeMap<u32, LayerState>,
+    pub(super) views: BTreeMap<u32, KnownView>,
     pub(super) history: History,
     pub(super) counts: SceneCounts,
     pub(super) displaced: u64,
@@ -227,12 +255,16 @@ pub struct Scene {
     pub(super) gone: [Vec<u32>; 2],
     /// Strokes that have to be placed anew.
     pub(super) to_place: Vec<u32>,
+    /// Scratch of [`Scene::place_displaced`].
+    pub(super) moved_groups: Vec<usize>,
     /// Strokes that have come or gone in this frame.
     pub(super) to_tell: Vec<Untold>,
     /// Scratch: the transforms of a stroke's groups.
     pub(super) chain: Vec<Transform>,
     /// Strokes to paint once the frame's samples have come.
     pub(super) to_paint: Vec<u32>,
+    /// Batches taken so far.
+    pub(super) batches: u64,
     /// How many changes the caller's list held before the batch that is taken.
     pub(super) batch_start: usize,
     /// Filled and emptied within one call.
@@ -276,10 +308,11 @@ impl Scene {
     }
 
     /// The tight box of a polygon, world space; empty if it was let go. Panics if there is no such id.
-    pub fn bounds(&self, id: PolygonId) -> &Aabb {
+    pub fn bounds(&self, id: PolygonId) -> Aabb {
         match self.bounds.get(id.index()) {
-            Some(bounds) => bounds,
-            None => self.let_go_or_panic(id, &Aabb::EMPTY),
+            Some(_) if self.is_in_space(id) => self.world_bounds_of(id),
+            Some(bounds) => *bounds,
+            None => self.let_go_or_panic(id, Aabb::EMPTY),
         }
     }
 
@@ -299,7 +332,7 @@ impl Scene {
     pub fn surface(&self, id: PolygonId) -> Surface {
         match self.surfaces.get(id.index()) {
             Some(&surface) => surface,
-            None => *self.let_go_or_panic(id, &Surface::PLAIN),
+            None => self.let_go_or_panic(id, Surface::PLAIN),
         }
     }
 
@@ -357,6 +390,16 @@ impl Scene {
         self.history.can_redo()
     }
 
+    /// The views that the session remembers, by their numbers.
+    pub fn views(&self) -> &BTreeMap<u32, KnownView> {
+        &self.views
+    }
+
+    /// Whether the next edit joins the step of the last one.
+    pub fn is_step_open(&self) -> bool {
+        self.history.is_step_open()
+    }
+
     /// Takes one event and appends what it changed. Events that make no sense here (an unknown stroke, one that no undo
     /// or redo brings back any more, an undo of nothing) are counted in [`SceneCounts::ignored_events`] and change
     /// nothing.
@@ -370,6 +413,7 @@ impl Scene {
     /// events and the polygons they touch.
     pub fn apply_all<'e>(&mut self, events: impl IntoIterator<Item = &'e Event>, changes: &mut Vec<Change>) {
         self.batch_start = changes.len();
+        self.batches += 1;
         for event in events {
             self.take(event, changes);
         }
@@ -406,6 +450,19 @@ impl Scene {
                 self.group(*group, strokes, *parent, name.as_deref())
             }
             Event::Place { group, to, .. } => self.place(*group, Transform { q: unit(to.q), ..*to }),
+            Event::Step { edits, .. } => {
+                self.history.open_step(*edits);
+                Some(())
+            }
+            Event::Layer { layer, name, hidden, locked, .. } => {
+                self.change_layer(*layer, name.as_deref(), *hidden, *locked)
+            }
+            Event::View { slot, p, q, distance, .. } => {
+                self.views
+                    .insert(*slot, KnownView { eye: *p, world_from_view: unit(*q), distance_m: *distance });
+                Some(())
+            }
+            Event::Assign { layer, strokes, .. } => self.assign(*layer, strokes),
             Event::Polygon { stroke, vertices, color, .. } => {
                 self.add_polygon(*stroke, vertices, *color, changes)
             }
@@ -432,8 +489,10 @@ impl Scene {
         stroke.padding_m = settings.brush.map_or(0.0, |brush| brush.bounds_padding_m * settings.scale);
         if let Some(paint) = paint {
             stroke.layer = paint.layer;
-            stroke.is_hidden = paint.hidden;
+            stroke.was_hidden = paint.hidden;
         }
+        let state = self.layers.get(&stroke.layer);
+        stroke.is_hidden = state.and_then(|state| state.hidden).unwrap_or(stroke.was_hidden);
         self.counts.strokes += 1;
         self.record(Edit::Draw { stroke: at });
         Some(())
@@ -497,7 +556,8 @@ impl Scene {
         if let Some(id) = id {
             self.stroke_by_id.insert(id, at);
         }
-        self.strokes.push(Stroke { undone: false, is_gone: false, ..Stroke::new(id, color) });
+        let is_hidden = self.layers.get(&0).is_some_and(|state| state.hidden == Some(true));
+        self.strokes.push(Stroke { undone: false, is_gone: false, is_hidden, ..Stroke::new(id, color) });
         at
     }
 

@@ -89,16 +89,18 @@ impl Scene {
         }
         self.polygons[id.index()] = piece.polygon;
         self.set_surface(id, piece.surface);
-        self.bounds[id.index()] = self.world_bounds(at, piece);
+        let bounds = self.kept_bounds(at, piece);
+        self.keep_bounds(id, self.strokes[at as usize].group, bounds);
         self.groups.note_changed(self.strokes[at as usize].group);
         self.note_replaced(at, if is_same { Change::Repaint(id) } else { Change::Update(id) }, changes);
     }
 
-    /// The box of a piece of a stroke in the world.
-    fn world_bounds(&self, at: u32, piece: &Piece) -> Aabb {
+    /// The box of a piece of a stroke, in the world, or in the space of its group if that moves as a whole.
+    fn kept_bounds(&self, at: u32, piece: &Piece) -> Aabb {
         let stroke = &self.strokes[at as usize];
-        let world = piece.polygon.map(|p| self.groups.to_world(stroke.group, p + stroke.offset));
-        stroke.bounds_of(&world, &piece.surface, self.groups.scale_to_world(stroke.group))
+        let group = stroke.group.filter(|_| !self.groups.is_whole(stroke.group));
+        let placed = piece.polygon.map(|p| self.groups.to_world(group, p + stroke.offset));
+        stroke.bounds_of(&placed, &piece.surface, self.groups.scale_to_world(group))
     }
 
     /// Tells of a polygon that is another now: at once, or when its stroke is told of.
@@ -118,7 +120,7 @@ impl Scene {
 
     fn add_piece(&mut self, at: u32, piece: &Piece, changes: &mut Vec<Change>) {
         let id = PolygonId(self.bounds.len() as u32);
-        let bounds = self.world_bounds(at, piece);
+        let bounds = self.kept_bounds(at, piece);
         let stroke = &mut self.strokes[at as usize];
         self.groups.note_changed(stroke.group);
         match stroke.polygons.last_mut() {
@@ -126,8 +128,10 @@ impl Scene {
             _ => stroke.polygons.push(id.0..id.0 + 1),
         }
         self.polygons.push(piece.polygon);
-        self.bounds.push(bounds);
+        let group = stroke.group;
+        self.keep_bounds(id, group, bounds);
         self.owner.push(at);
+        let stroke = &self.strokes[at as usize];
         self.counts.polygons += 1;
         if stroke.is_visible() {
             self.counts.visible += 1;

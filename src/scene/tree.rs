@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::{Scene, group::Extent};
 use crate::{
     math::{Aabb, rotate},
-    recording::{GroupId, StrokeId, Transform},
+    recording::{GroupId, Motion, StrokeId, Transform},
 };
 
 /// A group, and how much of it can be seen, with the groups below.
@@ -25,7 +25,8 @@ pub struct GroupNode {
     pub strokes: u64,
     /// Their polygons.
     pub polygons: u64,
-    /// The box of them all, world space; empty if there is none.
+    /// The box of them all, world space; of a group that was placed several times, one around the box in its own space; empty
+    /// if there is none.
     pub bounds: Aabb,
 }
 
@@ -83,6 +84,32 @@ impl Scene {
         self.groups.chain(self.groups.parent(self.groups.find(id)?), &mut chain);
         let p = chain.iter().rev().fold(world, |p, to| rotate(to.q.conjugate(), p - to.p) / to.s);
         p.is_finite().then_some(p)
+    }
+
+    /// From the space of a stroke's points to the world: where it was moved, and where its groups are. `None` if there is no
+    /// such stroke.
+    pub fn world_from_stroke(&self, id: StrokeId) -> Option<Motion> {
+        let stroke = self.stroke(id)?;
+        let mut chain = Vec::new();
+        self.groups.chain(stroke.group, &mut chain);
+        let own = Motion::by(stroke.offset);
+        Some(chain.into_iter().fold(own, |motion, to| motion.then(&Motion { is_mirrored: false, to })))
+    }
+
+    /// From the space of a group to the world. `None` if there is no such group.
+    pub fn world_from_group(&self, id: GroupId) -> Option<Motion> {
+        let mut chain = Vec::new();
+        self.groups.chain(Some(self.groups.find(id)?), &mut chain);
+        Some(
+            chain
+                .into_iter()
+                .fold(Motion::STAY, |motion, to| motion.then(&Motion { is_mirrored: false, to })),
+        )
+    }
+
+    /// The name of a group.
+    pub fn group_name(&self, id: GroupId) -> Option<&str> {
+        self.groups.name(self.groups.find(id)?)
     }
 
     /// A number that no group has.

@@ -265,3 +265,44 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
     assert_refused(&osp(folder.path(), ["bench", "--rig", "cave4"]), &["name a session"]);
     assert_eq!(names(folder.path()), ["a.ron", "bad.rig", "mine.rig"]);
 }
+
+#[test]
+fn a_rig_is_checked_shown_and_drawn() {
+    let folder = temp();
+    write_rig(folder.path(), "walls", &[LEFT, RIGHT]);
+    write_rig(folder.path(), "turned", &[LEFT, BEHIND]);
+    fs::write(folder.path().join("broken.rig"), "(name: \"a\",\n screens: 3)").expect("written");
+    let good = osp(folder.path(), ["rig", "check", "walls.rig", "dual-wall", "cave4", "desktop"]);
+    assert!(good.status.success(), "{}", stderr(&good));
+    assert_eq!(stdout(&good).lines().count(), 4);
+    let turned = osp(folder.path(), ["rig", "check", "turned.rig"]);
+    assert_eq!(turned.status.code(), Some(1));
+    assert!(
+        stderr(&turned).contains("`behind`") && stderr(&turned).contains("turned.rig"),
+        "{}",
+        stderr(&turned)
+    );
+    let broken = osp(folder.path(), ["rig", "check", "broken.rig"]);
+    assert_eq!(broken.status.code(), Some(2));
+    assert!(stderr(&broken).contains("broken.rig, line 2"), "{}", stderr(&broken));
+
+    let shown = osp(folder.path(), ["rig", "show", "walls.rig", "plan.svg"]);
+    assert!(shown.status.success(), "{}", stderr(&shown));
+    // Walls of 2.4 m by 1.8 m, and the head 1.2 m from each.
+    let rows: Vec<String> =
+        stdout(&shown).lines().filter(|line| line.contains("2.400")).map(str::to_owned).collect();
+    assert_eq!(rows.len(), 2, "{}", stdout(&shown));
+    assert!(
+        rows.iter().all(|row| row.contains("1.800") && row.contains("1.200") && row.contains("90.0")),
+        "{rows:?}"
+    );
+    let plan = fs::read_to_string(folder.path().join("plan.svg")).expect("a plan");
+    assert!(plan.starts_with("<svg") && plan.contains("left") && plan.contains("head"));
+    let behind = stdout(&osp(folder.path(), ["rig", "show", "turned.rig"]));
+    assert!(behind.lines().any(|line| line.matches("behind").count() == 3), "{behind}");
+    fs::write(folder.path().join("mine.svg"), "my text").expect("written");
+    let refused = osp(folder.path(), ["rig", "show", "walls.rig", "mine.svg"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert_eq!(fs::read(folder.path().join("mine.svg")).expect("a file"), b"my text");
+    assert!(osp(folder.path(), ["rig", "show", "cave4", "plan.png"]).status.success());
+}

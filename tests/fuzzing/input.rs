@@ -145,7 +145,7 @@ fn paint(u: &mut Input<'_>) -> Paint {
 /// Any event that a session may hold.
 pub fn event(u: &mut Input<'_>) -> Event {
     let t = time(u);
-    match below(u, 24) {
+    match below(u, 27) {
         0 => Event::Head { t, p: point(u), q: rotation(u) },
         1..=4 => {
             let tool = [Tool::Ribbon, Tool::Wall, Tool::Tube][below(u, 3)];
@@ -180,6 +180,12 @@ pub fn event(u: &mut Input<'_>) -> Event {
             let s = if chance(u, 8) { 1.0e15 } else { 0.01 + unit(u) * 3.0 };
             Event::Place { t, group: group(u), to: Transform { p: point(u), q: rotation(u), s } }
         }
+        20 => Event::Step { t, edits: below(u, 5) as u32 },
+        21 => {
+            let said = |u: &mut Input<'_>| [None, Some(true), Some(false)][below(u, 3)];
+            Event::Layer { t, layer: below(u, 4) as u32, name: None, hidden: said(u), locked: said(u) }
+        }
+        22 => Event::Assign { t, layer: below(u, 4) as u32, strokes: strokes(u) },
         _ => {
             let vertices = (0..3 + below(u, 6)).map(|_| point(u)).collect();
             Event::Polygon { t, stroke: chance(u, 2).then(|| stroke(u)), vertices, color: color(u) }

@@ -94,7 +94,7 @@ fn check_lane(lane: &Pipeline, scene: &Scene, view: &View, frame: usize) {
     }
     assert_eq!(index.len(), filed(scene).count(), "{name}, frame {frame}: polygons filed");
     let frustum = view.frustum();
-    let expected: Vec<PolygonId> = filed(scene).filter(|&id| frustum.may_see(scene.bounds(id))).collect();
+    let expected: Vec<PolygonId> = filed(scene).filter(|&id| frustum.may_see(&scene.bounds(id))).collect();
     let found = lane.in_view().to_vec();
     assert_eq!(found.len(), lane.in_view().len(), "{name}, frame {frame}: polygons counted");
     assert_eq!(found, expected, "{name}, frame {frame}: what {view:?} may see");
@@ -112,7 +112,7 @@ fn check_queries(lanes: &[Pipeline], scene: &Scene, u: &mut Input<'_>, frame: us
     let inside: Vec<PolygonId> = filed(scene).filter(|&id| within(id)).collect();
     // An index may rely on a hit lying in the polygon's box; rounding can put it a little before.
     let hit = |id: PolygonId| {
-        let entered = ray.enter_box(scene.bounds(id), t_max)?;
+        let entered = ray.enter_box(&scene.bounds(id), t_max)?;
         scene.polygon(id).meet(&ray).map(|t| t.max(entered))
     };
     let mut expected: Option<(PolygonId, f32)> = None;
@@ -169,6 +169,7 @@ fn check_retold(scene: &Scene, told: &[Event]) {
             Change::Update(id) | Change::Repaint(id) => {
                 assert!(there[id.index()], "{id:?} moved and was not there");
             }
+            Change::Place(space) => panic!("{space:?}: this scene tells of each polygon"),
         }
     }
     for (id, there) in (0..).map(PolygonId).zip(there) {

@@ -2,7 +2,7 @@
 //! written and read again, and becomes sound events.
 
 use osp::{
-    app::tracker::{Hands, Message, osc_packet, parse_line, parse_osc, write_line},
+    app::tracker::{Hands, Message, osc_packet, parse_dtrack, parse_line, parse_osc, write_line},
     recording::StrokeId,
     scene::Scene,
 };
@@ -11,7 +11,12 @@ pub fn run(data: &[u8]) {
     let mut messages = Vec::new();
     let malformed = parse_osc(data, &mut messages);
     assert!(malformed + messages.len() as u64 <= data.len() as u64 + 1, "more messages than bytes");
-    for line in String::from_utf8_lossy(data).lines() {
+    let text = String::from_utf8_lossy(data);
+    for z_up in [false, true] {
+        let malformed = parse_dtrack(&text, z_up, &mut messages);
+        assert!(malformed <= text.lines().count() as u64);
+    }
+    for line in text.lines() {
         match parse_line(line) {
             Ok(message) => messages.extend(message),
             Err(expected) => assert!(!expected.is_empty()),

@@ -162,7 +162,7 @@ fn what_was_exported_comes_back() {
         let area =
             |scene: &Scene| scene.visible_ids().map(|id| f64::from(scene.polygon(id).area_m2())).sum::<f64>();
         assert!((area(&back) / area(&scene) - 1.0).abs() < 1.0e-9, "{name}");
-        let bounds = scene.visible_ids().map(|id| *scene.bounds(id)).reduce(|a, b| a.union(&b)).unwrap();
+        let bounds = scene.visible_ids().map(|id| scene.bounds(id)).reduce(|a, b| a.union(&b)).unwrap();
         assert_eq!(back.group_tree()[0].bounds, bounds, "{name}");
     }
 }

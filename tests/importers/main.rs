@@ -17,6 +17,7 @@ mod damage;
 mod files;
 mod forged;
 mod gltf;
+mod in_memory;
 mod left_out;
 mod limits;
 mod messages;

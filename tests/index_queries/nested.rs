@@ -48,7 +48,7 @@ impl Followed {
         let ids: Vec<PolygonId> =
             strokes.iter().flat_map(|id| scene.stroke(*id).expect("drawn").polygon_ids()).collect();
         for (&id, number) in ids.iter().zip(0..) {
-            self.index.set_polygon(mesh, PolygonId(number), Some(scene.bounds(id))).expect("a sound box");
+            self.index.set_polygon(mesh, PolygonId(number), Some(&scene.bounds(id))).expect("a sound box");
         }
         self.nodes.insert(group, (node, mesh));
         self.polygons.insert(node, ids);

@@ -29,10 +29,10 @@ fn filed(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
 fn file(index: &mut dyn SpatialIndex, scene: &Scene, changes: &[Change]) {
     for change in changes {
         match *change {
-            Change::Insert(id) => index.insert(id, scene.bounds(id)),
+            Change::Insert(id) => index.insert(id, &scene.bounds(id)),
             Change::Remove(id) => index.remove(id),
-            Change::Repaint(_) => Ok(()),
-            Change::Update(id) => index.update(id, scene.bounds(id)),
+            Change::Repaint(_) | Change::Place(_) => Ok(()),
+            Change::Update(id) => index.update(id, &scene.bounds(id)),
         }
         .expect("the index follows");
     }

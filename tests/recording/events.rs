@@ -87,6 +87,11 @@ pub(crate) fn sample_events() -> Vec<Event> {
         Event::Group { t: 0.12, group: GroupId(3), strokes: vec![stroke], parent: None, name: None },
         Event::Group { t: 0.12, group: GroupId(4), strokes: vec![], parent: Some(GroupId(3)), name: None },
         Event::Place { t: 0.13, group: GroupId(3), to: Transform { p: Vec3::X, q, s: 2.0 } },
+        Event::Step { t: 0.135, edits: 3 },
+        Event::Layer { t: 0.136, layer: 2, name: Some("sky".into()), hidden: Some(true), locked: None },
+        Event::Layer { t: 0.137, layer: 2, name: None, hidden: None, locked: Some(false) },
+        Event::Assign { t: 0.138, layer: 2, strokes: vec![stroke, StrokeId(0)] },
+        Event::View { t: 0.139, slot: 3, p: Vec3::X, q, distance: 2.5 },
         Event::Polygon {
             t: 0.14,
             stroke: Some(StrokeId(9)),
@@ -174,6 +179,19 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
             .prop_map(|(t, group, strokes, parent)| Event::Group { t, group, strokes, parent, name: None }),
         1 => (time(), group(), point(), rotation(), 1e-6f32..1e6)
             .prop_map(|(t, group, p, q, s)| Event::Place { t, group, to: Transform { p, q, s } }),
+        1 => (time(), any::<u32>()).prop_map(|(t, edits)| Event::Step { t, edits }),
+        1 => (
+            time(),
+            0..Event::MAX_LAYERS,
+            prop::option::of("[ -~]{0,64}"),
+            prop::option::of(any::<bool>()),
+            prop::option::of(any::<bool>()),
+        )
+            .prop_map(|(t, layer, name, hidden, locked)| Event::Layer { t, layer, name, hidden, locked }),
+        1 => (time(), 0..Event::MAX_VIEWS, point(), rotation(), 1e-6f32..1e6)
+            .prop_map(|(t, slot, p, q, distance)| Event::View { t, slot, p, q, distance }),
+        1 => (time(), 0..Event::MAX_LAYERS, strokes())
+            .prop_map(|(t, layer, strokes)| Event::Assign { t, layer, strokes }),
         1 => (time(), prop::option::of(stroke()), prop::collection::vec(point(), 3..20), color())
             .prop_map(|(t, stroke, vertices, color)| Event::Polygon { t, stroke, vertices, color }),
     ]

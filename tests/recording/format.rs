@@ -108,10 +108,10 @@ fn headers_that_are_none_are_refused() {
 
 #[test]
 fn a_newer_format_is_named_whatever_else_it_brings() {
-    let text = message("Header(format: 3, shape: [1, 2], root: (where: 3))\nGlow(t: 1)\n");
+    let text = message("Header(format: 4, shape: [1, 2], root: (where: 3))\nGlow(t: 1)\n");
     assert!(
         text.contains(
-            "line 1: expected a recording of format 1 to 2; found a newer format: `Header(format: 3"
+            "line 1: expected a recording of format 1 to 3; found a newer format: `Header(format: 4"
         ),
         "{text}"
     );

@@ -244,7 +244,7 @@ fn the_pyramid_of_every_size_is_the_farthest_depth() {
             pair.check(&scene, &eyes()[3], &format!("{size:?}"));
         }
         let levels = pair.culled.pyramid().expect("a device").expect("a pyramid");
-        assert_eq!((levels[0].width, levels[0].height), size);
+        assert_eq!((levels[0].width, levels[0].height), (size.0.div_ceil(2), size.1.div_ceil(2)));
         for pair in levels.windows(2) {
             assert_eq!(pair[1], halved(&pair[0]), "{size:?}");
         }
@@ -260,7 +260,7 @@ fn the_pyramid_of_every_size_is_the_farthest_depth() {
 }
 
 #[test]
-fn the_pyramid_holds_the_farthest_sample_of_a_pixel() {
+fn the_pyramid_holds_the_farthest_sample_of_four_pixels() {
     let Some(gpu) = gpu() else { return };
     // A square that fills the picture, and one before it that ends within pixels.
     let mut scene = Scene::new();
@@ -280,8 +280,8 @@ fn the_pyramid_holds_the_farthest_sample_of_a_pixel() {
     let is = |depth: f32, expected: f32| (depth - expected).abs() < expected * 1.0e-5;
     let count = |expected| levels[0].depths.iter().filter(|depth| is(**depth, expected)).count();
     assert_eq!(count(near) + count(far), levels[0].depths.len());
-    // Pixels that the near square covers in part belong to the far one.
-    let half_px = 0.5 / 2.0 / (30.0f32.to_radians().tan()) * (SIZE.1 as f32 / 2.0);
+    // Squares of 2 x 2 pixels that the near square covers in part belong to the far one.
+    let half_px = 0.5 / 2.0 / (30.0f32.to_radians().tan()) * (SIZE.1 as f32 / 2.0) / 2.0;
     let inner = (2.0 * half_px - 2.0).floor() as usize * (2.0 * half_px - 2.0).floor() as usize;
     let outer = (2.0 * half_px) * (2.0 * half_px * 4.0 / 3.0 / (SIZE.0 as f32 / SIZE.1 as f32));
     assert!(count(near) >= inner && (count(near) as f32) < outer, "{inner} {} {outer}", count(near));

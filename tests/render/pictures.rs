@@ -48,7 +48,7 @@ fn culling_does_not_change_a_pixel() {
     apply(&mut scene, &sketch());
     let mut index = BruteForce::new();
     for id in scene.visible_ids() {
-        index.insert(id, scene.bounds(id)).expect("a valid box");
+        index.insert(id, &scene.bounds(id)).expect("a valid box");
     }
     index.commit();
     let (mut all, mut culled) = (drawer(&gpu), drawer(&gpu));

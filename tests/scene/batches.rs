@@ -47,6 +47,7 @@ fn follow(events: &[Event], batch: usize) -> (Scene, BTreeMap<PolygonId, ConvexP
                     known.remove(&id).expect("it was there");
                 }
                 Change::Repaint(id) => assert!(known.contains_key(&id), "{id:?} is not there"),
+                Change::Place(space) => panic!("{space:?}: this scene tells of each polygon"),
             }
         }
     }

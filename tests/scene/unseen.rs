@@ -99,10 +99,10 @@ impl Followers {
         for change in &changes {
             let bounds = |id| self.scene.bounds(id);
             match *change {
-                Change::Insert(id) => self.index.insert(id, bounds(id)),
+                Change::Insert(id) => self.index.insert(id, &bounds(id)),
                 Change::Remove(id) => self.index.remove(id),
-                Change::Update(id) => self.index.update(id, bounds(id)),
-                Change::Repaint(_) => Ok(()),
+                Change::Update(id) => self.index.update(id, &bounds(id)),
+                Change::Repaint(_) | Change::Place(_) => Ok(()),
             }
             .expect("a change that fits the index");
         }
@@ -122,7 +122,7 @@ impl Followers {
         for &id in &ids {
             assert_eq!(self.scene.polygon(id), fresh.polygon(id), "{id:?}, {when}");
             assert_eq!(self.scene.bounds(id), fresh.bounds(id), "{id:?}, {when}");
-            boxes.insert(id, *fresh.bounds(id));
+            boxes.insert(id, fresh.bounds(id));
         }
         self.held.check(&fresh, when);
         // The index: everything is found where it is.

@@ -27,7 +27,7 @@ fn ribbons(heights: &[f32]) -> (Table, Vec<StrokeId>) {
 fn bounds(table: &Table, stroke: StrokeId) -> Aabb {
     let scene = table.studio.scene();
     let ids = scene.stroke(stroke).expect("a stroke").polygon_ids();
-    ids.map(|id| *scene.bounds(id)).reduce(|a, b| a.union(&b)).expect("polygons")
+    ids.map(|id| scene.bounds(id)).reduce(|a, b| a.union(&b)).expect("polygons")
 }
 
 fn tree(table: &mut Table) -> Vec<(Option<String>, usize, u64)> {

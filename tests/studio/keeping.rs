@@ -476,7 +476,7 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     let mut studio = opened(&folder.path().join("a.ron"), folder.path(), Opening::default());
     draw(&mut studio, 0.0);
     let mut harness = panels(studio, SIZES[0]);
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
     harness.run_steps(3);
     harness.get_by_role(Role::TextInput).type_text(taken.to_str().expect("a path"));
     harness.run_steps(2);
@@ -494,10 +494,12 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     harness.run_steps(3);
     assert!(events_in(&taken) > 2);
 
-    // Discard, by its button.
+    // Discard, by the menu.
     let events = events_in(&taken);
     draw(&mut harness.state_mut().studio, 0.3);
     harness.run_steps(2);
+    harness.get_by_role_and_label(Role::Button, "File").click();
+    harness.run_steps(3);
     harness.get_by_role_and_label(Role::Button, "Discard…").click();
     harness.run_steps(3);
     harness.get_by_role_and_label(Role::Button, "Discard").click();

@@ -23,7 +23,7 @@ pub(crate) struct Window {
     pub(crate) interface: Interface,
     model: Rect,
     report: FrameReport,
-    folder: tempfile::TempDir,
+    pub(crate) folder: tempfile::TempDir,
 }
 
 fn window(subject: impl FnOnce(&Autosaves) -> Subject) -> Harness<'static, Window> {
@@ -48,7 +48,14 @@ pub(crate) fn sketch() -> Harness<'static, Window> {
     window(|autosaves| Subject::Sketch(Box::new(Document::new(autosaves))))
 }
 
-fn replay() -> Harness<'static, Window> {
+/// The same with the culling panel.
+fn with_panel(mut harness: Harness<'static, Window>) -> Harness<'static, Window> {
+    harness.key_press(Key::F2);
+    harness.run_steps(3);
+    harness
+}
+
+pub(crate) fn replay() -> Harness<'static, Window> {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/scribble.ron");
     let player = Player::open(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
     window(|_| Subject::Replay(Box::new(player)))
@@ -77,7 +84,7 @@ pub(crate) fn drag(harness: &mut Harness<'_, Window>, places: &[(f32, f32)]) -> 
     reports
 }
 
-fn across() -> Vec<(f32, f32)> {
+pub(crate) fn across() -> Vec<(f32, f32)> {
     (0..16).map(|i| (0.2 + i as f32 * 0.04, 0.5)).collect()
 }
 
@@ -97,8 +104,8 @@ fn every_tool_has_a_button_and_a_key() {
     for (name, key, tool) in [
         ("Wall (2)", Key::Num2, ToolChoice::Draw(Tool::Wall)),
         ("Tube (3)", Key::Num3, ToolChoice::Draw(Tool::Tube)),
-        ("Erase (X)", Key::X, ToolChoice::Erase),
-        ("Select (V)", Key::V, ToolChoice::Select),
+        ("Erase (4, X)", Key::X, ToolChoice::Erase),
+        ("Select (5, V)", Key::V, ToolChoice::Select),
         ("Select in a box (R)", Key::R, ToolChoice::Span(Span::Box)),
         ("Select in a sphere (G)", Key::G, ToolChoice::Span(Span::Sphere)),
         ("Measure (M)", Key::M, ToolChoice::Span(Span::Distance)),
@@ -142,7 +149,7 @@ fn undo_and_redo_are_offered_when_there_is_something() {
 
 #[test]
 fn the_index_is_changed_while_something_is_drawn() {
-    let mut harness = sketch();
+    let mut harness = with_panel(sketch());
     drag(&mut harness, &across());
     let drawn = harness.state().report.drawn;
     for kind in [IndexKind::BruteForce, IndexKind::OctreeRebuild, IndexKind::Osp] {
@@ -157,7 +164,7 @@ fn the_index_is_changed_while_something_is_drawn() {
 
 #[test]
 fn only_sound_ways_to_find_what_is_hidden_are_offered() {
-    let mut harness = sketch();
+    let mut harness = with_panel(sketch());
     drag(&mut harness, &across());
     let drawn = harness.state().report.drawn;
     harness.get_by_role_and_label(Role::ComboBox, "occlusion (O)").click();
@@ -172,7 +179,7 @@ fn only_sound_ways_to_find_what_is_hidden_are_offered() {
 
 #[test]
 fn the_panel_says_what_each_stage_took() {
-    let mut harness = sketch();
+    let mut harness = with_panel(sketch());
     let mut times = FrameTimes::default();
     for (i, stage) in FrameStage::ALL.into_iter().enumerate() {
         times.set(stage, (i as u64 + 1) * 1_250_000);
@@ -199,7 +206,7 @@ fn the_panel_says_what_each_stage_took() {
 
 #[test]
 fn the_culling_camera_is_frozen_by_its_box() {
-    let mut harness = sketch();
+    let mut harness = with_panel(sketch());
     drag(&mut harness, &across());
     harness.get_by_label("freeze the culling camera (C)").click();
     harness.run_steps(2);
@@ -284,8 +291,8 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("wall.ron");
     std::fs::write(&path, walls_and_squares()).expect("written");
-    let mut harness =
-        window(|autosaves| Subject::Sketch(Box::new(Document::open(&path, autosaves).expect("a session").0)));
+    let open = |autosaves: &Autosaves| Document::open(&path, autosaves).expect("a session").0;
+    let mut harness = with_panel(window(|autosaves| Subject::Sketch(Box::new(open(autosaves)))));
     harness.state_mut().studio.set_room(Room::new(Rig::open("dual-wall").expect("a shipped rig")));
     harness.run_steps(2);
     let in_view = harness.state().report.record.visible;
@@ -302,10 +309,10 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     let record = harness.state().report.record;
     assert_eq!(record.drawn(), harness.state().report.drawn);
     assert!(record.occlusion.occluders >= 4 && record.occlusion.nodes >= 12, "{record:?}");
-    harness.get_by_label("occlusion tree nodes");
+    harness.get_by_label("split planes");
 
     let faces = harness.state().studio.lines().triangle_count();
-    harness.get_by_label("occluders and shadow volumes").click();
+    harness.get_by_label("occluders and shadow volumes").click_accesskit();
     harness.run_steps(2);
     // A wall's shadow has four sides.
     assert!(harness.state().studio.lines().triangle_count() >= faces + 8);
@@ -348,7 +355,7 @@ fn walls_and_squares() -> String {
 /// By the boxes against the culling frustum.
 #[test]
 fn what_the_sides_of_the_view_cut_is_counted() {
-    let mut harness = replay();
+    let mut harness = with_panel(replay());
     harness.state_mut().studio.command(Command::Seek(301));
     harness.run_steps(2);
     assert_eq!(harness.state().studio.inside_and_cut(), None);
@@ -363,7 +370,7 @@ fn what_the_sides_of_the_view_cut_is_counted() {
 
 #[test]
 fn a_key_shows_the_depth_pyramid_and_the_panel_says_what_it_needs() {
-    let mut harness = replay();
+    let mut harness = with_panel(replay());
     assert!(!harness.state().studio.layers().pyramid);
     harness.key_press(Key::F3);
     harness.run_steps(3);

@@ -40,7 +40,7 @@ fn the_distance_of_two_points_of_the_model_is_measured() {
         .strokes()
         .iter()
         .map(|stroke| {
-            let around = stroke.polygon_ids().map(|id| *scene.bounds(id));
+            let around = stroke.polygon_ids().map(|id| scene.bounds(id));
             around.reduce(|a, b| a.union(&b)).expect("polygons")
         })
         .collect();

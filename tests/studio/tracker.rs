@@ -25,19 +25,19 @@ pub(crate) fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-fn listen(options: &TrackerOptions) -> Tracker {
+pub(crate) fn listen(options: &TrackerOptions) -> Tracker {
     let address = TrackerAddress::Udp("127.0.0.1:0".parse().expect("an address"));
     Tracker::open(&address, options, || {}).expect("a tracker")
 }
 
-fn sender(to: &Tracker) -> UdpSocket {
+pub(crate) fn sender(to: &Tracker) -> UdpSocket {
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
     socket.connect(to.local_address().expect("a port")).expect("an address");
     socket
 }
 
 fn key(word: &str) -> TrackerOptions {
-    TrackerOptions { any_sender: false, key: Some(word.parse::<TrackerKey>().expect("a key")) }
+    TrackerOptions { key: Some(word.parse::<TrackerKey>().expect("a key")), ..TrackerOptions::default() }
 }
 
 /// A session of small triangles in a plane, a stroke each, 5 cm apart.
@@ -165,7 +165,7 @@ fn one_sender_is_listened_to_and_others_are_counted() {
     );
     assert_eq!(tracker.counts().malformed, 1);
 
-    let open = listen(&TrackerOptions { any_sender: true, key: None });
+    let open = listen(&TrackerOptions { any_sender: true, ..TrackerOptions::default() });
     sender(&open).send(b"undo").expect("sent");
     sender(&open).send(b"redo").expect("sent");
     wait_until("both", || open.counts().messages == 2);

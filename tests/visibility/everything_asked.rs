@@ -112,7 +112,7 @@ fn verification_notices_what_the_frustum_loses() {
     let (scene, changes) = model(Vec3::ZERO, 128.0);
     let looking_at_it =
         View::look_at(Vec3::new(0.0, 0.0, 6.0), Vec3::ZERO, Projection::symmetric(60.0, 1.0, 0.1, 20.0));
-    let in_view = |id| looking_at_it.frustum().may_see(scene.bounds(id));
+    let in_view = |id| looking_at_it.frustum().may_see(&scene.bounds(id));
     assert!(scene.visible_ids().all(in_view), "all of the model is in view");
     let away = View::look_at(Vec3::new(0.0, 0.0, 6.0), Vec3::Z * 9.0, looking_at_it.projection);
     let lost = PolygonId(1234);
@@ -189,12 +189,12 @@ fn cells_far_from_the_origin_see_the_same() {
         let mut index = IndexKind::Osp.create(&IndexConfig::default());
         for change in changes {
             if let Change::Insert(id) = change {
-                index.insert(id, scene.bounds(id)).expect("a finite box");
+                index.insert(id, &scene.bounds(id)).expect("a finite box");
             }
         }
         index.commit();
         let cells = ViewCells { min: at - Vec3::ONE, side_m: 1.0, count: UVec3::splat(2) };
-        let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(scene.bounds(id)));
+        let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(&scene.bounds(id)));
         let baker = Baker::new(&scene, &bounds, cells, BakeConfig { samples: 3, pixels: 96 });
         (0..cells.len()).map(|cell| baker.cell(cell, &*index)).collect::<Vec<_>>()
     };

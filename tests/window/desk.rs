@@ -109,6 +109,7 @@ impl Desk {
             .env("DISPLAY", &self.display)
             .env("XDG_RUNTIME_DIR", self.folder.path())
             .env("XDG_DATA_HOME", self.folder.path().join("data"))
+            .env("XDG_CONFIG_HOME", self.folder.path().join("config"))
             .env_remove("WAYLAND_DISPLAY");
         command
     }

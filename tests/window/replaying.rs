@@ -4,7 +4,7 @@ use super::desk::Desk;
 fn a_recording_is_played_stopped_and_entered_anywhere() {
     let Some(desk) = Desk::new() else { return };
     let recording = format!("{}/recordings/scribble.ron", env!("CARGO_MANIFEST_DIR"));
-    let mut window = desk.open(&["replay", &recording, "--window"]);
+    let mut window = desk.open(&["replay", &recording, "--window", "--paused"]);
     assert_eq!(window.number("position"), 0);
     window.point(590, 300);
     window.key("space");
@@ -28,8 +28,16 @@ fn a_recording_is_played_stopped_and_entered_anywhere() {
 fn a_frozen_camera_shows_what_is_left_out_and_why() {
     let Some(desk) = Desk::new() else { return };
     let recording = format!("{}/recordings/room.ron", env!("CARGO_MANIFEST_DIR"));
-    let mut window =
-        desk.open(&["replay", &recording, "--window", "--pace", "samples:64", "--occlusion", "msvbsp"]);
+    let mut window = desk.open(&[
+        "replay",
+        &recording,
+        "--window",
+        "--paused",
+        "--pace",
+        "samples:64",
+        "--occlusion",
+        "msvbsp",
+    ]);
     window.point(590, 300);
     window.key("space");
     window.until_last("some frames played", |frame| frame["position"].as_u64() > Some(40));
@@ -58,6 +66,8 @@ fn a_frozen_camera_shows_what_is_left_out_and_why() {
     window.drag(3, &[(590, 300), (640, 290), (700, 280), (790, 265)]);
     window.settle();
     assert_eq!((window.number("visible"), window.number("occluded")), (visible, occluded));
+    window.key("F2");
+    window.settle();
     window.keep_picture("window.png");
     let (pixels, ..) = window.picture();
     let count =
@@ -71,8 +81,16 @@ fn a_frozen_camera_shows_what_is_left_out_and_why() {
 fn the_window_tells_what_is_found_while_drawing() {
     let Some(desk) = Desk::new() else { return };
     let recording = format!("{}/recordings/portrait.ron", env!("CARGO_MANIFEST_DIR"));
-    let mut window =
-        desk.open(&["replay", &recording, "--window", "--pace", "samples:1000", "--occlusion", "hzb"]);
+    let mut window = desk.open(&[
+        "replay",
+        &recording,
+        "--window",
+        "--paused",
+        "--pace",
+        "samples:1000",
+        "--occlusion",
+        "hzb",
+    ]);
     window.point(590, 300);
     for position in 1..=6 {
         window.key("period");

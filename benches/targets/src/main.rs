@@ -6,12 +6,14 @@
 
 #[path = "../../../tests/support/boxes.rs"]
 mod boxes;
+mod floor;
 mod peers;
 mod sessions;
 
 use std::time::Instant;
 
 use boxes::{Place, root, views};
+use floor::{Floor, Least};
 use osp::{
     index::{DrawList, IndexConfig},
     math::{Aabb, Frustum},
@@ -72,12 +74,13 @@ fn measure(arrivals: &Arrivals) {
         .map(|k| grow(k, boxes))
         .collect();
     let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
-    let mut seen = [0.0; 2];
+    let (mut seen, mut least) = ([0.0; 2], [Least::default(); 2]);
     for (camera, place) in [Place::Outside, Place::Inside].into_iter().enumerate() {
         let views = views(&bounds, VIEWS, place, 7);
-        seen[camera] = ask(&mut rows, camera, &views) / (VIEWS * boxes.len()) as f64;
+        (seen[camera], least[camera]) = ask(&mut rows, camera, &views, boxes);
+        seen[camera] /= (VIEWS * boxes.len()) as f64;
     }
-    print(&arrivals.name, boxes.len(), &rows, seen);
+    print(&arrivals.name, boxes.len(), &rows, seen, least);
 }
 
 /// Fills a rival.
@@ -128,12 +131,13 @@ fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
             latency_us = [at(0.5), at(0.99), at(0.999), at(1.0)];
         }
     }
-    let subject = subject.expect("it was filled at least once");
+    let mut subject = subject.expect("it was filled at least once");
+    subject.rest();
     Row { kind, subject, insert_ns, latency_us, query_us: [0.0; 2] }
 }
 
-/// Asks all rivals in turns; returns how many polygons were found.
-fn ask(rows: &mut [Row], camera: usize, views: &[Frustum]) -> f64 {
+/// Asks all rivals in turns; returns how many polygons were found, and what a query takes at least.
+fn ask(rows: &mut [Row], camera: usize, views: &[Frustum], boxes: &[Aabb]) -> (f64, Least) {
     let mut list = DrawList::new();
     let mut expected: Vec<Vec<u32>> = Vec::new();
     for row in rows.iter() {
@@ -152,7 +156,9 @@ fn ask(rows: &mut [Row], camera: usize, views: &[Frustum]) -> f64 {
     }
     let rounds = if views_are_short(&expected) { 4 * ROUNDS } else { ROUNDS };
     let mut times = vec![vec![Vec::new(); views.len()]; rows.len()];
+    let mut floor = Floor::new(boxes, views, &expected);
     for _ in 0..rounds {
+        floor.measure();
         for (row, times) in rows.iter().zip(&mut times) {
             for (view, times) in views.iter().zip(times) {
                 list.clear();
@@ -165,26 +171,38 @@ fn ask(rows: &mut [Row], camera: usize, views: &[Frustum]) -> f64 {
     for (row, times) in rows.iter_mut().zip(&mut times) {
         row.query_us[camera] = times.iter_mut().map(|t| median(t)).sum::<f64>() / views.len() as f64;
     }
-    expected.iter().map(Vec::len).sum::<usize>() as f64
+    (expected.iter().map(Vec::len).sum::<usize>() as f64, floor.least())
 }
 
 fn views_are_short(expected: &[Vec<u32>]) -> bool {
     expected.iter().all(|ids| ids.len() < 200_000)
 }
 
-fn median(numbers: &mut [f64]) -> f64 {
+pub(crate) fn median(numbers: &mut [f64]) -> f64 {
     numbers.sort_by(f64::total_cmp);
     numbers[numbers.len() / 2]
 }
 
-fn print(name: &str, polygons: usize, rows: &[Row], seen: [f64; 2]) {
+fn print(name: &str, polygons: usize, rows: &[Row], seen: [f64; 2], least: [Least; 2]) {
     println!(
         "\n### {name} ({polygons} polygons; {:.0} % seen from outside, {:.0} % from inside)\n",
         seen[0] * 100.0,
         seen[1] * 100.0
     );
     println!(
-        "| | insert 16 / 256, ns | batch p50 / p99 / p99.9 / max, µs | query out / in, µs | against osp | frame out / in, µs | against osp | B a polygon |\n|---|---|---|---|---|---|---|---|"
+        "| | insert 16 / 256, ns | batch p50 / p99 / p99.9 / max, µs | query out / in, µs | times the floor | against osp | frame out / in, µs | against osp | B a polygon |\n|---|---|---|---|---|---|---|---|---|"
+    );
+    let [out, inside] = least;
+    println!(
+        "| *floor* | | | {:.1} / {:.1} ({:.0} / {:.0} kB) | 1 / 1 | | | | |\n| *floor, as blocks* | | | {:.1} / {:.1} ({:.0} / {:.0} kB) | 1 / 1 | | | | |",
+        out.ids_us,
+        inside.ids_us,
+        out.ids_kb,
+        inside.ids_kb,
+        out.blocks_us,
+        inside.blocks_us,
+        out.blocks_kb,
+        inside.blocks_kb,
     );
     let osp = &rows[0];
     for row in rows {
@@ -200,9 +218,12 @@ fn print(name: &str, polygons: usize, rows: &[Row], seen: [f64; 2]) {
             format!("{p50:.2} / {p99:.1} / {p999:.1} / {max:.1}")
         };
         let [outside, inside] = row.query_us;
+        let floor_us = least.map(|l| if row.kind.blocks { l.blocks_us } else { l.ids_us });
         println!(
-            "| {} | {insert} | {latency} | {outside:.1} / {inside:.1} | {:.2} / {:.2} | {:.1} / {:.1} | {:.2} / {:.2} | {:.0} |",
+            "| {} | {insert} | {latency} | {outside:.1} / {inside:.1} | {:.1} / {:.1} | {:.2} / {:.2} | {:.1} / {:.1} | {:.2} / {:.2} | {:.0} |",
             row.kind.name,
+            outside / floor_us[0],
+            inside / floor_us[1],
             outside / osp.query_us[0],
             inside / osp.query_us[1],
             row.frame_us(0),

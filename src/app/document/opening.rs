@@ -1,5 +1,4 @@
 use std::{
-    fs,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
 };
@@ -10,7 +9,8 @@ use super::Document;
 use crate::{
     app::journal::{Autosaves, Journal, NotTaken, OpenElsewhere, SessionFile, SessionLock, Trouble},
     atomic_file::Destination,
-    recording::{self, Header, Limits, OpenOptions, RecordingError, Session},
+    platform::fs,
+    recording::{self, FORMAT_VERSION, Header, Limits, OpenOptions, RecordingError, Session},
 };
 
 /// How the source in the header of a session begins if osp drew it.
@@ -193,7 +193,7 @@ impl Document {
 
     /// A session that is not there yet, or an empty file.
     fn begin(path: &Path, autosaves: &Autosaves) -> Result<Self, OpenError> {
-        let file = if path.exists() {
+        let file = if fs::is_there(path) {
             take(path)?
         } else {
             if let Some(folder) = missing_folder(path) {
@@ -249,7 +249,7 @@ impl Document {
     ) -> Result<Self, OpenError> {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let source = format!("{}, from {}: {}", our_header("").source, path.display(), session.header.source);
-        let header = Header { source, ..session.header.clone() };
+        let header = Header { source, format: FORMAT_VERSION, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
         let document = Self::of_session(session, journal, opened).map_err(|(error, journal)| {
             journal.give_back(SessionFile::release);
@@ -289,7 +289,7 @@ impl Document {
 fn missing_folder(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty())?;
-    (!folder.is_dir()).then(|| folder.to_owned())
+    (!fs::is_folder(folder)).then(|| folder.to_owned())
 }
 
 fn is_ron(path: &Path) -> bool {
@@ -297,7 +297,8 @@ fn is_ron(path: &Path) -> bool {
 }
 
 fn our_header(name: &str) -> Header {
-    Header::new(name, concat!("osp sketch ", env!("CARGO_PKG_VERSION")))
+    let source = concat!("osp sketch ", env!("CARGO_PKG_VERSION"));
+    Header { format: FORMAT_VERSION, ..Header::new(name, source) }
 }
 
 /// The file of a session, with its lock.

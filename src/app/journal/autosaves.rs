@@ -1,5 +1,4 @@
 use std::{
-    fs,
     path::{Path, PathBuf},
     time::SystemTime,
 };
@@ -8,6 +7,10 @@ use super::{
     calendar::Moment,
     lock::{NotTaken, SessionLock},
     session_file::SessionFile,
+};
+use crate::{
+    app::user_folder::user_folder,
+    platform::{self, fs},
 };
 
 /// Bytes of another session's name that the name of a copy begins with.
@@ -43,18 +46,18 @@ impl Autosaves {
                 format!("{stem}-{stamp}-{number}.ron")
             };
             let path = self.folder.join(name);
-            if path.exists() || SessionLock::mark_of(&path).exists() {
+            if fs::is_there(&path) || fs::is_there(&SessionLock::mark_of(&path)) {
                 continue;
             }
             match SessionLock::take(&path) {
                 // Another window may have had it, drawn and gone in the meantime.
-                Ok(lock) if path.exists() => lock.leave(),
+                Ok(lock) if fs::is_there(&path) => lock.leave(),
                 Ok(lock) => return SessionFile::new(path, Some(lock)),
                 Err(NotTaken::Held(_)) => {}
                 Err(NotTaken::Failed(_)) => break,
             }
         }
-        SessionFile::new(self.folder.join(format!("{stem}-{stamp}-{}.ron", std::process::id())), None)
+        SessionFile::new(self.folder.join(format!("{stem}-{stamp}-{}.ron", platform::process_id())), None)
     }
 
     /// The sessions that were left open, the newest first: by programs that are gone, or that live and have them.
@@ -97,11 +100,5 @@ fn shortened(stem: &str) -> &str {
 }
 
 fn default_folder() -> PathBuf {
-    let from = |name: &str, rest: &str| {
-        std::env::var_os(name).filter(|value| !value.is_empty()).map(|value| PathBuf::from(value).join(rest))
-    };
-    from("XDG_DATA_HOME", "osp/sketches")
-        .or_else(|| from("APPDATA", "osp/sketches"))
-        .or_else(|| from("HOME", ".local/share/osp/sketches"))
-        .unwrap_or_else(|| PathBuf::from(".osp/sketches"))
+    user_folder("XDG_DATA_HOME", ".local/share/osp").join("sketches")
 }

@@ -1,5 +1,7 @@
 use std::time::SystemTime;
 
+use crate::platform;
+
 /// A moment in universal time, to the second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Moment {
@@ -11,7 +13,7 @@ pub(super) struct Moment {
 
 impl Moment {
     pub(super) fn now() -> Self {
-        Self::of(SystemTime::now())
+        Self::of(platform::time::now())
     }
 
     /// The date from the number of days: Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms", 2013.

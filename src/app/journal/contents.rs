@@ -1,10 +1,11 @@
 use std::{
     fmt,
-    fs::{File, Metadata},
     io::{self, Read, Seek, SeekFrom},
 };
 
 use xxhash_rust::xxh3::Xxh3Default;
+
+use crate::platform::fs::{File, Metadata};
 
 /// A 128-bit hash of a file's contents: enough to notice that another program has written to it.
 #[derive(Clone, Default)]

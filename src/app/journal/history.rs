@@ -1,9 +1,15 @@
 use std::{
     borrow::Cow,
+    collections::{BTreeSet, HashMap},
     io::{self, BufRead, Read, Write},
 };
 
-use crate::recording::{Event, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter};
+use crate::{
+    platform::zstd,
+    recording::{
+        Event, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter, StrokeId, read_event,
+    },
+};
 
 /// Bytes of text that are compressed at once: about a quarter of a millisecond on the window's thread.
 const BLOCK_BYTES: usize = 1 << 16;
@@ -16,6 +22,8 @@ const COMPRESSION_LEVEL: i32 = 1;
 pub(super) struct History {
     lines: RonWriter<Text>,
     header: Header,
+    /// The bytes from the first line of a stroke to the end of its last one.
+    strokes: HashMap<StrokeId, (u64, u64)>,
 }
 
 impl History {
@@ -25,7 +33,7 @@ impl History {
     /// The header holds a number that no recording may hold.
     pub(super) fn new(header: Header) -> Result<Self, RecordingError> {
         let lines = RonWriter::new(Text::default(), "the session", &header, Flush::EachEvent)?;
-        Ok(Self { lines, header })
+        Ok(Self { lines, header, strokes: HashMap::new() })
     }
 
     /// The session's header.
@@ -38,7 +46,58 @@ impl History {
     /// # Errors
     /// No recording can hold it; the history is as it was.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
-        self.lines.write(event)
+        let start = self.bytes();
+        self.lines.write(event)?;
+        if let Event::Begin { stroke, .. }
+        | Event::Point { stroke, .. }
+        | Event::End { stroke, .. }
+        | Event::Polygon { stroke: Some(stroke), .. } = event
+        {
+            let end = self.bytes();
+            self.strokes.entry(*stroke).or_insert((start, end)).1 = end;
+        }
+        Ok(())
+    }
+
+    /// The events that made these strokes, in their order. Unpacks the parts of the text that they lie in.
+    ///
+    /// # Errors
+    /// There is no memory for a block.
+    pub(super) fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> io::Result<Vec<Event>> {
+        let mut ranges: Vec<(u64, u64)> =
+            strokes.iter().filter_map(|stroke| self.strokes.get(stroke)).copied().collect();
+        ranges.sort_unstable();
+        // Those in the same block are read together: it is unpacked once.
+        ranges.dedup_by(|next, last| {
+            let is_near = next.0 <= last.1 + BLOCK_BYTES as u64;
+            if is_near {
+                last.1 = last.1.max(next.1);
+            }
+            is_near
+        });
+        let mut events = Vec::new();
+        let mut line = String::new();
+        for (start, end) in ranges {
+            let mut reader = TextReader { pieces: self.pieces(start), piece: Cow::Borrowed(&[]), read: 0 };
+            let mut at = start;
+            while at < end {
+                line.clear();
+                let count = reader.read_line(&mut line)?;
+                if count == 0 {
+                    break;
+                }
+                at += count as u64;
+                let event = read_event(&line);
+                events.extend(event.filter(|event| match event {
+                    Event::Begin { stroke, .. }
+                    | Event::Point { stroke, .. }
+                    | Event::End { stroke, .. }
+                    | Event::Polygon { stroke: Some(stroke), .. } => strokes.contains(stroke),
+                    _ => false,
+                }));
+            }
+        }
+        Ok(events)
     }
 
     /// Bytes of the text.
@@ -249,6 +308,25 @@ mod tests {
             assert_eq!(event, Event::End { t: f64::from(expected), stroke: StrokeId(expected) });
         }
         assert_eq!(reader.next_event().expect("the end"), None);
+    }
+
+    #[test]
+    fn the_events_of_a_stroke_are_found_wherever_they_lie() {
+        let mut history = history(20_000);
+        let event = Event::Polygon {
+            t: 1.0,
+            stroke: Some(StrokeId(5)),
+            vertices: vec![glam::Vec3::ZERO, glam::Vec3::X, glam::Vec3::Y],
+            color: (1.0, 1.0, 1.0, 1.0),
+        };
+        history.push(&event).expect("an event");
+        let end = |stroke: u32| Event::End { t: f64::from(stroke), stroke: StrokeId(stroke) };
+        let of = |strokes: &[u32]| {
+            history.events_of(&strokes.iter().map(|&stroke| StrokeId(stroke)).collect()).expect("memory")
+        };
+        assert_eq!(of(&[7, 19_999]), [end(7), end(19_999)]);
+        assert_eq!(of(&[5, 6, 40_000]), [end(5), end(6), event]);
+        assert_eq!(of(&[]), []);
     }
 
     #[test]

@@ -1,9 +1,7 @@
 use std::{
     fmt,
-    fs::{self, File, Metadata, TryLockError},
     io::{self, ErrorKind, Read, Seek, Write},
     path::{Path, PathBuf},
-    thread,
     time::Duration,
 };
 
@@ -11,6 +9,10 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::calendar::Moment;
+use crate::platform::{
+    self,
+    fs::{self, File, Metadata, TryLockError},
+};
 
 /// Most bytes of a lock file that are read: a longer file is not ours.
 const MOST_MARK_BYTES: u64 = 4096;
@@ -30,7 +32,7 @@ struct Word {
 
 impl Word {
     fn ours() -> Self {
-        Self { process: std::process::id(), host: host(), since: Moment::now().for_people() }
+        Self { process: platform::process_id(), host: host(), since: Moment::now().for_people() }
     }
 
     fn parse(text: &str) -> Option<Self> {
@@ -50,7 +52,7 @@ impl Word {
 }
 
 fn host() -> String {
-    gethostname::gethostname().to_string_lossy().into_owned()
+    platform::host_name()
 }
 
 /// A session that cannot be opened for drawing because another window has it.
@@ -287,7 +289,7 @@ fn try_lock_patiently(file: &File) -> Result<(), TryLockError> {
     const PAUSE: Duration = Duration::from_millis(10);
     for _ in 1..TRIES {
         match file.try_lock() {
-            Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
+            Err(TryLockError::WouldBlock) => platform::pause(PAUSE),
             outcome => return outcome,
         }
     }
@@ -296,6 +298,8 @@ fn try_lock_patiently(file: &File) -> Result<(), TryLockError> {
 
 #[cfg(test)]
 mod tests {
+    use std::thread;
+
     use super::*;
 
     fn held(session: &Path) -> OpenElsewhere {

@@ -1,12 +1,11 @@
 use std::{
-    fs::{self, File, Metadata, TryLockError},
     io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
     sync::{
         Arc,
         mpsc::{Receiver, TryRecvError, channel},
     },
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use thiserror::Error;
@@ -18,6 +17,11 @@ use super::{
 };
 use crate::{
     atomic_file::{Destination, write_atomically},
+    platform::{
+        self,
+        fs::{self, File, Metadata, TryLockError},
+        time::Instant,
+    },
     recording::{LastLine, RecordingError},
 };
 
@@ -347,7 +351,7 @@ impl SessionFile {
         if is_due && open.syncing.is_none() {
             let (sender, receiver) = channel();
             let (file, path) = (Arc::clone(&open.file), self.path.clone());
-            let started = std::thread::Builder::new().name("sync".to_owned()).spawn(move || {
+            let started = platform::beside("sync", move || {
                 // Nobody listens any more if the session was closed meanwhile.
                 let _ = sender.send(sync(&file, &path));
             });

@@ -1,11 +1,12 @@
 //! What a frame shows besides the model: culled polygons, and lines.
 
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
 use super::Studio;
 use crate::{
     app::{layers, spans::draw_span, tool::ToolChoice},
     polygon::VisibleBlocks,
+    recording::Motion,
     render::Depth,
     view::View,
 };
@@ -51,7 +52,13 @@ impl Studio {
         }
         if self.layers.straddlers {
             let ids = layers::straddlers(scene, &self.culling.root());
-            layers::draw_outlines(scene, ids.into_iter(), Vec3::ZERO, [255, 90, 200, 200], &mut self.lines);
+            layers::draw_outlines(
+                scene,
+                ids.into_iter(),
+                &Motion::STAY,
+                [255, 90, 200, 200],
+                &mut self.lines,
+            );
         }
         self.cut = None;
         if self.layers.cut {
@@ -59,14 +66,22 @@ impl Studio {
             let in_view = self.culling.in_view(0).into_iter().flat_map(VisibleBlocks::ids);
             let (inside, cut) = layers::inside_and_cut(scene, &frustum, in_view);
             self.cut = Some((inside, cut.len() as u64));
-            layers::draw_outlines(scene, cut.into_iter(), Vec3::ZERO, [255, 60, 60, 230], &mut self.lines);
+            layers::draw_outlines(scene, cut.into_iter(), &Motion::STAY, [255, 60, 60, 230], &mut self.lines);
         }
-        let by = self.gestures.moving_by();
+        let motion = self.gestures.motion();
         for stroke in self.selection.strokes() {
             if let Some(stroke) = scene.stroke(*stroke).filter(|stroke| stroke.is_visible()) {
-                layers::draw_outlines(scene, stroke.polygon_ids(), by, [255, 220, 90, 220], &mut self.lines);
+                layers::draw_outlines(
+                    scene,
+                    stroke.polygon_ids(),
+                    &motion,
+                    [255, 220, 90, 220],
+                    &mut self.lines,
+                );
             }
         }
+        self.draw_aids();
+        self.draw_handles(&view, size_px.y);
         if let Some((span, from, to)) = self.shown_span() {
             draw_span(span, from, to, &mut self.lines);
         }
@@ -91,7 +106,8 @@ impl Studio {
                 for pair in self.pen.outline().windows(2) {
                     self.lines.line(pair[0], pair[1], [r, g, b, 255], Depth::Through);
                 }
-                layers::draw_cursor(view, aim, self.brush.width_m * 0.5, [r, g, b, 255], &mut self.lines);
+                let width_m = self.brush_at(view, aim, size_px.y).width_m;
+                layers::draw_cursor(view, aim, width_m * 0.5, [r, g, b, 255], &mut self.lines);
             }
             ToolChoice::Erase => {
                 let radius_m = self.navigator.distance_m() * 0.012;

@@ -17,6 +17,8 @@ pub struct TrackerOptions {
     pub any_sender: bool,
     /// Only those that begin with this key.
     pub key: Option<TrackerKey>,
+    /// DTrack's room was calibrated with z up.
+    pub z_up: bool,
 }
 
 /// A word that a sender and a listener share. It is sent as it is: it keeps out who does not know it, not who listens on
@@ -150,7 +152,7 @@ mod tests {
         assert_eq!(door.admit(sender(1), b"undo", at(9_000)), Admission::Read);
         door.note_understood(sender(1), at(9_000));
         assert_eq!(door.admit(sender(2), b"undo", at(9_001)), Admission::Refused);
-        let mut open = Door::new(TrackerOptions { any_sender: true, key: None });
+        let mut open = Door::new(TrackerOptions { any_sender: true, ..TrackerOptions::default() });
         open.note_understood(sender(2), at(1));
         assert_eq!(open.admit(sender(1), b"undo", at(2)), Admission::Read);
     }
@@ -158,7 +160,7 @@ mod tests {
     #[test]
     fn only_who_knows_the_key_comes_in() {
         let key = Some("a-key".parse().expect("a key"));
-        let mut door = Door::new(TrackerOptions { any_sender: false, key });
+        let mut door = Door::new(TrackerOptions { key, ..TrackerOptions::default() });
         let now = Instant::now();
         let mut admits = |packet: &[u8]| door.admit(sender(1), packet, now) == Admission::Read;
         for packet in [&b"key a-key\nundo"[..], b"key a-key", b"  key   a-key \r\nundo"] {

@@ -22,6 +22,9 @@
 //! numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles. A key is `/osp/key` with a
 //! string, the first message of a bundle.
 //!
+//! Packets of ART's DTrack (ASCII) are understood on the same socket: body 0 is the head, Flysticks are the hands, and a hand
+//! draws while the first button is pressed ([`parse_dtrack`]).
+//!
 //! Of a socket, one sender is listened to: the first that is understood, until it has been silent for five seconds. The
 //! datagrams of others, and those without the key where one is asked for, are counted and not read.
 //!
@@ -29,6 +32,7 @@
 //! counted and dropped. [`Hands`] turns messages into the events of a session; [`Teller`] does the opposite.
 
 mod door;
+mod dtrack;
 mod hands;
 mod line;
 mod message;
@@ -37,6 +41,7 @@ mod source;
 mod teller;
 
 pub use door::{TrackerKey, TrackerOptions};
+pub use dtrack::parse_dtrack;
 pub use hands::{Hands, HandsState};
 pub use line::{parse_line, write_line};
 pub use message::{BrushChoice, Message};

@@ -1,5 +1,4 @@
 use std::{
-    fs::File,
     io::{self, BufRead, BufReader, Read, Seek, SeekFrom},
     net::{SocketAddr, UdpSocket},
     path::PathBuf,
@@ -18,10 +17,11 @@ use thiserror::Error;
 use super::{
     Message, TrackerOptions,
     door::{Admission, Door, is_osc},
+    dtrack::{is_dtrack, parse_dtrack},
     line::parse_line_telling,
     osc::parse_osc_telling,
 };
-use crate::{recording::Paint, small_file::open_regular};
+use crate::{platform::fs::File, recording::Paint, small_file::open_regular};
 
 /// Messages that may wait for the next frame. Of a socket, later ones are dropped and counted; a stream is read on once
 /// there is room.
@@ -182,8 +182,8 @@ impl Tracker {
                 let socket = UdpSocket::bind(address).map_err(failed(name.clone()))?;
                 socket.set_read_timeout(Some(NAP)).map_err(failed(name.clone()))?;
                 local_address = socket.local_addr().ok();
-                let door = Door::new(options.clone());
-                builder.spawn(move || output.listen(&socket, door)).map_err(failed(name))
+                let (door, z_up) = (Door::new(options.clone()), options.z_up);
+                builder.spawn(move || output.listen(&socket, door, z_up)).map_err(failed(name))
             }
             TrackerAddress::StandardInput => builder
                 .spawn(move || _ = output.read_lines(io::stdin(), AtEnd::Stop))
@@ -301,7 +301,7 @@ impl Output {
         }
     }
 
-    fn listen(&self, socket: &UdpSocket, mut door: Door) {
+    fn listen(&self, socket: &UdpSocket, mut door: Door, z_up: bool) {
         // Larger than any datagram.
         let mut packet = vec![0; 1 << 16];
         let mut messages = Vec::new();
@@ -321,7 +321,7 @@ impl Output {
                     continue;
                 }
             }
-            self.read_packet(packet, &mut messages);
+            self.read_packet(packet, z_up, &mut messages);
             if !messages.is_empty() {
                 door.note_understood(from, now);
             }
@@ -331,7 +331,7 @@ impl Output {
         }
     }
 
-    fn read_packet(&self, packet: &[u8], messages: &mut Vec<Message>) {
+    fn read_packet(&self, packet: &[u8], z_up: bool, messages: &mut Vec<Message>) {
         if is_osc(packet) {
             self.note_malformed(parse_osc_telling(packet, messages, &mut |name| {
                 self.shared.note_unknown(name)
@@ -339,6 +339,9 @@ impl Output {
             return;
         }
         let Ok(text) = str::from_utf8(packet) else { return self.note_malformed(1) };
+        if is_dtrack(packet) {
+            return self.note_malformed(parse_dtrack(text, z_up, messages));
+        }
         for line in text.lines() {
             match parse_line_telling(line, &mut |name| self.shared.note_unknown(name)) {
                 Ok(message) => messages.extend(message),

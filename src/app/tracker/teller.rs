@@ -81,9 +81,14 @@ impl Teller {
             },
             Event::Undo { .. } => out.push(Message::Undo),
             Event::Redo { .. } => out.push(Message::Redo),
-            Event::Move { .. } | Event::Group { .. } | Event::Place { .. } | Event::Polygon { .. } => {
-                self.left_out += 1;
-            }
+            Event::Move { .. }
+            | Event::Group { .. }
+            | Event::Place { .. }
+            | Event::Step { .. }
+            | Event::Layer { .. }
+            | Event::Assign { .. }
+            | Event::View { .. }
+            | Event::Polygon { .. } => self.left_out += 1,
         }
     }
 

@@ -24,7 +24,7 @@ pub(super) struct GroupList {
 impl GroupList {
     pub(super) fn show(&mut self, ui: &mut Ui, studio: &mut Studio, wishes: &mut Wishes) {
         let groups = studio.group_tree();
-        let can_group = studio.can_draw() && !studio.selection().is_empty();
+        let can_group = studio.can(&Command::GroupSelected);
         if ui
             .add_enabled(can_group, Button::new("Group (Ctrl+G)"))
             .on_hover_text("make a group of the selection; select it in the list below, drag it, name it")

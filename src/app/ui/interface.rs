@@ -1,35 +1,53 @@
+use std::path::{Path, PathBuf};
+
 use egui::{
-    Align2, Color32, Frame, Grid, KeyboardShortcut, Panel, Rect, RichText, ScrollArea, Sense, Ui, Window,
+    Align2, Color32, Context, Frame, Grid, KeyboardShortcut, Panel, Rect, RichText, ScrollArea, Sense, Ui,
+    Window,
 };
 use glam::Vec3;
 
 use super::{
+    actions::Action,
     brushes::BrushList,
     canvas,
-    dialog::{Answer, Ask, PathDialog},
+    dialog::{Answer, PathDialog},
     groups::GroupList,
-    keys::{Action, HINTS, SHORTCUTS},
-    numbers, questions, replay_bar, tools,
+    keys::{HINTS, SHORTCUTS},
+    menu, numbers,
+    paint_layers::LayerList,
+    questions, replay_bar,
+    selected::SelectionPanel,
+    tools,
     wishes::Wishes,
 };
-use crate::{
-    app::{
-        command::Command,
-        layers::LayerChoice,
-        question::Question,
-        stats::{FrameTimes, History},
-        studio::Studio,
-        subject::Subject,
-    },
-    rivals::IndexKind,
+use crate::app::{
+    command::Command,
+    question::Question,
+    settings::{Settings, SettingsKeeper, Theme},
+    stats::{FrameTimes, History},
+    studio::Studio,
+    subject::Subject,
 };
+
+/// A window of fewer points is narrow. One on a desktop has more.
+const NARROW: f32 = 480.0;
 
 /// Everything on the window beside the model.
 #[derive(Debug, Default)]
 pub struct Interface {
     history: History,
-    hides_panel: bool,
+    shows_panel: bool,
+    /// On a narrow window, such as a phone's, the tools leave no room for the model.
+    shows_tools: bool,
     shows_help: bool,
+    is_fullscreen: bool,
+    settings: Settings,
+    /// As they were written last.
+    kept: Settings,
+    /// Writes the settings, if they are kept.
+    keeper: Option<SettingsKeeper>,
+    /// The session that was open in the last frame.
+    shown: PathBuf,
     dialog: Option<PathDialog>,
     adapter: String,
     /// The question that was on the window in the last frame.
@@ -38,12 +56,32 @@ pub struct Interface {
     has_drawn: bool,
     brushes: BrushList,
     groups: GroupList,
+    layers: LayerList,
+    selected: SelectionPanel,
 }
 
 impl Interface {
     /// The interface of a window that is drawn by the adapter of this name.
     pub fn new(adapter: String) -> Self {
         Self { adapter, ..Self::default() }
+    }
+
+    /// Keeps settings in this file from now on, and takes those that are there.
+    pub fn keep_settings(&mut self, path: PathBuf, ctx: &Context) {
+        self.settings = Settings::read(&path);
+        self.kept = self.settings.clone();
+        ctx.set_zoom_factor(self.settings.zoom);
+        self.keeper = Some(SettingsKeeper::new(path));
+    }
+
+    /// What is kept from one time to the next.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Whether a person wants the window to fill the screen.
+    pub fn is_fullscreen(&self) -> bool {
+        self.is_fullscreen
     }
 
     /// Adds the times of a frame.
@@ -74,15 +112,38 @@ impl Interface {
 
     /// Lays everything out, does what was asked for, and returns the part of the window that is the model's, in points.
     pub fn show(&mut self, ui: &mut Ui, studio: &mut Studio) -> Rect {
-        let mut wishes = Wishes { panel: !self.hides_panel, help: self.shows_help, ..Wishes::default() };
+        let mut wishes = Wishes {
+            panel: self.shows_panel,
+            help: self.shows_help,
+            fullscreen: self.is_fullscreen,
+            ..Wishes::default()
+        };
+        self.settle(ui.ctx(), studio);
         self.shortcuts(ui, studio, &mut wishes);
-        Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
-            ScrollArea::vertical().show(ui, |ui| {
-                tools::show(ui, studio, &mut self.brushes, &mut wishes);
-                ui.separator();
-                self.groups.show(ui, studio, &mut wishes);
+        if self.dialog.is_none() && studio.question().is_none() {
+            take_dropped(ui, &mut wishes);
+        }
+        let is_narrow = ui.available_width() < NARROW;
+        Panel::top("menu").resizable(false).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                if is_narrow {
+                    ui.toggle_value(&mut self.shows_tools, "Tools");
+                }
+                menu::show(ui, studio, &mut self.settings, &mut wishes);
             });
         });
+        if self.shows_tools || !is_narrow {
+            Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
+                ScrollArea::vertical().show(ui, |ui| {
+                    tools::show(ui, studio, &mut self.brushes, &mut wishes);
+                    ui.separator();
+                    self.selected.show(ui, studio, &mut wishes);
+                    self.groups.show(ui, studio, &mut wishes);
+                    ui.separator();
+                    self.layers.show(ui, studio, &mut wishes);
+                });
+            });
+        }
         if wishes.panel {
             Panel::right("numbers").resizable(false).exact_size(268.0).show(ui, |ui| {
                 ScrollArea::vertical()
@@ -111,7 +172,7 @@ impl Interface {
         area
     }
 
-    fn question(&mut self, ctx: &egui::Context, studio: &Studio, wishes: &mut Wishes) {
+    fn question(&mut self, ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
         let asked = studio.question();
         let is_new = self.asked.as_ref() != asked;
         if is_new {
@@ -123,24 +184,72 @@ impl Interface {
     }
 
     fn take_wishes(&mut self, ui: &Ui, studio: &mut Studio, wishes: Wishes) {
-        (self.hides_panel, self.shows_help) = (!wishes.panel, wishes.help);
+        (self.shows_panel, self.shows_help) = (wishes.panel, wishes.help);
+        self.is_fullscreen = wishes.fullscreen;
         if let Some(ask) = wishes.ask {
-            self.dialog = Some(PathDialog::new(ask));
+            // What was asked for before is no answer to this.
+            studio.take_file_outcome();
+            self.dialog = Some(PathDialog::new(ask, studio));
         }
-        let answer = self.dialog.as_mut().map(|dialog| dialog.show(ui.ctx()));
-        match answer {
+        // A question about its file is answered first; then the keyboard is the dialog's again.
+        if let Some(dialog) = self.dialog.as_mut().filter(|_| studio.question().is_some()) {
+            dialog.take_keyboard();
+        }
+        let dialog = self.dialog.as_mut().filter(|_| studio.question().is_none());
+        match dialog.map(|dialog| dialog.show(ui.ctx())) {
             None | Some(Answer::StillOpen) => {}
             Some(Answer::Closed) => self.dialog = None,
             Some(Answer::Chosen(command)) => {
-                self.dialog = None;
+                studio.take_file_outcome();
                 studio.command(command);
             }
+        }
+        match (studio.take_file_outcome(), &mut self.dialog) {
+            (Some(Ok(())), dialog) => *dialog = None,
+            (Some(Err(reason)), Some(dialog)) => dialog.fail(reason),
+            _ => {}
         }
         if let Some(follow) = wishes.follow_camera {
             studio.follow_replay_camera(follow);
         }
         for command in wishes.commands {
+            // The dialog was about the session that is left.
+            if matches!(command, Command::New | Command::Open(_) | Command::OpenAs(..)) {
+                self.dialog = None;
+            }
+            if matches!(command, Command::Copy | Command::Cut) {
+                // An empty clipboard is never pasted. The strokes themselves are in no text.
+                ui.ctx().copy_text("strokes of osp".to_owned());
+            }
             studio.command(command);
+        }
+    }
+
+    /// Follows the settings, and notes a session that was opened or saved under a name.
+    fn settle(&mut self, ctx: &Context, studio: &Studio) {
+        let named = match studio.subject() {
+            Subject::Sketch(document) if document.journal().is_named() => document.journal().path(),
+            Subject::Sketch(_) => Path::new(""),
+            Subject::Replay(player) => player.path(),
+        };
+        if named != self.shown {
+            named.clone_into(&mut self.shown);
+            // A name that is no text cannot be kept in one.
+            if named.to_str().is_some_and(|name| !name.is_empty()) {
+                self.settings.note_recent(named);
+            }
+        }
+        self.settings.zoom = ctx.zoom_factor();
+        ctx.set_theme(match self.settings.theme {
+            Theme::Dark => egui::ThemePreference::Dark,
+            Theme::Light => egui::ThemePreference::Light,
+            Theme::System => egui::ThemePreference::System,
+        });
+        if self.settings != self.kept {
+            self.kept = self.settings.clone();
+            if let Some(keeper) = &self.keeper {
+                keeper.keep(&self.settings);
+            }
         }
     }
 
@@ -150,45 +259,24 @@ impl Interface {
             return;
         }
         for shortcut in SHORTCUTS {
-            // Escape closes what is on top: an open list by itself, then the help.
-            let is_escape = shortcut.keys.logical_key == egui::Key::Escape;
-            if is_escape && egui::Popup::is_any_open(ui.ctx()) {
-                continue;
+            // An open list or menu closes by itself.
+            let is_taken = shortcut.action == Action::Escape && egui::Popup::is_any_open(ui.ctx());
+            // Taken also if it cannot be done now: the same key with fewer keys held must not answer to it.
+            if !is_taken && ui.input_mut(|input| input.consume_shortcut(&shortcut.keys)) {
+                shortcut.action.perform(studio, wishes);
             }
-            if !ui.input_mut(|input| input.consume_shortcut(&shortcut.keys)) {
-                continue;
-            }
-            if is_escape && wishes.help {
-                wishes.help = false;
-                continue;
-            }
-            match shortcut.action {
-                Action::Do(command) => wishes.commands.push(command()),
-                Action::ToggleFreeze => wishes.commands.push(Command::Freeze(!studio.is_frozen())),
-                Action::NextIndex => {
-                    let next = next_of(IndexKind::ALL, studio.culling().kind());
-                    wishes.commands.push(Command::Index(next));
-                }
-                Action::NextOcclusion => {
-                    let next = next_of(&numbers::sound_occlusion(), studio.culling().occlusion());
-                    wishes.commands.push(Command::Occlusion(next));
-                }
-                Action::AskOpen => wishes.ask = Some(Ask::Open),
-                Action::AskSaveAs => wishes.ask = Some(Ask::SaveAs),
-                Action::AskExport => wishes.ask = Some(Ask::Export),
-                Action::TogglePlay => {
-                    if let Subject::Replay(player) = studio.subject() {
-                        wishes.commands.push(Command::Play(!player.is_playing()));
-                    }
-                }
-                Action::TogglePyramid => {
-                    let layers = studio.layers();
-                    wishes.commands.push(Command::Layers(LayerChoice { pyramid: !layers.pyramid, ..layers }));
-                }
-                Action::ToggleBrushes => wishes.brushes = true,
-                Action::TogglePanel => wishes.panel = !wishes.panel,
-                Action::ToggleHelp => wishes.help = !wishes.help,
-            }
+        }
+        // A desktop tells of these keys in its own way.
+        let clipped = ui.input(|input| {
+            input.events.iter().find_map(|event| match event {
+                egui::Event::Copy => Some(Command::Copy),
+                egui::Event::Cut => Some(Command::Cut),
+                egui::Event::Paste(_) => Some(Command::Paste),
+                _ => None,
+            })
+        });
+        if let Some(command) = clipped {
+            Action::Do(command).perform(studio, wishes);
         }
         studio.set_flight(flight(ui));
     }
@@ -196,6 +284,7 @@ impl Interface {
     /// The hint in an empty session.
     fn hint(&mut self, ui: &Ui, area: Rect, studio: &Studio) {
         self.has_drawn |= studio.scene().polygon_count() > 0;
+        self.settings.has_drawn |= self.has_drawn && studio.can_draw();
         if self.has_drawn || !studio.can_draw() {
             return;
         }
@@ -203,17 +292,22 @@ impl Interface {
         let painter = ui.painter_at(area);
         let font = egui::FontId::proportional(22.0);
         painter.text(at, Align2::CENTER_CENTER, "Drag to draw", font, Color32::from_white_alpha(170));
-        let rest = "right button: orbit    wheel: nearer, farther    F1: all keys";
-        let font = egui::FontId::proportional(14.0);
-        let below = at + egui::vec2(0.0, 26.0);
-        painter.text(below, Align2::CENTER_CENTER, rest, font, Color32::from_white_alpha(120));
+        // Who has drawn before needs no lesson.
+        let rest = ["right button: orbit    wheel: nearer, farther    F1: all keys"];
+        let lines: &[&str] = if self.settings.has_drawn { &rest } else { &LESSON };
+        let mut below = at + egui::vec2(0.0, 26.0);
+        for line in lines {
+            let font = egui::FontId::proportional(14.0);
+            painter.text(below, Align2::CENTER_CENTER, line, font, Color32::from_white_alpha(120));
+            below.y += 20.0;
+        }
     }
 }
 
-/// The entry after `now`; after the last one, the first.
-fn next_of<T: Copy + PartialEq>(all: &[T], now: T) -> T {
-    let next = all.iter().position(|&one| one == now).map_or(0, |at| at + 1);
-    all.get(next).or(all.first()).copied().unwrap_or(now)
+/// A file that was dropped on the window is opened.
+fn take_dropped(ui: &Ui, wishes: &mut Wishes) {
+    let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
+    wishes.commands.extend(dropped.map(Command::Open));
 }
 
 /// The direction in which the held keys fly: right, up, back.
@@ -263,19 +357,32 @@ fn help(ui: &Ui, is_open: &mut bool) {
             let is_wide = room.x > HELP_WIDTH;
             ui.set_min_width(room.x.min(if is_wide { HELP_WIDTH } else { HELP_WIDTH * 0.6 }));
             ui.spacing_mut().scroll = egui::style::ScrollStyle::solid();
-            ScrollArea::vertical().max_height(room.y).show(ui, |ui| match is_wide {
-                true => ui.columns(2, |columns| {
-                    pointer_hints(&mut columns[0]);
-                    keys_of_shortcuts(&mut columns[1]);
-                }),
-                false => {
-                    pointer_hints(ui);
-                    ui.separator();
-                    keys_of_shortcuts(ui);
+            ScrollArea::vertical().max_height(room.y).show(ui, |ui| {
+                LESSON.iter().for_each(|line| drop(ui.label(*line)));
+                ui.separator();
+                match is_wide {
+                    true => ui.columns(2, |columns| {
+                        pointer_hints(&mut columns[0]);
+                        keys_of_shortcuts(&mut columns[1]);
+                    }),
+                    false => {
+                        pointer_hints(ui);
+                        ui.separator();
+                        keys_of_shortcuts(ui);
+                    }
                 }
             });
         });
 }
+
+/// The lesson of the first window, and the beginning of the help.
+const LESSON: [&str; 5] = [
+    "1  Drag with the left button to draw; Shift makes it straight.",
+    "2  Drag with the right button to orbit; the wheel goes nearer.",
+    "3  Choose tools, brushes and colours on the left. Ctrl+Z takes back.",
+    "4  Press V and click strokes to move, turn, scale or recolour them.",
+    "5  All is saved as you draw; Ctrl+S gives it a name. F1: this and all keys.",
+];
 
 /// Both lists of the help side by side, points.
 const HELP_WIDTH: f32 = 700.0;

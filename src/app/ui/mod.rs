@@ -2,19 +2,24 @@
 //!
 //! All of it is laid out by egui and needs neither a window nor a GPU, so tests run it directly.
 
+mod actions;
 mod brushes;
 mod canvas;
 mod dialog;
 mod groups;
 mod interface;
 mod keys;
+mod menu;
 mod numbers;
+mod paint_layers;
 mod plot;
 mod questions;
 mod replay_bar;
+mod selected;
 mod tools;
 mod wishes;
 
+pub use actions::Action;
 pub use brushes::PreviewGrid;
 pub use interface::Interface;
-pub use keys::{Action, HINTS, SHORTCUTS, Shortcut};
+pub use keys::{HINTS, SHORTCUTS, Shortcut};

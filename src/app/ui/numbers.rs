@@ -36,11 +36,12 @@ fn count(n: u64) -> String {
 /// Times, counts and switches.
 pub(super) fn show(ui: &mut Ui, studio: &Studio, history: &History, adapter: &str, wishes: &mut Wishes) {
     ui.add_space(4.0);
+    ui.heading("Culling");
+    switches(ui, studio, wishes);
+    ui.separator();
     times(ui, history);
     ui.separator();
     counts(ui, studio);
-    ui.separator();
-    switches(ui, studio, wishes);
     ui.separator();
     layers(ui, studio, wishes);
     CollapsingHeader::new("Picking").show(ui, |ui| picking(ui, studio));
@@ -131,41 +132,34 @@ fn counts(ui: &mut Ui, studio: &Studio) {
             ("strokes", count(scene.strokes - scene.erased_strokes)),
             ("polygons", count(report.record.polygons)),
             ("in view", count(report.record.visible)),
-            ("occluded", count(hidden)),
+            ("hidden by others", count(hidden)),
             ("occluders", count(report.record.occlusion.occluders)),
-            ("occlusion tree nodes", count(report.record.occlusion.nodes)),
+            ("split planes", count(report.record.occlusion.nodes)),
             ("drawn", count(drawn)),
             ("new, erased, moved", {
                 let record = report.record;
                 format!("{} {} {}", count(record.inserted), count(record.removed), count(record.updated))
             }),
             ("boxes tested", count(report.record.work.boxes)),
-            ("nodes visited", count(report.record.work.nodes)),
-            ("index memory", format!("{:.1} MB", studio.culling().index().bytes() as f64 / 1.0e6)),
+            ("tree nodes visited", count(report.record.work.nodes)),
+            ("index memory", format!("{:.1} MB", studio.culling().pipeline().bytes() as f64 / 1.0e6)),
         ],
     );
     let is_auto = studio.culling().occlusion() == Occlusion::Auto;
-    if let Some(ns) = studio.culling().polygon_ns().filter(|_| is_auto) {
-        table(ui, "measured by auto", &[("cost of a polygon", format!("{ns:.0} ns"))]);
-    }
-    if let Some((counts, times)) = while_drawing {
-        culling_while_drawing(ui, &counts, times);
-    }
-}
-
-/// Rows with the counts of culling while drawing, shown only while a method culls so.
-fn culling_while_drawing(ui: &mut Ui, counts: &DrawnCounts, times: Option<PassTimes>) {
-    let rows =
-        [("groups tested", count(counts.groups_tested)), ("drawn in depth pass", count(counts.first_pass))];
-    table(ui, "while drawing", &rows);
-    if let Some(times) = times {
-        let rows = [
-            ("GPU: depth pass", ms(times.depth_ns)),
-            ("GPU: Hi-Z test", ms(times.test_ns)),
-            ("GPU: colour pass", ms(times.color_ns)),
-        ];
-        table(ui, "GPU passes", &rows);
-    }
+    let polygon_ns = studio.culling().polygon_ns().filter(|_| is_auto);
+    let on_gpu = |of: fn(&DrawnCounts) -> u64| while_drawing.map(|(counts, _)| count(of(&counts)));
+    let times = while_drawing.and_then(|(_, times)| times);
+    let pass = |of: fn(&PassTimes) -> u64| times.as_ref().map(|times| ms(of(times)));
+    // Always as many rows, so that nothing moves when another method is chosen.
+    let rows = [
+        ("cost of a polygon (auto)", polygon_ns.map(|ns| format!("{ns:.0} ns"))),
+        ("tested on the GPU", on_gpu(|counts| counts.groups_tested)),
+        ("drawn in depth pass", on_gpu(|counts| counts.first_pass)),
+        ("GPU: depth pass", pass(|times| times.depth_ns)),
+        ("GPU: Hi-Z test", pass(|times| times.test_ns)),
+        ("GPU: colour pass", pass(|times| times.color_ns)),
+    ];
+    table(ui, "of some methods", &rows.map(|(name, value)| (name, value.unwrap_or("–".to_owned()))));
 }
 
 fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
@@ -177,14 +171,11 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             }
         }
     });
-    if let Some(done) = culling.reindexed() {
-        let line = format!(
-            "{} polygons inserted in {:.2} ms",
-            count(done.polygons),
-            done.took.as_secs_f64() * 1.0e3
-        );
-        ui.label(RichText::new(line).weak().small());
-    }
+    let line = culling.reindexed().map_or("–".to_owned(), |done| {
+        let took_ms = done.took.as_secs_f64() * 1.0e3;
+        format!("{} polygons inserted in {took_ms:.2} ms", count(done.polygons))
+    });
+    ui.label(RichText::new(line).weak().small());
     let now = culling.occlusion();
     ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
         let sets = culling.has_pvs().then_some(Occlusion::Pvs);
@@ -194,12 +185,11 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             }
         }
     });
-    if let Some(most) = culling.most_occluders() {
-        let mut wanted = most;
-        ui.add(Slider::new(&mut wanted, 1..=256).logarithmic(true).text("max. occluders"));
-        if wanted != most {
-            wishes.commands.push(Command::Occluders(Some(wanted)));
-        }
+    let most = culling.most_occluders();
+    let mut wanted = most.unwrap_or(1);
+    let slider = Slider::new(&mut wanted, 1..=256).logarithmic(true).text("max. occluders");
+    if ui.add_enabled(most.is_some(), slider).changed() {
+        wishes.commands.push(Command::Occluders(Some(wanted)));
     }
     let mut stages = culling.stages();
     ui.checkbox(&mut stages.frustum, "frustum culling");
@@ -235,7 +225,7 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     }
     ui.checkbox(&mut layers.pyramid, "depth pyramid (F3)");
     if layers.pyramid {
-        ui.add(Slider::new(&mut layers.pyramid_level, 0..=12).text("level"));
+        ui.add(Slider::new(&mut layers.pyramid_level, 1..=13).text("level"));
         if studio.culling().occlusion() != Occlusion::Hzb {
             ui.weak("there is one with hzb alone: choose it under occlusion");
         }

@@ -1,10 +1,11 @@
-use egui::{Button, Color32, ComboBox, RichText, Slider, Ui, Vec2};
+use egui::{Button, Color32, ComboBox, DragValue, RichText, Slider, Ui, Vec2};
 
-use super::{brushes::BrushList, dialog::Ask, questions::ALARM, wishes::Wishes};
+use super::{actions::Action, brushes::BrushList, questions::ALARM, wishes::Wishes};
 use crate::{
     app::{
         command::Command,
         document::{Access, Opening},
+        drawing_aids::Aids,
         pen::{Brush, Snap},
         studio::Studio,
         subject::Subject,
@@ -29,35 +30,22 @@ const SWATCHES: [[u8; 3]; 12] = [
     [44, 44, 50],
 ];
 
-/// Tools, brush, and the buttons for the session's file.
+/// Tools, colours, brush, undo, and where the session is saved.
 pub(super) fn show(ui: &mut Ui, studio: &Studio, brushes: &mut BrushList, wishes: &mut Wishes) {
-    let is_replay = matches!(studio.subject(), Subject::Replay(_));
     ui.add_space(4.0);
+    tool_buttons(ui, studio, wishes);
+    ui.separator();
     ui.add_enabled_ui(studio.can_draw(), |ui| {
-        tool_buttons(ui, studio, wishes);
-        ui.separator();
         brushes.show(ui, studio, wishes);
         brush(ui, studio, wishes);
         ui.separator();
-        let scene = studio.scene();
         ui.horizontal(|ui| {
-            if ui.add_enabled(scene.can_undo(), Button::new("Undo")).clicked() {
-                wishes.commands.push(Command::Undo);
-            }
-            if ui.add_enabled(scene.can_redo(), Button::new("Redo")).clicked() {
-                wishes.commands.push(Command::Redo);
+            for (name, command) in [("Undo", Command::Undo), ("Redo", Command::Redo)] {
+                if ui.add_enabled(studio.can(&command), Button::new(name)).clicked() {
+                    wishes.commands.push(command);
+                }
             }
         });
-    });
-    ui.separator();
-    file_buttons(ui, studio, is_replay, wishes);
-    ui.separator();
-    if ui.button("Show whole model (H)").clicked() {
-        wishes.commands.push(Command::ShowAll);
-    }
-    ui.horizontal(|ui| {
-        ui.toggle_value(&mut wishes.panel, "Times (F2)");
-        ui.toggle_value(&mut wishes.help, "Keys (F1)");
     });
     session(ui, studio, wishes);
 }
@@ -67,8 +55,12 @@ fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         (ToolChoice::Draw(Tool::Ribbon), "Ribbon (1)", "drag to draw a band"),
         (ToolChoice::Draw(Tool::Wall), "Wall (2)", "drag along the outline of a flat surface"),
         (ToolChoice::Draw(Tool::Tube), "Tube (3)", "drag to draw a round tube"),
-        (ToolChoice::Erase, "Erase (X)", "touch a stroke to erase it"),
-        (ToolChoice::Select, "Select (V)", "click strokes, then drag them; Delete erases them"),
+        (ToolChoice::Erase, "Erase (4, X)", "touch a stroke to erase it"),
+        (
+            ToolChoice::Select,
+            "Select (5, V)",
+            "click strokes, then drag them, the ring or its knob; Delete erases them",
+        ),
         (
             ToolChoice::Span(Span::Box),
             "Select in a box (R)",
@@ -84,8 +76,9 @@ fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     for (tool, name, hint) in tools {
         let button =
             Button::selectable(studio.tool() == tool, name).min_size(Vec2::new(ui.available_width(), 24.0));
-        if ui.add(button).on_hover_text(hint).clicked() {
-            wishes.commands.push(Command::Tool(tool));
+        let command = Command::Tool(tool);
+        if ui.add_enabled(studio.can(&command), button).on_hover_text(hint).clicked() {
+            wishes.commands.push(command);
         }
     }
     if let Some((from, to)) = studio.measured() {
@@ -119,14 +112,7 @@ fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         }
         ui.label("colour");
     });
-    let mut width_cm = brush.width_m * 100.0;
-    let slider = Slider::new(&mut width_cm, 0.1..=200.0).logarithmic(true).suffix(" cm").max_decimals(1);
-    ui.spacing_mut().slider_width = 84.0;
-    let label = ui.label("width ([ and ])");
-    if ui.add(slider).labelled_by(label.id).changed() {
-        let (narrowest, widest) = Brush::WIDTHS_M;
-        wishes.commands.push(Command::Width((width_cm / 100.0).clamp(narrowest, widest)));
-    }
+    width(ui, studio, wishes);
     let snap_name = |snap| match snap {
         Snap::Start => "start on surfaces",
         Snap::Surface => "follow surfaces",
@@ -144,32 +130,58 @@ fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     shown.response.labelled_by(label.id);
 }
 
-fn file_buttons(ui: &mut Ui, studio: &Studio, is_replay: bool, wishes: &mut Wishes) {
-    ui.horizontal(|ui| {
-        if ui.button("New").clicked() {
-            wishes.commands.push(Command::New);
+fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let aids = studio.aids();
+    let mut is_on_screen = aids.width_px.is_some();
+    let label = ui.horizontal(|ui| {
+        let label = ui.label("width ([ and ])");
+        let toggle = ui.toggle_value(&mut is_on_screen, "px");
+        if toggle.on_hover_text("as wide on the screen, however near the model is (J)").clicked() {
+            Action::ToggleScreenWidth.perform(studio, wishes);
         }
-        if ui.button("Open…").clicked() {
-            wishes.ask = Some(Ask::Open);
-        }
+        label
     });
-    ui.horizontal(|ui| {
-        if ui.add_enabled(!is_replay, Button::new("Save as…")).clicked() {
-            wishes.ask = Some(Ask::SaveAs);
-        }
-        if ui.button("Export…").clicked() {
-            wishes.ask = Some(Ask::Export);
-        }
-    });
-    let is_changed = match studio.subject() {
-        Subject::Sketch(document) => document.journal().is_changed(),
-        Subject::Replay(_) => false,
+    // Metres of the slider's unit.
+    let (unit_m, suffix, most) = match aids.width_px {
+        Some(width_px) => (studio.brush().width_m / width_px, " px", 500.0),
+        None => (0.01, " cm", 200.0),
     };
-    let discard = ui.add_enabled(is_changed, Button::new("Discard…"));
-    let hint = "throw away everything drawn since the session was opened or saved under a name";
-    if discard.on_hover_text(hint).clicked() {
-        wishes.commands.push(Command::Discard);
+    let mut width = studio.brush().width_m / unit_m;
+    let slider = Slider::new(&mut width, 0.1..=most).logarithmic(true).suffix(suffix).max_decimals(1);
+    ui.spacing_mut().slider_width = 84.0;
+    if ui.add(slider).labelled_by(label.inner.id).changed() {
+        let (narrowest, widest) = Brush::WIDTHS_M;
+        wishes.commands.push(Command::Width((width * unit_m).clamp(narrowest, widest)));
     }
+    ui.horizontal(|ui| {
+        let toggles = [
+            (
+                aids.straight,
+                "Straight",
+                "straight lines; also while Shift is held (U)",
+                Action::ToggleStraight,
+            ),
+            (
+                aids.mirror_x.is_some(),
+                "Mirror",
+                "draw on both sides of a plane across the x axis (Y)",
+                Action::ToggleMirror,
+            ),
+        ];
+        for (mut is_on, name, hint, action) in toggles {
+            // The selection is mirrored by a button, too.
+            let toggle = ui.toggle_value(&mut is_on, name).on_hover_text(hint);
+            if toggle.clicked() {
+                action.perform(studio, wishes);
+            }
+        }
+        if let Some(mut x) = aids.mirror_x {
+            let at = DragValue::new(&mut x).speed(0.01).range(-1.0e4..=1.0e4).max_decimals(2).suffix(" m");
+            if ui.add(at).on_hover_text("where the mirror is on the x axis").changed() {
+                wishes.commands.push(Command::Aids(Aids { mirror_x: Some(x), ..aids }));
+            }
+        }
+    });
 }
 
 /// Where the session is saved, and whether all of it is.

@@ -8,6 +8,7 @@ pub(super) struct Wishes {
     pub(super) ask: Option<Ask>,
     pub(super) panel: bool,
     pub(super) help: bool,
+    pub(super) fullscreen: bool,
     /// Open the list of brushes, or close it.
     pub(super) brushes: bool,
     pub(super) follow_camera: Option<bool>,

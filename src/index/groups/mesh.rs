@@ -8,7 +8,7 @@ use crate::{
 const MOST_LISTED: usize = 512;
 
 /// Polygons by their boxes in a space of their own.
-pub(super) struct Mesh {
+pub(crate) struct Mesh {
     /// By id; [`Aabb::EMPTY`] where there is none.
     boxes: Vec<Aabb>,
     index: Box<dyn SpatialIndex>,
@@ -18,12 +18,12 @@ pub(super) struct Mesh {
     /// Polygons were taken out or moved since `bounds` was computed.
     is_loose: bool,
     /// The nodes that show it.
-    pub(super) shown_by: Vec<u32>,
-    pub(super) has_changed: bool,
+    pub(crate) shown_by: Vec<u32>,
+    pub(crate) has_changed: bool,
 }
 
 impl Mesh {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             boxes: Vec::new(),
             index: Box::new(BruteForce::new()),
@@ -35,15 +35,15 @@ impl Mesh {
         }
     }
 
-    pub(super) fn index(&self) -> &dyn SpatialIndex {
+    pub(crate) fn index(&self) -> &dyn SpatialIndex {
         &*self.index
     }
 
-    pub(super) fn bounds(&self) -> &Aabb {
+    pub(crate) fn bounds(&self) -> &Aabb {
         &self.bounds
     }
 
-    pub(super) fn set(&mut self, id: PolygonId, bounds: Option<&Aabb>) -> Result<(), IndexError> {
+    pub(crate) fn set(&mut self, id: PolygonId, bounds: Option<&Aabb>) -> Result<(), IndexError> {
         let is_there = self.boxes.get(id.index()).is_some_and(|filed| !filed.is_empty());
         match bounds {
             Some(bounds) if is_there => self.index.update(id, bounds)?,
@@ -63,7 +63,7 @@ impl Mesh {
     }
 
     /// Ends a batch of changes.
-    pub(super) fn commit(&mut self) {
+    pub(crate) fn commit(&mut self) {
         self.has_changed = false;
         if std::mem::take(&mut self.is_loose) {
             self.bounds = self.boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
@@ -81,7 +81,7 @@ impl Mesh {
         self.index.commit();
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.index.bytes() + self.boxes.capacity() * size_of::<Aabb>() + self.shown_by.capacity() * 4
     }
 }

@@ -21,6 +21,7 @@ mod node;
 mod query;
 mod transform;
 
+pub(crate) use mesh::Mesh;
 pub use node::{GroupError, GroupIndex, GroupWork};
 pub use query::{CullScratch, Found, Polygons};
 

@@ -33,6 +33,7 @@ impl Osp {
         if !run.is_exact() {
             self.ids.boxes_mut(run.store).set_wide(id.index() % 16, bounds);
         }
+        self.upkeep.boxes += 1;
         let loose = self.pages[page_number].loose & (1 << lane);
         self.pages.set_run(page_number, lane, run, &run_box.to_box());
         // A run that has only one polygon left still waits to be made one.
@@ -43,6 +44,7 @@ impl Osp {
             bucket.refresh();
             let widened = bucket.bounds.to_box();
             self.widen_above(head, &widened);
+            self.upkeep.boxes += 1;
         }
         // The boxes above may be too wide now.
         self.queue_page(page_number);

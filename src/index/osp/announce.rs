@@ -24,14 +24,14 @@ impl Osp {
             let mut places = [NONE; TOGETHER];
             let mut last = NONE;
             let apart = changes.iter().filter(|change| {
-                let block = id_of(**change).0 / 16;
-                std::mem::replace(&mut last, block) != block
+                let Some(id) = id_of(**change) else { return false };
+                std::mem::replace(&mut last, id.0 / 16) != id.0 / 16
             });
             if apart.count() < LEAST {
                 continue;
             }
-            for change in changes {
-                self.ids.prefetch(id_of(*change).0 / 16);
+            for id in changes.iter().filter_map(|change| id_of(*change)) {
+                self.ids.prefetch(id.0 / 16);
             }
             // What comes back belongs into a leaf that its box says.
             for (place, change) in places.iter_mut().zip(changes) {
@@ -46,13 +46,13 @@ impl Osp {
                             self.pages.prefetch(*place / 16, (*place % 16) as u8);
                         }
                     }
-                    Change::Repaint(_) => {}
+                    Change::Repaint(_) | Change::Place(_) => {}
                 }
             }
             for (place, change) in places.iter().zip(changes).filter(|(place, _)| **place != NONE) {
                 match *change {
                     Change::Insert(_) => self.ask_for_end_of(*place),
-                    Change::Repaint(_) => {}
+                    Change::Repaint(_) | Change::Place(_) => {}
                     Change::Remove(_) | Change::Update(_) => {
                         prefetch_lines::<3, _>(self.buckets.place(self.pages[*place / 16].bucket));
                     }
@@ -70,8 +70,9 @@ impl Osp {
     }
 }
 
-fn id_of(change: Change) -> PolygonId {
+fn id_of(change: Change) -> Option<PolygonId> {
     match change {
-        Change::Insert(id) | Change::Remove(id) | Change::Update(id) | Change::Repaint(id) => id,
+        Change::Insert(id) | Change::Remove(id) | Change::Update(id) | Change::Repaint(id) => Some(id),
+        Change::Place(_) => None,
     }
 }

@@ -5,11 +5,10 @@ use std::ops::Range;
 use super::{ids::IdMap, layout::Page};
 use crate::{
     index::{
-        DrawList,
         mask_writer::{MaskWriter, RunSink},
         simd::{IdWriter, Kernel, PageRuns},
     },
-    polygon::BLOCK,
+    polygon::{BLOCK, PolygonId},
 };
 
 /// Where the answer goes.
@@ -17,20 +16,33 @@ pub(super) trait Answer {
     /// What is known when it is complete.
     type Done;
 
+    /// Whether it is told what is hidden, and not what is seen.
+    const IS_HIDDEN: bool = false;
+
     /// Polygons `first + bit` of a mask.
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
 
     /// The first `runs` runs of a page.
-    fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32);
+    #[inline(always)]
+    fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
+        for (&first, &mask) in page.first.iter().zip(&page.masks).take(runs as usize) {
+            self.run(kernel, first, u32::from(mask));
+        }
+    }
 
     /// The first `count` runs of a page of single polygons.
     fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32);
 
     /// Some runs of a page.
-    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32);
-
-    /// All polygons that are in the index.
-    fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
+    #[inline(always)]
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
+        let mut left = lanes & 0xFFFF;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 15;
+            left &= left - 1;
+            self.run(kernel, page.first[lane], u32::from(page.masks[lane]));
+        }
+    }
 
     /// Entries so far.
     fn count(&self) -> usize;
@@ -39,12 +51,53 @@ pub(super) trait Answer {
     fn finish(self) -> Self::Done;
 }
 
+/// The polygons of an answer that were not found one by one.
+pub(super) trait Filling: Answer {
+    /// All polygons that are in the index.
+    fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
+}
+
 /// The answer as ids.
 pub(super) struct Ids<'a>(IdWriter<'a>);
 
+/// Blocks of an answer that are looked at together, at most [`IdWriter::BLOCKS`].
+const TOGETHER: usize = 8;
+
 impl<'a> Ids<'a> {
-    pub(super) fn new(draw_list: &'a mut DrawList) -> Self {
-        Self(IdWriter::new(draw_list.ids_mut()))
+    pub(super) fn new(ids: &'a mut Vec<PolygonId>) -> Self {
+        Self(IdWriter::new(ids))
+    }
+
+    /// The polygons of neighbouring blocks, `first` being the first block's first.
+    #[inline(always)]
+    pub(super) fn blocks<K: Kernel>(&mut self, kernel: K, first: u32, masks: &[u16]) {
+        // Plain loops: a closure would not be compiled for the kernel's instruction set.
+        let id_of = |block: usize| first.wrapping_add(block as u32 * 16);
+        let is_full = |masks: &[u16]| masks.iter().fold(u16::MAX, |all, &mask| all & mask) == u16::MAX;
+        let mut block = 0;
+        while block < masks.len() {
+            let start = block;
+            while block + TOGETHER <= masks.len() && is_full(&masks[block..block + TOGETHER]) {
+                block += TOGETHER;
+            }
+            if block > start {
+                self.0.push_span(kernel, id_of(start), (block - start) * 16);
+                continue;
+            }
+            // Which of these are full is not asked: nobody could foretell it.
+            let end = (block + TOGETHER).min(masks.len());
+            self.0.push_blocks(kernel, id_of(block), &masks[block..end]);
+            block = end;
+        }
+    }
+}
+
+impl Filling for Ids<'_> {
+    #[inline(always)]
+    fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap) {
+        for (first, masks) in ids.shelves() {
+            self.blocks(kernel, first, masks);
+        }
     }
 }
 
@@ -72,29 +125,6 @@ impl Answer for Ids<'_> {
     }
 
     #[inline(always)]
-    fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap) {
-        // Plain loops: a closure would not be compiled for the kernel's instruction set.
-        for (first, masks) in ids.shelves() {
-            let id_of = |block: usize| first.wrapping_add(block as u32 * 16);
-            let mut block = 0;
-            while block < masks.len() {
-                let start = block;
-                while block < masks.len() && masks[block] == u16::MAX {
-                    block += 1;
-                }
-                if block > start {
-                    self.0.push_span(kernel, id_of(start), (block - start) * 16);
-                } else {
-                    if masks[block] != 0 {
-                        self.0.push(kernel, id_of(block), u32::from(masks[block]));
-                    }
-                    block += 1;
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
     fn count(&self) -> usize {
         self.0.len()
     }
@@ -115,19 +145,27 @@ impl<'a> Blocks<'a> {
     }
 }
 
+impl Filling for Blocks<'_> {
+    #[inline(always)]
+    fn all<K: Kernel>(&mut self, _kernel: K, ids: &IdMap) {
+        for (first, filed) in ids.shelves() {
+            let block = first as usize / BLOCK;
+            // Polygons of the open block may be there already.
+            for (there, &mask) in self.0.masks()[block..block + filed.len()].iter_mut().zip(filed) {
+                *there |= mask;
+            }
+            let polygons = filed.iter().map(|mask| mask.count_ones() as usize).sum();
+            self.0.note(block..block + filed.len(), polygons);
+        }
+    }
+}
+
 impl Answer for Blocks<'_> {
     type Done = (Range<usize>, usize);
 
     #[inline(always)]
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
         self.0.push_run(kernel, first, mask);
-    }
-
-    #[inline(always)]
-    fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
-        for (&first, &mask) in page.first.iter().zip(&page.masks).take(runs as usize) {
-            self.0.push_run(kernel, first, u32::from(mask));
-        }
     }
 
     #[inline(always)]
@@ -145,29 +183,6 @@ impl Answer for Blocks<'_> {
     }
 
     #[inline(always)]
-    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
-        let mut left = lanes & 0xFFFF;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize & 15;
-            left &= left - 1;
-            self.0.push_run(kernel, page.first[lane], u32::from(page.masks[lane]));
-        }
-    }
-
-    #[inline(always)]
-    fn all<K: Kernel>(&mut self, _kernel: K, ids: &IdMap) {
-        for (first, filed) in ids.shelves() {
-            let block = first as usize / BLOCK;
-            // Polygons of the open block may be there already.
-            for (there, &mask) in self.0.masks()[block..block + filed.len()].iter_mut().zip(filed) {
-                *there |= mask;
-            }
-            let polygons = filed.iter().map(|mask| mask.count_ones() as usize).sum();
-            self.0.note(block..block + filed.len(), polygons);
-        }
-    }
-
-    #[inline(always)]
     fn count(&self) -> usize {
         self.0.found()
     }
@@ -175,6 +190,58 @@ impl Answer for Blocks<'_> {
     #[inline(always)]
     fn finish(self) -> Self::Done {
         self.0.finish()
+    }
+}
+
+/// The answer by what is not in it: all polygons in the tree are set, and those told are cleared.
+pub(super) struct Hidden<'a> {
+    /// From block `first` on.
+    masks: &'a mut [u16],
+    first: usize,
+    count: usize,
+}
+
+impl<'a> Hidden<'a> {
+    /// `masks` are those of the blocks from `first` on; of those that the id map does not know, nothing is written.
+    pub(super) fn new(masks: &'a mut [u16], first: usize, ids: &IdMap) -> Self {
+        for (id, filed) in ids.shelves() {
+            let block = id as usize / BLOCK - first;
+            masks[block..block + filed.len()].copy_from_slice(filed);
+        }
+        Self { masks, first, count: 0 }
+    }
+}
+
+impl Answer for Hidden<'_> {
+    /// How many are hidden.
+    type Done = usize;
+
+    const IS_HIDDEN: bool = true;
+
+    #[inline(always)]
+    fn run<K: Kernel>(&mut self, _kernel: K, first: u32, mask: u32) {
+        let (block, bit) = (first as usize / BLOCK, first % BLOCK as u32);
+        self.masks[block - self.first] &= !((mask << bit) as u16);
+        self.count += mask.count_ones() as usize;
+    }
+
+    #[inline(always)]
+    fn single<K: Kernel>(&mut self, _kernel: K, page: &Page, count: u32) {
+        let ids = &page.first[..(count as usize).min(BLOCK)];
+        for &id in ids {
+            self.masks[id as usize / BLOCK - self.first] &= !(1 << (id % BLOCK as u32));
+        }
+        self.count += ids.len();
+    }
+
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    #[inline(always)]
+    fn finish(self) -> usize {
+        self.count
     }
 }
 

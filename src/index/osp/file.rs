@@ -5,7 +5,7 @@ use super::{
     index::Osp,
     layout::{Bucket, Link, Node, OWN, Run, Target},
     pool::NONE,
-    tuning::{FLAT_LEVELS, LEAF_RUNS},
+    tuning::LEAF_RUNS,
 };
 use crate::{
     index::simd::{Halves, Wide, prefetch_lines},
@@ -69,7 +69,7 @@ impl Osp {
 
     /// Inserts a run at its place; returns that.
     fn file(&mut self, run: Run, bounds: Wide, way: Way) -> u32 {
-        let way = if !self.is_flat && self.grow_to(&way.key) { self.way(bounds) } else { way };
+        let way = if self.is_beside(&way.key) && self.grow_to(&way.key) { self.way(bounds) } else { way };
         let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
         let wider = !self.buckets[head].bounds.contains(bounds);
         let place = self.append(head, run, bounds, way.level);
@@ -107,6 +107,13 @@ impl Osp {
         self.new_bucket(way.node, slot, &way.key)
     }
 
+    /// Whether a key lies outside of the highest cell of a tree.
+    #[inline]
+    fn is_beside(&self, key: &Key) -> bool {
+        let top = &self.nodes[self.top];
+        !self.is_flat && !grid::same_cell(&top.key, key, top.shift)
+    }
+
     /// Adds levels on top until the highest cell holds the key; false if it did already. Cells keep their size.
     fn grow_to(&mut self, key: &Key) -> bool {
         let mut grown = false;
@@ -121,11 +128,13 @@ impl Osp {
             let top = self.nodes.take();
             let slot = grid::octant(&at, shift + 1);
             let node_box = self.node_box(old);
+            let nodes_below = 1 + self.nodes[old].nodes_below.iter().sum::<u32>();
             let node = &mut self.nodes[top];
             (node.shift, node.key, node.parent) = (shift + 1, at, NONE);
             // What was the top is noted in the preallocated levels already.
             node.children[slot] = Link::node(old);
             node.boxes.set(slot, &node_box);
+            node.nodes_below[slot] = nodes_below;
             (self.nodes[old].parent, self.nodes[old].slot) = (top, slot as u32);
             self.set_top(top);
         }
@@ -181,7 +190,7 @@ impl Osp {
         if let Some(morton) = grid::morton_in_root(key).filter(|_| level <= grid::ROOT_SHIFT) {
             // Nothing is noted above the top.
             let first = grid::ROOT_SHIFT.saturating_sub(self.nodes[at].shift);
-            for depth in first..=(grid::ROOT_SHIFT - level).min(FLAT_LEVELS) {
+            for depth in first..=(grid::ROOT_SHIFT - level).min(self.flat_levels) {
                 match Link::from_bits(self.flat[grid::flat_entry_at(morton, depth)]).target() {
                     Target::Node(node) => at = node,
                     Target::Leaf(head) => return (at, head),
@@ -210,7 +219,7 @@ impl Osp {
     /// Puts something at a slot of a node, and in the preallocated levels. `key` lies in the slot's cell.
     pub(super) fn set_child(&mut self, node: u32, slot: u32, link: Link, key: &Key) {
         self.nodes[node].children[slot as usize] = link;
-        if let Some(entry) = Grid::flat_entry(key, self.nodes[node].shift - 1) {
+        if let Some(entry) = Grid::flat_entry(self.flat_levels, key, self.nodes[node].shift - 1) {
             self.flat[entry] = link.to_bits();
         }
     }
@@ -219,7 +228,7 @@ impl Osp {
     pub(super) fn set_top(&mut self, top: u32) {
         self.top = top;
         let Node { key, shift, .. } = self.nodes[top];
-        if let Some(entry) = Grid::flat_entry(&key, shift) {
+        if let Some(entry) = Grid::flat_entry(self.flat_levels, &key, shift) {
             self.flat[entry] = Link::node(top).to_bits();
         }
     }
@@ -227,19 +236,25 @@ impl Osp {
     /// Puts a run into the first bucket of a chain and returns its place. Boxes above the bucket are left to the
     /// caller.
     pub(super) fn append(&mut self, head: u32, run: Run, bounds: Wide, level: u32) -> u32 {
-        let last = self.buckets[head].last;
-        let page_number = if last != NONE && self.pages[last].runs < 16 { last } else { self.new_page(head) };
-        let lane = self.pages.push_run(page_number, run, &bounds.to_box());
-        let bucket = &mut self.buckets[head];
-        bucket.note_runs(&self.pages[page_number]);
+        let mut bucket = &mut self.buckets[head];
+        if bucket.last == NONE || bucket.counts[bucket.last_at()] >= 16 {
+            self.new_page(head);
+            bucket = &mut self.buckets[head];
+        }
+        let (page_number, at) = (bucket.last, bucket.last_at());
+        bucket.counts[at] += 1;
+        // What is kept twice is known here, without the page.
+        let is_single = run.is_exact() && (bucket.counts[at] == 1 || bucket.single >> at & 1 == 1);
+        bucket.single = bucket.single & !(1 << at) | u16::from(is_single) << at;
         bucket.runs += 1;
         bucket.movable += u32::from(level < bucket.shift);
         bucket.polygons += run.mask.count_ones();
         if !bucket.last_bounds.contains(bounds) {
             bucket.last_bounds = bucket.last_bounds.union(bounds);
             bucket.bounds = bucket.bounds.union(bounds);
-            bucket.boxes.set_wide(bucket.page_count as usize - 1, bucket.last_bounds);
+            bucket.boxes.set_wide(at, bucket.last_bounds);
         }
+        let lane = self.pages.push_run(page_number, run, &bounds.to_box());
         let place = page_number * 16 + lane as u32;
         self.note_place(run, place);
         place
@@ -277,6 +292,8 @@ impl Osp {
         (page.bucket, page.at) = (head, bucket.page_count as u8);
         (bucket.last, bucket.last_bounds) = (page_number, Wide::EMPTY);
         bucket.pages[bucket.page_count as usize] = page_number;
+        // A page that was there before has left its number.
+        bucket.counts[bucket.page_count as usize] = 0;
         bucket.page_count += 1;
         page_number
     }
@@ -321,8 +338,20 @@ impl Osp {
         let node = &mut self.nodes[number];
         (node.shift, node.key, node.parent, node.slot) = (shift, cell, parent, slot);
         self.set_child(parent, slot, Link::node(number), &cell);
+        self.count_node(parent, slot, 1);
         self.shape += 1;
         number
+    }
+
+    /// Notes that so many nodes have come below a slot, or have gone.
+    pub(super) fn count_node(&mut self, node: u32, slot: u32, change: i32) {
+        let (mut at, mut slot) = (node, slot);
+        while at != NONE {
+            let node = &mut self.nodes[at];
+            let count = &mut node.nodes_below[slot as usize];
+            *count = count.wrapping_add_signed(change);
+            (at, slot) = (node.parent, node.slot);
+        }
     }
 
     fn adopt(&mut self, head: u32) {
@@ -346,16 +375,22 @@ impl Osp {
         let mut at = head;
         while at != NONE {
             let Bucket { pages, page_count, next, .. } = self.buckets[at];
-            for &number in &pages[..page_count as usize] {
-                let page = &self.pages[number];
-                let runs = usize::from(page.runs);
-                // Where the moved polygons' places are noted is known now, and needed a little later.
-                for &first in &page.first[..runs] {
-                    self.ids.prefetch(first / 16);
+            let pages = &pages[..page_count as usize];
+            // What is read, and where the moved polygons' places are noted, is asked for some pages ahead.
+            for &number in &pages[..pages.len().min(2)] {
+                self.pages.prefetch_all(number);
+            }
+            for (i, &number) in pages.iter().enumerate() {
+                if let Some(&later) = pages.get(i + 2) {
+                    self.pages.prefetch_all(later);
                 }
-                for &first in &page.first[..runs] {
-                    self.ids.prefetch_detail(first / 16);
+                if i == 0 {
+                    self.ask_for_places(number);
                 }
+                if let Some(&next) = pages.get(i + 1) {
+                    self.ask_for_places(next);
+                }
+                let runs = usize::from(self.pages[number].runs);
                 for lane in 0..runs {
                     let (run, bounds) = self.pages.run(number, lane);
                     let loose = self.pages[number].loose >> lane & 1 == 1;
@@ -365,6 +400,14 @@ impl Osp {
             }
             self.buckets.give(at);
             at = next;
+        }
+    }
+
+    /// Asks for where the places of a page's polygons are noted.
+    fn ask_for_places(&self, number: u32) {
+        let page = &self.pages[number];
+        for &first in &page.first[..usize::from(page.runs)] {
+            self.ids.prefetch_detail(first / 16);
         }
     }
 

@@ -26,8 +26,10 @@ pub(super) const TOP_SHIFT: u32 = 58;
 /// one side, every other on the other side.
 const BIAS: u64 = 0x15_5555_5555;
 
-/// Entries of the preallocated levels.
-pub(super) const FLAT_ENTRIES: usize = ((1 << (3 * (FLAT_LEVELS + 1))) - 1) / 7;
+/// Entries of so many preallocated levels.
+pub(super) const fn flat_entries(levels: u32) -> usize {
+    ((1 << (3 * (levels + 1))) - 1) / 7
+}
 
 impl Grid {
     pub(super) fn new(root: &Aabb) -> Self {
@@ -76,10 +78,10 @@ impl Grid {
         exponent.clamp(0, TOP_SHIFT as i32) as u32
     }
 
-    /// The entry of a preallocated cell, if it is one.
+    /// The entry of a cell in so many preallocated levels, if it is one of theirs.
     #[inline]
-    pub(super) fn flat_entry(key: &Key, shift: u32) -> Option<usize> {
-        if !(ROOT_SHIFT - FLAT_LEVELS..=ROOT_SHIFT).contains(&shift) {
+    pub(super) fn flat_entry(levels: u32, key: &Key, shift: u32) -> Option<usize> {
+        if !(ROOT_SHIFT - levels..=ROOT_SHIFT).contains(&shift) {
             return None;
         }
         Some(flat_entry_at(morton_in_root(key)?, ROOT_SHIFT - shift))

@@ -25,6 +25,15 @@ pub(super) struct IdMap {
 const IDS_A_SHELF: usize = 4096;
 const BLOCKS: usize = IDS_A_SHELF / 16;
 
+/// Blocks after which it is known what kind of polygons come.
+const SURE_BLOCKS: usize = 256;
+
+/// If fewer than one in so many blocks has runs of several, the polygons come from everywhere.
+const SCATTERED: usize = 4;
+
+/// Chunks that a commit gives back at most.
+const CHUNKS_BACK: usize = 2;
+
 /// Marks a place that is the number of a [`Detail`].
 const DETAILED: u32 = 1 << 31;
 
@@ -328,6 +337,15 @@ impl IdMap {
         let shelves = polygons.div_ceil(IDS_A_SHELF);
         if self.directory.capacity() - self.directory.len() < shelves {
             self.directory.reserve(self.directory.len().max(1024));
+        }
+    }
+
+    /// Gives a part of the room for exact boxes back if the polygons come from everywhere: runs of one need none, and
+    /// pages need the memory. Room for `polygons` more is kept.
+    pub(super) fn give_room_back(&mut self, polygons: usize) {
+        let (stores, blocks) = (self.stores.live() as usize, self.blocks);
+        if blocks >= SURE_BLOCKS && stores < blocks / SCATTERED {
+            self.stores.give_room_back(2 * stores + polygons / 16, CHUNKS_BACK);
         }
     }
 

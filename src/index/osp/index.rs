@@ -1,18 +1,20 @@
 use glam::Vec3;
 
 use super::{
-    grid::{FLAT_ENTRIES, Grid, ROOT_SHIFT},
+    file::TakenRun,
+    grid::{self, Grid, ROOT_SHIFT},
     ids::IdMap,
     layout::{Bucket, Node, OWN},
     linear::{Inserted, Linear},
     open::{Gathered, OpenBlock},
+    order::MOST,
     pages::Pages,
     pool::{NONE, Pool},
-    tuning::{LINEAR_BLOCKS, UPKEEP_PER_COMMIT},
+    tuning::{self, LINEAR_BLOCKS, UPKEEP_PER_COMMIT},
 };
 use crate::{
     index::{
-        DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Visitor, WorkCounts,
+        DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Upkeep, Visitor, WorkCounts,
         admission::admit_id,
         probe::{Nearest, nearest_by},
         simd::{Backend, Wide},
@@ -34,6 +36,7 @@ pub struct Osp {
     pub(super) grid: Grid,
     /// The preallocated levels: what hangs at each cell, 0 where nothing does.
     pub(super) flat: Vec<u32>,
+    pub(super) flat_levels: u32,
     pub(super) nodes: Pool<Node>,
     pub(super) buckets: Pool<Bucket>,
     pub(super) pages: Pages,
@@ -48,13 +51,21 @@ pub struct Osp {
     pub(super) shape: u32,
     /// What an open block is divided into; kept for its memory.
     gathered: Option<Box<Gathered>>,
+    /// The runs of a leaf that is split; kept for its memory.
+    pub(super) taken: Vec<TakenRun>,
     /// First page that waits for upkeep.
     pub(super) queue: u32,
+    /// Preallocated cells that were not looked at for leaves to pack since something came or went.
+    pub(super) unpacked_cells: usize,
+    /// Whether nothing has come or gone since the last commit.
+    is_quiet: bool,
     /// Blocks closed since the room was looked at.
     pub(super) changes: u32,
     /// Polygons taken out since the last commit.
     pub(super) removals: u32,
     pub(super) len: usize,
+    /// What following the changes took; see [`SpatialIndex::upkeep`].
+    pub(super) upkeep: Upkeep,
 }
 
 impl Osp {
@@ -75,7 +86,8 @@ impl Osp {
             is_linear: true,
             linear_blocks: LINEAR_BLOCKS,
             grid: Grid::new(&config.root),
-            flat: vec![0; FLAT_ENTRIES],
+            flat: vec![0; grid::flat_entries(tuning::flat_levels(config.capacity))],
+            flat_levels: tuning::flat_levels(config.capacity),
             nodes: Pool::with_room_for(runs / 64 + NODES_AHEAD),
             buckets: Pool::with_room_for(runs / 32 + NODES_AHEAD),
             pages: Pages::with_room_for(runs / 6 + AHEAD / 16),
@@ -85,10 +97,14 @@ impl Osp {
             is_flat: true,
             shape: 0,
             gathered: Some(Box::default()),
+            taken: Vec::with_capacity(MOST),
             queue: NONE,
+            unpacked_cells: 0,
+            is_quiet: true,
             changes: CHANGES_BETWEEN,
             removals: 0,
             len: 0,
+            upkeep: Upkeep::default(),
         };
         // Zeros that nobody has written are not in memory yet; see `Pool::with_room_for`.
         std::hint::black_box(&mut osp.flat).fill(0);
@@ -106,6 +122,11 @@ impl Osp {
             self.make_tree();
         }
         self
+    }
+
+    /// Polygons that are not in the open block.
+    pub(super) fn in_tree(&self) -> usize {
+        self.len - self.open.lanes().count_ones() as usize
     }
 
     /// Sets the root cube's node up.
@@ -145,6 +166,7 @@ impl Osp {
     /// Inserts the open block's runs in the tree and opens another.
     #[inline(never)]
     fn open_block(&mut self, block: u32) {
+        self.is_quiet = false;
         self.changes += 1;
         self.close_block();
         self.open.begin(block, self.ids.filed(block));
@@ -170,6 +192,7 @@ impl Osp {
         let (block, lane) = (id.0 / 16, id.index() % 16);
         self.len -= 1;
         self.removals += 1;
+        self.is_quiet = false;
         if self.open.is(block) {
             if self.open.lanes() >> lane & 1 == 1 {
                 self.open.remove(lane);
@@ -251,12 +274,15 @@ impl SpatialIndex for Osp {
         }
         if self.is_linear {
             self.linear.update(id.0, wide);
+            self.upkeep.adjusted += 1;
             return Ok(());
         }
         let is_open = self.open.is(id.0 / 16) && self.open.lanes() >> (id.0 % 16) & 1 == 1;
         if !is_open && self.adjust(id, wide) {
+            self.upkeep.adjusted += 1;
             return Ok(());
         }
+        self.upkeep.filed += 1;
         self.take_out(id);
         self.insert(id, bounds)
     }
@@ -268,6 +294,11 @@ impl SpatialIndex for Osp {
         }
         if self.queue != NONE {
             self.keep_up(UPKEEP_PER_COMMIT + self.removals);
+        }
+        if !self.is_quiet {
+            (self.is_quiet, self.unpacked_cells) = (true, self.flat.len());
+        } else if self.unpacked_cells > 0 && self.queue == NONE && self.removals == 0 {
+            self.pack_some();
         }
         self.removals = 0;
         if self.changes >= CHANGES_BETWEEN {
@@ -285,6 +316,10 @@ impl SpatialIndex for Osp {
 
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
         self.cull_blocks(frustum, visible)
+    }
+
+    fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
+        self.cull_views(frusta, visible)
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
@@ -315,6 +350,10 @@ impl SpatialIndex for Osp {
         out: &mut Vec<(PolygonId, f32)>,
     ) -> WorkCounts {
         nearest_by(point, count, self.len(), distance_m, out, |nearest| self.ask_around(nearest))
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.upkeep)
     }
 
     fn validate(&self) -> Result<(), String> {
@@ -360,7 +399,7 @@ impl Osp {
         self.pages.clear();
         self.ids.clear();
         self.open.close();
-        (self.queue, self.removals) = (NONE, 0);
+        (self.queue, self.removals, self.unpacked_cells) = (NONE, 0, 0);
         self.shape += 1;
         self.init_root();
     }
@@ -368,6 +407,7 @@ impl Osp {
     /// Reserves memory for the next frame.
     fn make_room(&mut self) {
         self.ids.make_room(AHEAD);
+        self.ids.give_room_back(AHEAD);
         self.pages.make_room(AHEAD / 16);
         self.buckets.make_room(NODES_AHEAD);
         self.nodes.make_room(NODES_AHEAD);

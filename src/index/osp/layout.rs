@@ -121,7 +121,9 @@ pub(super) struct Bucket {
     /// Per page its runs, once more.
     pub(super) counts: [u8; 16],
     /// The pages whose runs are all of one polygon.
-    pub(super) single: u32,
+    pub(super) single: u16,
+    /// First of the chain only: runs when they were last put in the order of space.
+    pub(super) packed: u16,
     pub(super) pages: [u32; 16],
     pub(super) boxes: Halves,
 }
@@ -146,6 +148,7 @@ impl Pooled for Bucket {
         movable: 0,
         counts: [0; 16],
         single: 0,
+        packed: 0,
         pages: [NONE; 16],
         boxes: Halves::EMPTY,
     };
@@ -171,7 +174,13 @@ impl Bucket {
         let at = usize::from(page.at) % 16;
         self.counts[at] = page.runs;
         let single = u32::from(page.exact) & page.used() == page.used();
-        self.single = self.single & !(1 << at) | u32::from(single) << at;
+        self.single = self.single & !(1 << at) | u16::from(single) << at;
+    }
+
+    /// The place of the last page.
+    #[inline]
+    pub(super) fn last_at(&self) -> usize {
+        (self.page_count as usize).wrapping_sub(1) % 16
     }
 
     /// Recomputes what is kept twice, after pages have changed.
@@ -198,6 +207,8 @@ pub(super) struct Node {
     pub(super) shift: u32,
     /// Any place in its cell.
     pub(super) key: Key,
+    /// Per child the nodes there and below: how much is about where.
+    pub(super) nodes_below: [u32; 8],
 }
 
 impl Pooled for Node {
@@ -209,6 +220,7 @@ impl Pooled for Node {
         slot: 0,
         shift: 0,
         key: [0; 3],
+        nodes_below: [0; 8],
     };
 
     fn next_free(&self) -> u32 {
@@ -221,6 +233,24 @@ impl Pooled for Node {
 }
 
 impl Node {
+    /// How much is below: nodes and leaves.
+    pub(super) fn weight(&self) -> u32 {
+        self.nodes_below.iter().sum::<u32>() + self.used().count_ones()
+    }
+
+    /// The node below, if nothing else is.
+    #[inline]
+    pub(super) fn only_node(&self) -> Option<u32> {
+        let used = self.used();
+        if self.own != NONE || !used.is_power_of_two() {
+            return None;
+        }
+        match self.children[used.trailing_zeros() as usize].target() {
+            Target::Node(node) => Some(node),
+            _ => None,
+        }
+    }
+
     /// Mask of the slots where something hangs.
     #[inline]
     pub(super) fn used(&self) -> u32 {

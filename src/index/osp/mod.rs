@@ -19,6 +19,8 @@
 //! * Boxes are tested eight or sixteen at a time (children of a node, pages of a leaf, runs of a page, polygons of a
 //!   run), each kind in rows that a wide register reads. Planes that a box has passed are not tested below it.
 //! * If everything is inside the frustum, the ids are copied from the id map, and the tree is not read.
+//! * If most is, the walk looks for what is hidden and takes it out of all ids: of what is seen, nothing is read (`plan.rs`).
+//! * Leaves of polygons that arrive in no order are packed in the order of space, two in a frame without changes (`order.rs`).
 //! * As long as there are few polygons, there is no tree: their boxes are a plain list in blocks of sixteen ids
 //!   (`linear.rs`). They move to the tree all at once, which takes some microseconds, and back when most of them are erased.
 //! * Erasing is not in the paper. Here it clears a bit; boxes are made to fit again, and pages, leaves and nodes joined,
@@ -44,8 +46,12 @@ mod ids;
 mod index;
 mod layout;
 mod linear;
+mod many_views;
 mod open;
+mod order;
 mod pages;
+mod pair_sets;
+mod plan;
 mod pool;
 mod query;
 mod ray;

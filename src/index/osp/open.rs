@@ -141,15 +141,16 @@ impl OpenBlock {
                     to.add(self.block, run.mask, run.bounds);
                 }
                 breaks += 1;
+                // Few runs: strokes that follow each other. Many: perhaps strokes that take turns.
+                if breaks > OFFERS {
+                    self.gather_in_turns(to);
+                    return;
+                }
                 run = OpenRun { mask: 1 << lane, bounds, length_m: bounds.length() };
             }
         }
         if run.mask != 0 {
             to.add(self.block, run.mask, run.bounds);
-        }
-        // Few runs: strokes that follow each other. Many: perhaps strokes that take turns.
-        if breaks > OFFERS {
-            self.gather_in_turns(to);
         }
     }
 

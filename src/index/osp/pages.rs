@@ -82,12 +82,22 @@ impl Pages {
         page.loose &= !(1 << lane);
     }
 
-    /// Appends a run to a page that is not full; returns its lane.
+    /// Appends a run, which counts as tight, to a page that is not full; returns its lane.
     #[inline]
     pub(super) fn push_run(&mut self, number: u32, run: Run, bounds: &Aabb) -> usize {
-        let lane = usize::from(self.heads[number].runs) % 16;
-        self.heads[number].runs += 1;
-        self.set_run(number, lane, run, bounds);
+        let (page, boxes) = (&mut self.heads[number], &mut self.boxes[number]);
+        let lane = usize::from(page.runs) % 16;
+        page.runs += 1;
+        page.first[lane] = run.first;
+        page.masks[lane] = run.mask;
+        // Nothing is marked at a lane that is not in use.
+        if run.is_exact() {
+            page.exact |= 1 << lane;
+        } else {
+            boxes.store[lane] = run.store;
+            page.note_gaps(lane);
+        }
+        boxes.boxes.set(lane, bounds);
         lane
     }
 
@@ -115,6 +125,13 @@ impl Pages {
     pub(super) unsafe fn known_boxes(&self, number: u32) -> &PageBoxes {
         // SAFETY: the pools go together, so the same entries are in use.
         unsafe { self.boxes.known(number) }
+    }
+
+    /// Asks for all of a page.
+    #[inline]
+    pub(super) fn prefetch_all(&self, number: u32) {
+        prefetch_lines::<2, _>(self.heads.place(number));
+        prefetch_lines::<7, _>(self.boxes.place(number));
     }
 
     /// Asks for what [`Pages::push_run`] will touch at a lane, for a run of one polygon.

@@ -19,7 +19,7 @@ pub(super) trait Pooled: Copy {
 pub(super) const NONE: u32 = u32::MAX;
 
 /// Chunks that a pool grows by at most beyond what it needs. More: rarer growth, longer pauses.
-const MOST_CHUNKS: usize = 32;
+const MOST_CHUNKS: usize = 8;
 
 /// Chunks whose memory is had from the start, if there is room for as many: those of a model of a million polygons.
 const TOUCHED_CHUNKS: usize = 256;
@@ -62,6 +62,15 @@ impl<T: Pooled> Pool<T> {
         if needed > self.chunks.len() {
             self.reserve_chunks(needed + (needed / 8).min(MOST_CHUNKS));
         }
+    }
+
+    /// Gives room back that was never used, as long as there is room for so many entries beyond those in use; no more than
+    /// some chunks at once.
+    pub(super) fn give_room_back(&mut self, more: usize, most_chunks: usize) {
+        let needed = (self.live as usize + more).div_ceil(Self::CHUNK);
+        let used = (self.len as usize).div_ceil(Self::CHUNK);
+        let least = self.chunks.len().saturating_sub(most_chunks);
+        self.chunks.truncate(needed.max(used).max(least));
     }
 
     fn reserve_chunks(&mut self, chunks: usize) {

@@ -12,55 +12,23 @@
 use std::mem::MaybeUninit;
 
 use super::{
-    answer::{Answer, Blocks, Ids},
+    answer::Answer,
     index::Osp,
     layout::{Bucket, Node, Page, PageBoxes, Target},
-    linear::Pass,
     pool::NONE,
 };
-use crate::{
-    index::{
-        DrawList, WorkCounts,
-        simd::{Boxes, Kernel, PlaneSet, WithKernel, prefetch_lines},
-    },
-    math::Frustum,
-    polygon::{BLOCK, VisibleBlocks},
+use crate::index::{
+    WorkCounts,
+    simd::{Boxes, Kernel, PlaneSet, Sides, WithKernel, prefetch_lines},
 };
 
-impl Osp {
-    pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        self.answer(frustum, Ids::new(draw_list)).0
-    }
-
-    fn answer<A: Answer>(&self, frustum: &Frustum, answer: A) -> (WorkCounts, A::Done) {
-        if self.is_linear {
-            self.backend.run(Pass { linear: &self.linear, frustum, answer })
-        } else {
-            self.backend.run(Cull { osp: self, planes: &PlaneSet::new(frustum), answer })
-        }
-    }
-
-    /// The numbers of all polygons lie below, those of the open block, too.
-    fn ids_end(&self) -> usize {
-        if self.is_linear {
-            return self.linear.ids_end();
-        }
-        let open = if self.open.lanes() == 0 { 0 } else { (self.open.block() as usize + 1) * BLOCK };
-        self.ids.ids_end().max(open)
-    }
-
-    pub(super) fn cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
-        let answer = Blocks::new(visible.masks_for(self.ids_end()));
-        let (work, (blocks, found)) = self.answer(frustum, answer);
-        visible.note_filled(blocks, found);
-        work
-    }
-}
-
-struct Cull<'a, A> {
-    osp: &'a Osp,
-    planes: &'a PlaneSet,
-    answer: A,
+/// A walk that finds what is seen or, if the answer [is told that](Answer::IS_HIDDEN), what is hidden.
+pub(super) struct Cull<'a, A> {
+    pub(super) osp: &'a Osp,
+    /// The node that everything is below.
+    pub(super) top: u32,
+    pub(super) planes: &'a PlaneSet,
+    pub(super) answer: A,
 }
 
 impl<A: Answer> WithKernel for Cull<'_, A> {
@@ -82,17 +50,47 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
             full: 0,
         };
         let before = walk.answer.count();
-        walk.all();
+        walk.all(self.top);
         let mut work = walk.work;
         work.reported = (walk.answer.count() - before) as u64;
+        if A::IS_HIDDEN {
+            work.reported = self.osp.in_tree() as u64 - work.reported;
+        }
         work.taken_whole = work.reported.saturating_sub(walk.tested);
         (work, walk.answer.finish())
     }
 }
 
+/// What numbers stand for, without a check: only for numbers that were found in the tree.
+impl Osp {
+    #[inline(always)]
+    pub(super) fn known_bucket(&self, number: u32) -> &Bucket {
+        // SAFETY: every number that hangs in the tree is of a bucket in use; `validate` checks it.
+        unsafe { self.buckets.known(number) }
+    }
+
+    #[inline(always)]
+    pub(super) fn known_page(&self, number: u32) -> &Page {
+        // SAFETY: as for buckets.
+        unsafe { self.pages.known(number) }
+    }
+
+    #[inline(always)]
+    pub(super) fn known_page_boxes(&self, number: u32) -> &PageBoxes {
+        // SAFETY: as for buckets.
+        unsafe { self.pages.known_boxes(number) }
+    }
+
+    #[inline(always)]
+    pub(super) fn known_node(&self, number: u32) -> &Node {
+        // SAFETY: as for buckets.
+        unsafe { self.nodes.known(number) }
+    }
+}
+
 /// A queue of fixed length. What is not in it has never been written: filling the queues would cost a small query more than
 /// all its tests.
-struct Waiting<T, const N: usize> {
+pub(super) struct Waiting<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     pushed: usize,
     popped: usize,
@@ -100,18 +98,18 @@ struct Waiting<T, const N: usize> {
 
 impl<T: Copy, const N: usize> Waiting<T, N> {
     #[inline(always)]
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { entries: [const { MaybeUninit::uninit() }; N], pushed: 0, popped: 0 }
     }
 
     #[inline(always)]
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.pushed - self.popped
     }
 
     /// Appends an entry to a queue that is not full.
     #[inline(always)]
-    fn push(&mut self, entry: T) {
+    pub(super) fn push(&mut self, entry: T) {
         debug_assert!(self.len() < N, "the queue is full");
         self.entries[self.pushed % N] = MaybeUninit::new(entry);
         self.pushed += 1;
@@ -119,7 +117,7 @@ impl<T: Copy, const N: usize> Waiting<T, N> {
 
     /// The first entry of a queue that is not empty.
     #[inline(always)]
-    fn pop(&mut self) -> T {
+    pub(super) fn pop(&mut self) -> T {
         assert!(self.popped < self.pushed, "the queue is empty");
         // SAFETY: places from `popped` to `pushed` have been written; a place is overwritten by entries only.
         let entry = unsafe { self.entries[self.popped % N].assume_init() };
@@ -129,33 +127,43 @@ impl<T: Copy, const N: usize> Waiting<T, N> {
 }
 
 /// A list of fixed length; as [`Waiting`].
-struct List<T, const N: usize> {
+pub(super) struct List<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     len: usize,
 }
 
 impl<T: Copy, const N: usize> List<T, N> {
     #[inline(always)]
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { entries: [const { MaybeUninit::uninit() }; N], len: 0 }
     }
 
     /// Appends an entry to a list that is not full.
     #[inline(always)]
-    fn push(&mut self, entry: T) {
+    pub(super) fn push(&mut self, entry: T) {
         self.entries[self.len] = MaybeUninit::new(entry);
         self.len += 1;
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<T> {
+    pub(super) fn pop(&mut self) -> Option<T> {
         self.len = self.len.checked_sub(1)?;
         // SAFETY: the places below the length have been written.
         Some(unsafe { self.entries[self.len].assume_init() })
     }
 
     #[inline(always)]
-    fn as_slice(&self) -> &[T] {
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    #[inline(always)]
+    pub(super) fn as_slice(&self) -> &[T] {
         // SAFETY: as above.
         unsafe { std::slice::from_raw_parts(self.entries.as_ptr().cast(), self.len) }
     }
@@ -163,9 +171,9 @@ impl<T: Copy, const N: usize> List<T, N> {
 
 /// A node, bucket or page by its number, and the planes that cut it.
 #[derive(Clone, Copy)]
-struct Below {
-    number: u32,
-    planes: u8,
+pub(super) struct Below {
+    pub(super) number: u32,
+    pub(super) planes: u8,
 }
 
 /// A page inside every plane.
@@ -186,21 +194,21 @@ struct CutRun<'a> {
 }
 
 /// The list of runs that several planes cut.
-const SEVERAL: usize = 6;
+pub(super) const SEVERAL: usize = 6;
 
 /// A list is worked off when it is this long; a page adds sixteen at most.
-const LIST: usize = 16;
+pub(super) const LIST: usize = 16;
 
 /// How many wait while more can be found. The next step adds nine buckets or sixteen pages at most, which still fit
 /// into a queue of 32.
-const BUCKETS_WAIT: usize = 8;
-const PAGES_WAIT: usize = 12;
+pub(super) const BUCKETS_WAIT: usize = 8;
+pub(super) const PAGES_WAIT: usize = 12;
 
 /// Whole pages that wait; a bucket adds sixteen at most, which still fit into a queue of 32.
-const WHOLE_WAIT: usize = 14;
+pub(super) const WHOLE_WAIT: usize = 14;
 
 /// Nodes that wait at most: seven at each level, and the chain of levels on top.
-const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
+pub(super) const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
 
 struct Walk<'a, K, A> {
     osp: &'a Osp,
@@ -220,45 +228,20 @@ struct Walk<'a, K, A> {
 }
 
 impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
-    #[inline(always)]
-    fn bucket(&self, number: u32) -> &'a Bucket {
-        // SAFETY: every number that hangs in the tree is of a bucket in use; `validate` checks it.
-        unsafe { self.osp.buckets.known(number) }
-    }
-
-    #[inline(always)]
-    fn page(&self, number: u32) -> &'a Page {
-        // SAFETY: as for buckets.
-        unsafe { self.osp.pages.known(number) }
-    }
-
-    #[inline(always)]
-    fn page_boxes(&self, number: u32) -> &'a PageBoxes {
-        // SAFETY: as for buckets.
-        unsafe { self.osp.pages.known_boxes(number) }
-    }
-
-    #[inline(always)]
-    fn node_of(&self, number: u32) -> &'a Node {
-        // SAFETY: as for buckets.
-        unsafe { self.osp.nodes.known(number) }
-    }
-
     /// Works off what lies lowest first, as long as more waits there than is worth waiting for; each kind of work has
     /// one place in this loop, so that all of it is compiled in line.
     #[inline(always)]
-    fn all(&mut self) {
-        self.open_block();
+    fn all(&mut self, top: u32) {
+        if !A::IS_HIDDEN {
+            self.open_block();
+        }
         let mut nodes = List::new();
-        let top = Below { number: self.osp.top, planes: PlaneSet::ALL };
-        let node = self.node_of(top.number);
-        if self.osp.ids.entries() <= self.osp.len && self.holds_all(node) {
-            // The order of ids is the order of memory, and nothing of the tree has to be read.
-            self.answer.all(self.kernel, &self.osp.ids);
-        } else if !self.osp.is_flat {
+        let top = Below { number: top, planes: PlaneSet::ALL };
+        let own = self.osp.known_node(top.number).own;
+        if !self.osp.is_flat {
             nodes.push(top);
-        } else if node.own != NONE {
-            self.wait_for_bucket(Below { number: node.own, ..top });
+        } else if own != NONE {
+            self.wait_for_bucket(Below { number: own, ..top });
         }
         let (mut buckets_wait, mut pages_wait) = (BUCKETS_WAIT, PAGES_WAIT);
         loop {
@@ -293,20 +276,20 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn node(&mut self, Below { number, planes: mask }: Below, nodes: &mut List<Below, STACK>) {
-        let node = self.node_of(number);
+        let node = self.osp.known_node(number);
         self.work.nodes += 1;
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
         count(&mut self.work, 8, mask);
-        let mut seen = !sides.behind & 0xFF;
-        while seen != 0 {
-            let child = seen.trailing_zeros() as usize;
-            seen &= seen - 1;
-            let planes = sides.planes_at(mask, child);
+        let mut wanted = A::wanted(mask, sides.behind, sides.cut) & 0xFF;
+        while wanted != 0 {
+            let child = wanted.trailing_zeros() as usize;
+            wanted &= wanted - 1;
+            let planes = A::planes_of(&sides, mask, child);
             match node.children[child].target() {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes }),
                 Target::Node(number) => {
-                    prefetch_lines::<4, _>(self.node_of(number));
+                    prefetch_lines::<4, _>(self.osp.known_node(number));
                     nodes.push(Below { number, planes });
                 }
             }
@@ -314,33 +297,6 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         if node.own != NONE {
             self.wait_for_bucket(Below { number: node.own, planes: mask });
         }
-    }
-
-    /// Whether all that is in the tree lies inside every plane; looks no further than to the first plane that says no.
-    #[inline(always)]
-    fn holds_all(&mut self, top: &Node) -> bool {
-        self.work.nodes += 1;
-        let used = top.used();
-        if used != 0 {
-            count(&mut self.work, 8, PlaneSet::ALL);
-            if !self.planes.hold(self.kernel, &top.boxes, used) {
-                return false;
-            }
-        }
-        let mut at = top.own;
-        while at != NONE {
-            let bucket = self.bucket(at);
-            count(&mut self.work, bucket.page_count, PlaneSet::ALL);
-            let [low, high] = &bucket.boxes.0;
-            let used = bucket.used();
-            if !(self.planes.hold(self.kernel, low, used & 0xFF)
-                && self.planes.hold(self.kernel, high, used >> 8))
-            {
-                return false;
-            }
-            at = bucket.next;
-        }
-        true
     }
 
     #[inline(always)]
@@ -356,10 +312,10 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_bucket(&mut self, below: Below) {
-        let bucket: *const Bucket = self.bucket(below.number);
+        let bucket: *const Bucket = self.osp.known_bucket(below.number);
         prefetch_lines::<3, _>(bucket);
         if below.planes != 0 {
-            prefetch_lines::<6, _>(bucket.cast::<[u8; 192]>().wrapping_add(1));
+            prefetch_lines::<6, _>(&raw const self.osp.known_bucket(below.number).boxes);
         }
         self.buckets.push(below);
     }
@@ -367,7 +323,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_bucket(&mut self) {
         let Below { number, planes } = self.buckets.pop();
-        let bucket = self.bucket(number);
+        let bucket = self.osp.known_bucket(number);
         self.work.nodes += 1;
         if bucket.next != NONE {
             self.wait_for_bucket(Below { number: bucket.next, planes });
@@ -378,11 +334,11 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
         let sides = self.planes.sides16(self.kernel, planes, &bucket.boxes);
         count(&mut self.work, bucket.page_count, planes);
-        let mut seen = bucket.used() & !sides.behind;
-        while seen != 0 {
-            let i = seen.trailing_zeros() as usize & 15;
-            seen &= seen - 1;
-            let below = Below { number: bucket.pages[i], planes: sides.planes_at(planes, i) };
+        let mut wanted = bucket.used() & A::wanted(planes, sides.behind, sides.cut);
+        while wanted != 0 {
+            let i = wanted.trailing_zeros() as usize & 15;
+            wanted &= wanted - 1;
+            let below = Below { number: bucket.pages[i], planes: A::planes_of(&sides, planes, i) };
             self.wait_for_page(below);
         }
     }
@@ -395,7 +351,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         self.work.nodes += pages.len() as u64;
         for (i, &number) in pages.iter().enumerate() {
             let single = bucket.single >> i & 1 == 1;
-            let page: *const Page = self.page(number);
+            let page: *const Page = self.osp.known_page(number);
             if single {
                 prefetch_lines::<1, _>(page)
             } else {
@@ -411,7 +367,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_whole(&mut self) {
         let Whole { number, runs, single } = self.whole.pop();
-        let page = self.page(number);
+        let page = self.osp.known_page(number);
         if single {
             self.answer.single(self.kernel, page, u32::from(runs));
         } else {
@@ -421,9 +377,9 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_page(&mut self, below: Below) {
-        prefetch_lines::<2, Page>(self.page(below.number));
+        prefetch_lines::<2, Page>(self.osp.known_page(below.number));
         if below.planes != 0 {
-            prefetch_lines::<7, PageBoxes>(self.page_boxes(below.number));
+            prefetch_lines::<7, PageBoxes>(self.osp.known_page_boxes(below.number));
         }
         self.pages.push(below);
     }
@@ -431,20 +387,21 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_page(&mut self) {
         let Below { number, planes } = self.pages.pop();
-        let page = self.page(number);
+        let page = self.osp.known_page(number);
         self.work.nodes += 1;
         if planes == 0 {
             self.answer.page(self.kernel, page, u32::from(page.runs));
             return;
         }
-        let boxes = self.page_boxes(number);
+        let boxes = self.osp.known_page_boxes(number);
         let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
         count(&mut self.work, u32::from(page.runs), planes);
         let seen = page.used() & !sides.behind;
         // A run of one has its polygon's own box: it has had its test.
         let exact = u32::from(page.exact);
         self.tested += u64::from((seen & exact).count_ones());
-        self.answer.lanes(self.kernel, page, seen & (exact | !sides.cut));
+        let decided = if A::IS_HIDDEN { page.used() & sides.behind } else { seen & (exact | !sides.cut) };
+        self.answer.lanes(self.kernel, page, decided);
         let cut = seen & sides.cut & !exact;
         let once = sides.cut_once(planes);
         let mut left = planes;
@@ -491,42 +448,72 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn cut_by_one(&mut self, list: usize) {
         let plane = self.planes.plane(list);
-        let before = self.answer.count();
+        let mut tested = 0;
         for run in self.cut[list].as_slice() {
             let lanes = u32::from(run.mask) << (run.first % 16);
-            let seen = lanes & !self.kernel.behind(&plane, run.boxes);
-            self.answer.run(self.kernel, run.first & !15, seen);
+            let behind = self.kernel.behind(&plane, run.boxes);
+            self.answer.run(self.kernel, run.first & !15, A::of_run(lanes, behind));
+            tested += u64::from((lanes & !behind).count_ones());
             count(&mut self.work, lanes.count_ones(), 1 << list);
         }
         self.cut[list].len = 0;
-        self.tested += (self.answer.count() - before) as u64;
+        self.tested += tested;
     }
 
     /// Tests the polygons of the runs that several planes cut.
     #[inline(always)]
     fn cut_by_several(&mut self) {
-        let before = self.answer.count();
+        let mut tested = 0;
         for run in self.cut[SEVERAL].as_slice() {
             let lanes = u32::from(run.mask) << (run.first % 16);
             count(&mut self.work, lanes.count_ones(), run.planes);
-            let seen = lanes & !self.planes.behind(self.kernel, run.planes, run.boxes);
-            self.answer.run(self.kernel, run.first & !15, seen);
+            let behind = self.planes.behind(self.kernel, run.planes, run.boxes);
+            self.answer.run(self.kernel, run.first & !15, A::of_run(lanes, behind));
+            tested += u64::from((lanes & !behind).count_ones());
         }
         self.cut[SEVERAL].len = 0;
-        self.tested += (self.answer.count() - before) as u64;
+        self.tested += tested;
     }
 }
 
+/// What of a walk is gone down into or taken.
+trait Looks: Answer {
+    /// Of some boxes those that may have something to tell of, each against the planes of `mask`: none of them once `mask` is
+    /// empty has to be asked again.
+    #[inline(always)]
+    fn wanted(mask: u8, behind: u32, cut: u32) -> u32 {
+        match Self::IS_HIDDEN {
+            true if mask == 0 => u32::MAX,
+            true => behind | cut,
+            false => !behind,
+        }
+    }
+
+    /// The planes that are left to ask about one of them; none if it is told as a whole.
+    #[inline(always)]
+    fn planes_of(sides: &Sides, mask: u8, lane: usize) -> u8 {
+        if Self::IS_HIDDEN && sides.behind >> lane & 1 == 1 { 0 } else { sides.planes_at(mask, lane) }
+    }
+
+    /// Of the polygons of a run that were tested, those to tell.
+    #[inline(always)]
+    fn of_run(lanes: u32, behind: u32) -> u32 {
+        if Self::IS_HIDDEN { lanes & behind } else { lanes & !behind }
+    }
+}
+
+impl<A: Answer> Looks for A {}
+
 /// Notes that so many boxes are tested against each of these planes.
 #[inline(always)]
-fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
+pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
     work.boxes += u64::from(boxes);
     work.planes += u64::from(boxes * planes.count_ones());
 }
 
 /// The exact boxes of a run of several.
 #[inline(always)]
-fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
+pub(super) fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
     // SAFETY: only runs of several are cut, and theirs is in use; `validate` checks it.
     unsafe { osp.ids.known_boxes(number) }
 }

@@ -123,6 +123,7 @@ impl Osp {
             self.release_page(page_number);
         } else {
             let (at, bounds) = (usize::from(page.at), self.pages.boxes(page_number).around(page.used()));
+            self.upkeep.boxes += 1;
             let bucket = &mut self.buckets[bucket];
             bucket.note_runs(page);
             bucket.boxes.set(at, &bounds);
@@ -140,6 +141,7 @@ impl Osp {
             self.pages[page_number].loose &= !(1 << lane);
             return;
         }
+        self.upkeep.boxes += 1;
         let bounds = self.ids.boxes(run.store).around(u32::from(run.lanes()));
         let skip = run.mask.trailing_zeros();
         (run.first, run.mask) = (run.first + skip, run.mask >> skip);
@@ -251,6 +253,7 @@ impl Osp {
         let (mut at, mut slot) = (node, slot);
         while at != NONE {
             if slot != OWN {
+                self.upkeep.boxes += 1;
                 let bounds = match self.nodes[at].children[slot as usize].target() {
                     Target::Nothing => Aabb::EMPTY,
                     Target::Leaf(head) => self.chain_box(head),
@@ -281,7 +284,9 @@ impl Osp {
 
     /// Begins again with the root cube, and the few runs that there are kept at the top.
     fn flatten(&mut self) {
-        if let Some(entry) = Grid::flat_entry(&self.nodes[self.top].key, self.nodes[self.top].shift) {
+        if let Some(entry) =
+            Grid::flat_entry(self.flat_levels, &self.nodes[self.top].key, self.nodes[self.top].shift)
+        {
             self.flat[entry] = Link::NONE.to_bits();
         }
         let (kept, count) = self.take_runs(self.top);
@@ -333,6 +338,8 @@ impl Osp {
         let (parent, slot, cell) = (self.nodes[node].parent, self.nodes[node].slot, self.nodes[node].key);
         let (kept, count) = self.take_runs(node);
         self.set_child(parent, slot, Link::NONE, &cell);
+        // A sparse node has no nodes below it.
+        self.count_node(parent, slot, -1);
         if count > 0 {
             let bucket = self.new_bucket(parent, slot, &cell);
             self.append_all(bucket, &kept[..count]);
@@ -362,7 +369,7 @@ impl Osp {
             let mut below = top.children.iter().filter(|&&link| link != Link::NONE);
             let (Some(only), None, NONE) = (below.next(), below.next(), top.own) else { return };
             let Target::Node(node) = only.target() else { return };
-            if let Some(entry) = Grid::flat_entry(&top.key, top.shift) {
+            if let Some(entry) = Grid::flat_entry(self.flat_levels, &top.key, top.shift) {
                 self.flat[entry] = Link::NONE.to_bits();
             }
             self.nodes.give(self.top);

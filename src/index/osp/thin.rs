@@ -106,25 +106,31 @@ impl Thin<'_> {
     fn block(&mut self, number: u32, lanes: u16, around: impl FnOnce() -> Aabb, boxes: &Boxes<16>) {
         let seen = if lanes == 0 { 0 } else { lanes & self.visible.mask(number as usize) };
         if seen != 0 {
-            self.run_of(number, lanes, seen, &around(), |lane| boxes.get(lane));
+            let answer = self.ask(&around(), lanes.count_ones() as usize);
+            self.answered(number, lanes, answer, |lane| boxes.get(lane));
         }
     }
 
-    /// Decides about polygons of a block, `seen` of which are in the answer.
-    fn run_of(&mut self, block: u32, lanes: u16, seen: u16, bounds: &Aabb, own: impl Fn(usize) -> Aabb) {
-        match self.ask(bounds, lanes.count_ones() as usize) {
+    /// Does as was answered about polygons of a block.
+    fn answered(&mut self, block: u32, lanes: u16, answer: Visit, own: impl Fn(usize) -> Aabb) {
+        match answer {
             Visit::Take => {}
             Visit::Skip => self.visible.remove_block(block as usize, lanes),
             Visit::Descend if !self.thinner.asks_polygons() => {}
             Visit::Descend => {
-                let mut left = seen;
+                let mut boxes = [Aabb::EMPTY; RUN];
+                let seen = lanes & self.visible.mask(block as usize);
+                let (mut lanes, mut count, mut left) = ([0_u8; RUN], 0, seen);
                 while left != 0 {
-                    let lane = left.trailing_zeros() as usize;
+                    lanes[count] = left.trailing_zeros() as u8;
+                    boxes[count] = own(usize::from(lanes[count]));
                     left &= left - 1;
-                    if self.thinner.is_hidden(&own(lane)) {
-                        self.visible.remove_block(block as usize, 1 << lane);
-                    }
+                    count += 1;
                 }
+                let hidden = self.thinner.hidden_of(&boxes[..count]);
+                let bit = |(i, lane): (usize, &u8)| (hidden >> i & 1) << lane;
+                let hidden = lanes[..count].iter().enumerate().map(bit).fold(0, |all, bit| all | bit);
+                self.visible.remove_block(block as usize, hidden);
             }
         }
     }
@@ -189,18 +195,33 @@ impl Thin<'_> {
             return;
         }
         let osp = self.osp;
-        for i in 0..usize::from(osp.pages[number].runs) {
-            let (run, bounds) = osp.pages.run(number, i);
-            let (block, lanes) = (run.first / 16, run.lanes());
-            let seen = lanes & self.visible.mask(block as usize);
-            if seen == 0 {
+        let runs = usize::from(osp.pages[number].runs);
+        for start in (0..runs).step_by(RUN) {
+            let (mut boxes, mut polygons) = ([Aabb::EMPTY; RUN], [0_u8; RUN]);
+            let (mut asked, mut count) = ([0; RUN], 0);
+            for i in start..runs.min(start + RUN) {
+                let (run, bounds) = osp.pages.run(number, i);
+                let in_run = run.lanes().count_ones();
+                let is_seen = run.lanes() & self.visible.mask((run.first / 16) as usize) != 0;
+                if is_seen && in_run as usize >= self.least && !bounds.is_empty() {
+                    (boxes[count], polygons[count], asked[count]) = (bounds, in_run as u8, i);
+                    count += 1;
+                }
+            }
+            if count == 0 {
                 continue;
             }
-            if run.is_exact() {
-                self.run_of(block, lanes, seen, &bounds, |_| bounds);
-            } else {
-                let boxes = osp.ids.boxes(run.store);
-                self.run_of(block, lanes, seen, &bounds, |lane| boxes.get(lane));
+            let mut answers = [Visit::Take; RUN];
+            self.thinner.nodes(&boxes[..count], &polygons[..count], &mut answers[..count]);
+            for (&i, &answer) in asked[..count].iter().zip(&answers) {
+                let (run, bounds) = osp.pages.run(number, i);
+                let (block, lanes) = (run.first / 16, run.lanes());
+                if run.is_exact() {
+                    self.answered(block, lanes, answer, |_| bounds);
+                } else {
+                    let boxes = osp.ids.boxes(run.store);
+                    self.answered(block, lanes, answer, |lane| boxes.get(lane));
+                }
             }
         }
     }

@@ -1,8 +1,18 @@
 //! The constants of the tree, each with its unit and the effect of changing it.
 
-/// Octree levels of the root cube that are preallocated: `8^0 + ... + 8^6` nodes of 4 bytes. More: faster placing of
+/// Octree levels of the root cube that are preallocated at most: `8^0 + ... + 8^6` nodes of 4 bytes. More: faster placing of
 /// polygons far smaller than the root, eight times the memory.
 pub(super) const FLAT_LEVELS: u32 = 6;
+
+/// Preallocated levels for so many polygons: about as many cells as there will be leaves, so that they take some bytes a
+/// polygon at most.
+pub(super) const fn flat_levels(polygons: usize) -> u32 {
+    match polygons {
+        0..0x8000 => 4,
+        0x8000..0x4_0000 => 5,
+        _ => FLAT_LEVELS,
+    }
+}
 
 /// Runs that a leaf holds before it is split, and the whole tree before it has leaves. More: fewer nodes and longer lists
 /// of runs to test in a leaf that a plane cuts.

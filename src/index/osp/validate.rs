@@ -68,7 +68,7 @@ impl Osp {
         let masks = self.ids.shelves().flat_map(|(_, masks)| masks);
         let filed: usize = masks.map(|mask| mask.count_ones() as usize).sum();
         ensure!(filed == found.polygons as usize, "{filed} ids filed, {} polygons in runs", found.polygons);
-        if let Some(entry) = Grid::flat_entry(&top.key, top.shift) {
+        if let Some(entry) = Grid::flat_entry(self.flat_levels, &top.key, top.shift) {
             let link = Link::from_bits(self.flat[entry]);
             ensure!(link == Link::node(self.top), "preallocated cell {entry} does not lead to the top");
         }
@@ -82,7 +82,7 @@ impl Osp {
     fn count_flat(&self, node: u32) -> usize {
         let mut count = 0;
         if self.nodes[node].parent == NONE {
-            let entry = Grid::flat_entry(&self.nodes[node].key, self.nodes[node].shift);
+            let entry = Grid::flat_entry(self.flat_levels, &self.nodes[node].key, self.nodes[node].shift);
             count += usize::from(entry.is_some_and(|e| self.flat[e] == Link::node(node).to_bits()));
         }
         for slot in 0..8 {
@@ -90,7 +90,11 @@ impl Osp {
             if link == Link::NONE {
                 continue;
             }
-            let entry = Grid::flat_entry(&self.cell_of_slot(node, slot), self.nodes[node].shift - 1);
+            let entry = Grid::flat_entry(
+                self.flat_levels,
+                &self.cell_of_slot(node, slot),
+                self.nodes[node].shift - 1,
+            );
             count += usize::from(entry.is_some_and(|e| self.flat[e] == link.to_bits()));
             if let Target::Node(below) = link.target() {
                 count += self.count_flat(below);
@@ -108,7 +112,7 @@ impl Osp {
     ) -> Result<Found, String> {
         *nodes += 1;
         let node = &self.nodes[number];
-        if Grid::flat_entry(&node.key, node.shift).is_some() {
+        if Grid::flat_entry(self.flat_levels, &node.key, node.shift).is_some() {
             let direct = self.direct_way(&node.key, node.shift);
             ensure!(direct == (number, NONE), "the direct way to node {number} leads to {direct:?}");
         }
@@ -131,10 +135,19 @@ impl Osp {
                         "node {below} is in the wrong cell"
                     );
                     ensure!(bounds.contains(&self.node_box(below)), "the box of node {below} is too small");
-                    self.check_node(below, nodes, buckets, pages)?
+                    let before = *nodes;
+                    let found = self.check_node(below, nodes, buckets, pages)?;
+                    let (there, counted) = (*nodes - before, node.nodes_below[slot as usize]);
+                    ensure!(there == counted, "{there} nodes below node {number}, {counted} counted");
+                    found
                 }
             };
-            if let Some(entry) = Grid::flat_entry(&cell, node.shift - 1) {
+            let is_node = matches!(node.children[slot as usize].target(), Target::Node(_));
+            ensure!(
+                is_node || node.nodes_below[slot as usize] == 0,
+                "node {number} counts nodes that are gone"
+            );
+            if let Some(entry) = Grid::flat_entry(self.flat_levels, &cell, node.shift - 1) {
                 let link = Link::from_bits(self.flat[entry]);
                 ensure!(link == node.children[slot as usize], "preallocated cell {entry} leads elsewhere");
             }
@@ -177,7 +190,7 @@ impl Osp {
                 ensure!(bucket.counts[i] == runs, "bucket {at} counts the runs of page {i} wrongly");
                 let page = &self.pages[bucket.pages[i]];
                 let single = page.used() & !u32::from(page.exact) == 0;
-                ensure!(bucket.single >> i & 1 == u32::from(single), "bucket {at}, page {i}: single or not");
+                ensure!(bucket.single >> i & 1 == u16::from(single), "bucket {at}, page {i}: single or not");
                 ensure!(
                     above.is_none_or(|b| b.contains(&bounds)),
                     "bucket {at}, page {i}: box above too small"

@@ -7,6 +7,9 @@ use crate::{
     polygon::PolygonId,
 };
 
+/// Runs that are asked about together, at most.
+const TOGETHER: usize = 16;
+
 struct Walk<'a> {
     osp: &'a Osp,
     frustum: &'a Frustum,
@@ -120,6 +123,10 @@ impl Walk<'_> {
 
     fn page(&mut self, number: u32, place: &Place, mask: PlaneMask, asked: Visit) {
         let Some((mask, answer)) = self.ask(place, mask, asked) else { return };
+        if answer == Visit::Descend && self.visitor.asks_together() {
+            self.runs_together(number, mask);
+            return;
+        }
         for i in 0..usize::from(self.osp.pages[number].runs) {
             let (run, bounds) = self.osp.pages.run(number, i);
             let lanes = u32::from(run.lanes());
@@ -132,6 +139,47 @@ impl Walk<'_> {
             } else {
                 let boxes = self.osp.ids.boxes(run.store);
                 self.polygons(first, lanes, mask, answer, |lane| boxes.get(lane));
+            }
+        }
+    }
+
+    /// The runs of a page that reach into the frustum, asked about together.
+    fn runs_together(&mut self, number: u32, mask: PlaneMask) {
+        let osp = self.osp;
+        let runs = usize::from(osp.pages[number].runs);
+        for start in (0..runs).step_by(TOGETHER) {
+            let (mut boxes, mut polygons) = ([Aabb::EMPTY; TOGETHER], [0_u8; TOGETHER]);
+            let (mut seen, mut count) = ([(0, mask); TOGETHER], 0);
+            for i in start..runs.min(start + TOGETHER) {
+                let (run, bounds) = osp.pages.run(number, i);
+                let lanes = run.lanes();
+                if lanes == 0 || bounds.is_empty() {
+                    continue;
+                }
+                self.work.nodes += 1;
+                self.work.boxes += 1;
+                let (containment, mask, planes) = self.frustum.classify_masked(&bounds, mask);
+                self.work.planes += u64::from(planes);
+                if containment != Containment::Outside {
+                    (boxes[count], polygons[count]) = (bounds, lanes.count_ones() as u8);
+                    (seen[count], count) = ((i, mask), count + 1);
+                }
+            }
+            let mut answers = [Visit::Take; TOGETHER];
+            self.visitor.leaves(&boxes[..count], &polygons[..count], &mut answers[..count]);
+            for (&(i, mask), &answer) in seen[..count].iter().zip(&answers) {
+                if answer == Visit::Skip {
+                    continue;
+                }
+                let (run, bounds) = osp.pages.run(number, i);
+                let (lanes, first) = (u32::from(run.lanes()), run.first & !15);
+                if run.is_exact() {
+                    // Each polygon has the box that was asked about.
+                    self.polygons(first, lanes, PlaneMask::NONE, Visit::Take, |_| bounds);
+                } else {
+                    let boxes = osp.ids.boxes(run.store);
+                    self.polygons(first, lanes, mask, answer, |lane| boxes.get(lane));
+                }
             }
         }
     }

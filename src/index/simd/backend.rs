@@ -13,7 +13,7 @@ use super::aarch64_neon::Neon;
 #[cfg(target_arch = "x86_64")]
 use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2};
 
-use super::{Boxes, PreparedPlane, scalar::Scalar};
+use super::{Boxes, EyeBoxes, PreparedPlane, scalar::Scalar};
 
 /// Wide box tests. Every method gives the same answer on every kernel, bit for bit.
 pub(crate) trait Kernel: Copy {
@@ -39,6 +39,23 @@ pub(crate) trait Kernel: Copy {
 
     /// Writes the numbers of `mask`'s lanes to the front of `out` (what follows is clobbered); returns how many.
     fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
+
+    /// The lanes that lie wholly beyond a plane by their slack, and those wholly before it by theirs. The plane has a unit
+    /// normal and this distance from the eye.
+    #[inline(always)]
+    fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
+        let [x, y, z] = normal;
+        let (mut beyond, mut before) = (0, 0);
+        for lane in 0..16 {
+            let ([cx, cy, cz], [hx, hy, hz]) = (&boxes.center, &boxes.half);
+            let middle = x * cx[lane] + y * cy[lane] + z * cz[lane];
+            let reach = x.abs() * hx[lane] + y.abs() * hy[lane] + z.abs() * hz[lane];
+            let slack = boxes.slack[lane];
+            beyond |= u32::from((middle - reach) - distance >= slack) << lane;
+            before |= u32::from((middle + reach) - distance <= -slack) << lane;
+        }
+        (beyond, before)
+    }
 }
 
 /// Code that runs on whichever kernel there is. `run` should be `#[inline(always)]`, so that it is compiled anew for

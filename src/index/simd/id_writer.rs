@@ -81,6 +81,20 @@ impl<'a> IdWriter<'a> {
         self.len += kernel.write_ids(first, mask, unsafe { self.places(0) });
     }
 
+    /// Blocks that [`IdWriter::push_blocks`] takes at most.
+    pub(crate) const BLOCKS: usize = 16;
+
+    /// Appends what the masks of neighbouring blocks hold; `first` is the first block's first id.
+    #[inline(always)]
+    pub(crate) fn push_blocks<K: Kernel>(&mut self, kernel: K, first: u32, masks: &[u16]) {
+        self.make_room(0);
+        for (block, &mask) in masks.iter().take(Self::BLOCKS).enumerate() {
+            let first = first.wrapping_add(block as u32 * 16);
+            // SAFETY: sixteen blocks take at most 256 places, so sixteen are left for each.
+            self.len += kernel.write_ids(first, u32::from(mask), unsafe { self.places(0) });
+        }
+    }
+
     /// Appends `count` ids from `first` on, at least sixteen.
     #[inline(always)]
     pub(crate) fn push_span<K: Kernel>(&mut self, kernel: K, first: u32, count: usize) {

@@ -10,6 +10,7 @@
 mod aarch64_neon;
 mod backend;
 mod boxes;
+mod eye_boxes;
 mod id_writer;
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 mod narrow;
@@ -28,8 +29,9 @@ mod x86_sse2;
 pub use backend::Backend;
 pub(crate) use backend::{Kernel, WithKernel};
 pub(crate) use boxes::{Boxes, Halves, Wide};
+pub(crate) use eye_boxes::EyeBoxes;
 pub(crate) use id_writer::{IdWriter, PageRuns, ROOM_BEHIND};
 #[cfg(feature = "rivals")]
 pub(crate) use planes::PlaneLanes;
-pub(crate) use planes::{PlaneSet, PreparedPlane};
+pub(crate) use planes::{PlaneSet, PreparedPlane, Sides};
 pub(crate) use prefetch::{prefetch, prefetch_lines};

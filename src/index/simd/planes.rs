@@ -14,6 +14,18 @@ pub(crate) struct PreparedPlane {
 }
 
 impl PreparedPlane {
+    /// Whether both planes have the same normal, bit for bit.
+    #[inline(always)]
+    pub(crate) fn has_normal_of(&self, other: &Self) -> bool {
+        self.normal.map(f32::to_bits) == other.normal.map(f32::to_bits)
+    }
+
+    /// This plane where another one with the same normal lies.
+    #[inline(always)]
+    pub(crate) fn moved_to(self, other: &Self) -> Self {
+        Self { d: other.d, ..self }
+    }
+
     /// Asks for the cache lines that [`Kernel::behind`] will read.
     #[inline(always)]
     pub(crate) fn prefetch(&self, boxes: &Boxes<16>) {

@@ -5,7 +5,7 @@ use std::{
     mem::MaybeUninit,
 };
 
-use super::{Boxes, Kernel, PreparedPlane};
+use super::{Boxes, EyeBoxes, Kernel, PreparedPlane};
 
 /// AVX2 with BMI: two registers hold sixteen lanes.
 #[derive(Clone, Copy, Debug)]
@@ -183,6 +183,41 @@ impl Kernel for Avx2 {
             );
             mask.count_ones() as usize
         }
+    }
+
+    #[inline(always)]
+    fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
+        let (mut beyond, mut before) = (0, 0);
+        for at in [0, 4, 8, 12] {
+            // SAFETY: the token proves AVX2; `at` is at most 12, so each load lies within its row of sixteen.
+            unsafe {
+                let middle = weighted4(&boxes.center, normal, at);
+                let reach = weighted4(&boxes.half, [normal[0].abs(), normal[1].abs(), normal[2].abs()], at);
+                let slack = _mm256_loadu_pd(boxes.slack.as_ptr().add(at));
+                let distance = _mm256_set1_pd(distance);
+                let low = _mm256_sub_pd(_mm256_sub_pd(middle, reach), distance);
+                let high = _mm256_sub_pd(_mm256_add_pd(middle, reach), distance);
+                let negated = _mm256_sub_pd(_mm256_setzero_pd(), slack);
+                beyond |= (_mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GE_OQ>(low, slack)) as u32) << at;
+                before |= (_mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(high, negated)) as u32) << at;
+            }
+        }
+        (beyond, before)
+    }
+}
+
+/// The sum of four lanes of three rows with these weights.
+///
+/// # Safety
+/// AVX2 is there; `at` is at most 12.
+#[inline(always)]
+unsafe fn weighted4(rows: &[[f64; 16]; 3], by: [f64; 3], at: usize) -> __m256d {
+    // SAFETY: each load lies within its row of sixteen.
+    unsafe {
+        let x = _mm256_mul_pd(_mm256_set1_pd(by[0]), _mm256_loadu_pd(rows[0].as_ptr().add(at)));
+        let y = _mm256_mul_pd(_mm256_set1_pd(by[1]), _mm256_loadu_pd(rows[1].as_ptr().add(at)));
+        let z = _mm256_mul_pd(_mm256_set1_pd(by[2]), _mm256_loadu_pd(rows[2].as_ptr().add(at)));
+        _mm256_add_pd(_mm256_add_pd(x, y), z)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::{arch::x86_64::*, mem::MaybeUninit};
 
-use super::{Boxes, Kernel, PreparedPlane};
+use super::{Boxes, EyeBoxes, Kernel, PreparedPlane};
 
 /// AVX-512 (F and VL) with BMI: one register holds sixteen lanes, and comparisons give masks.
 #[derive(Clone, Copy, Debug)]
@@ -133,6 +133,51 @@ impl Kernel for Avx512 {
             _mm512_storeu_si512(out.as_mut_ptr().cast(), chosen);
         }
         (mask & 0xFFFF).count_ones() as usize
+    }
+
+    #[inline(always)]
+    fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
+        // SAFETY: the token proves AVX-512F; the places 0 and 8 leave eight lanes of a row of sixteen.
+        unsafe {
+            let (low, high) =
+                (far_sides8(normal, distance, boxes, 0), far_sides8(normal, distance, boxes, 8));
+            (low.0 | high.0 << 8, low.1 | high.1 << 8)
+        }
+    }
+}
+
+/// [`Kernel::beyond_and_before`] of the eight lanes from `at` on.
+///
+/// # Safety
+/// AVX-512F is there; `at` is at most 8.
+#[inline(always)]
+unsafe fn far_sides8(normal: [f64; 3], distance: f64, boxes: &EyeBoxes, at: usize) -> (u32, u32) {
+    // SAFETY: each load lies within its row of sixteen.
+    unsafe {
+        let middle = weighted8(&boxes.center, normal, at);
+        let reach = weighted8(&boxes.half, [normal[0].abs(), normal[1].abs(), normal[2].abs()], at);
+        let slack = _mm512_loadu_pd(boxes.slack.as_ptr().add(at));
+        let distance = _mm512_set1_pd(distance);
+        let low = _mm512_sub_pd(_mm512_sub_pd(middle, reach), distance);
+        let high = _mm512_sub_pd(_mm512_add_pd(middle, reach), distance);
+        let beyond = _mm512_cmp_pd_mask::<_CMP_GE_OQ>(low, slack);
+        let before = _mm512_cmp_pd_mask::<_CMP_LE_OQ>(high, _mm512_sub_pd(_mm512_setzero_pd(), slack));
+        (u32::from(beyond), u32::from(before))
+    }
+}
+
+/// The sum of eight lanes of three rows with these weights.
+///
+/// # Safety
+/// As for [`far_sides8`].
+#[inline(always)]
+unsafe fn weighted8(rows: &[[f64; 16]; 3], by: [f64; 3], at: usize) -> __m512d {
+    // SAFETY: as there.
+    unsafe {
+        let x = _mm512_mul_pd(_mm512_set1_pd(by[0]), _mm512_loadu_pd(rows[0].as_ptr().add(at)));
+        let y = _mm512_mul_pd(_mm512_set1_pd(by[1]), _mm512_loadu_pd(rows[1].as_ptr().add(at)));
+        let z = _mm512_mul_pd(_mm512_set1_pd(by[2]), _mm512_loadu_pd(rows[2].as_ptr().add(at)));
+        _mm512_add_pd(_mm512_add_pd(x, y), z)
     }
 }
 

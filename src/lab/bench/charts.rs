@@ -9,7 +9,8 @@ use plotters::{
 };
 
 use super::{
-    BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile, rays::show, session::same_frames,
+    BenchReport, Flight, GrowthRow, SessionResult, estimate::quantile, moving, rays::show,
+    session::same_frames,
 };
 use crate::{
     frame::FrameRecord,
@@ -93,7 +94,14 @@ pub(super) fn charts(report: &BenchReport) -> Vec<Chart> {
     let growth = growth(&report.growth, &report.reference);
     let flights = report.flights.iter().flat_map(flight);
     let rays = show::charts(&report.rays, &report.reference);
-    sessions.chain(growth).chain(flights).chain(rays).filter(|chart| !chart.is_empty()).collect()
+    let moving = moving::show::charts(&report.moving, &report.reference);
+    sessions
+        .chain(growth)
+        .chain(flights)
+        .chain(rays)
+        .chain(moving)
+        .filter(|chart| !chart.is_empty())
+        .collect()
 }
 
 /// The middle of neighbouring values, with the slowest beside it.

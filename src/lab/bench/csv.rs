@@ -1,13 +1,14 @@
 use std::fmt::Write;
 
-use super::{BenchReport, Estimate, rays};
+use super::{BenchReport, Estimate, moving, rays};
 
 /// Names of the columns; see [`BenchReport::to_csv`].
 const HEAD: &str = "part,recording,index,polygons,frames,figure,unit,value,low,high";
 
 impl BenchReport {
-    /// The report as CSV, one figure a line: the part of the report (`session`, `growth`, `flight`, `paper-...`,
-    /// `rays`, `rays_moved`), the session, size or flight, the figure with its unit, its value, and the ends of the interval where it has one.
+    /// The report as CSV, one figure a line: the part of the report (`session`, `growth`, `flight`, `paper-...`, `rays`,
+    /// `rays_moved`, `moving`), the session, size or flight, the figure with its unit, its value, and the ends of the interval
+    /// where it has one.
     pub fn to_csv(&self) -> String {
         let mut lines = Lines(format!("{HEAD}\n"));
         for session in &self.sessions {
@@ -65,6 +66,7 @@ impl BenchReport {
         }
         self.paper.iter().for_each(|paper| paper.add_to_csv(&mut lines));
         rays::show::csv(&self.rays, &mut lines);
+        moving::show::csv(&self.moving, &mut lines);
         lines.0
     }
 }

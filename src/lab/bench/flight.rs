@@ -69,7 +69,7 @@ pub fn fly(
     for &change in &changes {
         if let Change::Insert(id) = change {
             // A polygon without a finite box cannot be drawn and is left out.
-            let _ = index.insert(id, scene.bounds(id));
+            let _ = index.insert(id, &scene.bounds(id));
         }
     }
     index.commit();

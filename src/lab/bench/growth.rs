@@ -151,7 +151,7 @@ impl Drawing {
                 if let Change::Insert(id) = *change
                     && id.index() >= drawing.boxes.len()
                 {
-                    drawing.boxes.push(*scene.bounds(id));
+                    drawing.boxes.push(scene.bounds(id));
                     if drawing.shapes.len() < shapes {
                         drawing.shapes.push(scene.polygon(id));
                     }

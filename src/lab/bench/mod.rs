@@ -12,6 +12,7 @@ mod estimate;
 mod flight;
 mod growth;
 mod machine;
+mod moving;
 mod page;
 mod paper;
 mod rays;
@@ -24,6 +25,7 @@ pub use estimate::Estimate;
 pub use flight::{Flight, FlightFrame, fly};
 pub use growth::{GrowthConfig, GrowthRow, Skipped, grow};
 pub use machine::Machine;
+pub use moving::{MotionResult, MovingConfig, MovingResult, MovingRow, UpkeepRow, move_things};
 pub use page::page;
 pub use paper::{
     Adapter, CubeRow, FlightRow, GrowingRow, PaperConfig, PaperError, PaperInput, PaperResult, run_paper,

@@ -3,6 +3,7 @@ use std::{error::Error, fmt::Write};
 use super::{
     BenchReport,
     charts::{Chart, charts},
+    moving,
     paper::{charts as paper_charts, notes, tables},
     rays::show,
     table::{Grid, flight_grid, growth_grid, session_grid},
@@ -84,6 +85,16 @@ pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
             page.table(&show::moved(result));
         }
         for remark in show::remarks(result, &report.reference) {
+            page.paragraph(&remark);
+        }
+    }
+    for result in &report.moving {
+        page.heading(&moving::show::heading(result, &report.reference));
+        for (about, grid) in moving::show::tables(result) {
+            page.paragraph(&about);
+            page.table(&grid);
+        }
+        for remark in moving::show::remarks(result, &report.reference) {
             page.paragraph(&remark);
         }
     }

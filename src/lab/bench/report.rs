@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use super::{Flight, GrowthRow, Machine, PaperResult, RaysResult, SessionResult, Skipped};
+use super::{Flight, GrowthRow, Machine, MovingResult, PaperResult, RaysResult, SessionResult, Skipped};
 
 /// Everything that a run of `osp bench` found.
 #[derive(Clone, Debug, Serialize)]
@@ -23,6 +23,8 @@ pub struct BenchReport {
     pub paper: Vec<PaperResult>,
     /// Rays, ranges and neighbours in the finished sessions and in the synthetic one.
     pub rays: Vec<RaysResult>,
+    /// Polygons and groups that move, at the sizes of the synthetic session.
+    pub moving: Vec<MovingResult>,
 }
 
 impl BenchReport {

@@ -178,7 +178,7 @@ where
         .map_or(&[][..], |i| &records[i]);
     let rows = (input.kinds.iter().zip(replay.lanes()).zip(&records).enumerate())
         .map(|(i, ((kind, lane), records))| {
-            let bytes = lane.pipeline().index().bytes();
+            let bytes = lane.pipeline().bytes();
             let views = of_one_view.get(i).and_then(|one| ViewsRow::of(records, one));
             SessionRow { views, ..row(kind.name(), records, reference, summary, bytes) }
         })

@@ -1,7 +1,7 @@
 use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
 
 use super::{
-    BenchReport, Estimate, Flight, GrowthRow, SessionResult, SessionRow, ViewsRow,
+    BenchReport, Estimate, Flight, GrowthRow, SessionResult, SessionRow, ViewsRow, moving,
     paper::{notes, tables},
     rays::show,
 };
@@ -255,6 +255,14 @@ impl BenchReport {
                 parts.push(show::moved(result).text());
             }
             parts.extend(show::remarks(result, &self.reference));
+        }
+        for result in &self.moving {
+            parts.push(format!("\n{}", moving::show::heading(result, &self.reference)));
+            for (about, grid) in moving::show::tables(result) {
+                parts.push(format!("\n{about}"));
+                parts.push(grid.text());
+            }
+            parts.extend(moving::show::remarks(result, &self.reference));
         }
         parts.join("\n")
     }

@@ -16,7 +16,6 @@
 //! checked before anything else is used, and no memory is reserved for the sets of another model.
 
 use std::{
-    fs::File,
     io::{self, BufReader, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
@@ -26,7 +25,12 @@ use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::{GROUP, Pvs, ViewCells, fingerprint_of_model, words_of};
-use crate::{atomic_file::write_atomically, scene::Scene, small_file::open_regular};
+use crate::{
+    atomic_file::write_atomically,
+    platform::{fs::File, zstd},
+    scene::Scene,
+    small_file::open_regular,
+};
 
 const MAGIC: &[u8; 10] = b"osp pvs 2\n";
 /// How files of format 1 begin: they had no checksum.

@@ -7,10 +7,12 @@ mod palette;
 mod picture;
 mod pins;
 mod printable;
+mod rig_plan;
 mod run;
 mod structure;
 mod structure_picture;
 mod table;
+mod verdict;
 mod views;
 
 pub(crate) use chart::register_font;
@@ -20,6 +22,7 @@ pub use drawing::{DrawReport, DrawnWhileCulling};
 pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, PURPLE, SKY, VERMILION};
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub(crate) use printable::{one_line, printable};
+pub use rig_plan::RigPlan;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 pub use structure::{Structure, StructureNode};
 pub use structure_picture::{
@@ -27,4 +30,5 @@ pub use structure_picture::{
 };
 pub use table::replay_table;
 pub(crate) use table::{short, thousands};
+pub use verdict::verdict;
 pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

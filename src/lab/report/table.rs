@@ -1,9 +1,25 @@
-use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
+use comfy_table::{Cell, CellAlignment, ColumnConstraint, Table, TableComponent, presets};
 
 use super::{DrawnWhileCulling, ReplayReport, RunReport, views::views_table};
 
-/// The table of a replay: one line for each index. On a rig a second table has the counts of each screen and eye.
-pub fn replay_table(report: &ReplayReport) -> String {
+/// A terminal narrower than this gets the most important columns alone.
+const WIDE: u16 = 100;
+/// The others.
+const IN_WIDE_TABLES: [&str; 9] = [
+    "p95\nµs",
+    "visible\n(mean)",
+    "culled\n(mean)",
+    "memory\nKiB",
+    "frames\nmeasured",
+    "groups\ntested",
+    "depth\npass",
+    "colour\npass",
+    "used\n%",
+];
+
+/// The table of a replay: one line for each index. On a rig a second table has the counts of each screen and eye. `columns`:
+/// how many letters fit into a line, if that is known.
+pub fn replay_table(report: &ReplayReport, columns: Option<u16>) -> String {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
     table.remove_style(TableComponent::HorizontalLines);
@@ -45,6 +61,10 @@ pub fn replay_table(report: &ReplayReport) -> String {
             ["groups\ntested", "depth\npass", "colour\npass", "GPU: depth\nµs", "test\nµs", "colours\nµs"];
         header.extend(names.map(str::to_owned));
     }
+    let is_left_out = |name: &String| {
+        columns.is_some_and(|columns| columns < WIDE) && IN_WIDE_TABLES.contains(&name.as_str())
+    };
+    let left_out: Vec<bool> = header.iter().map(is_left_out).collect();
     table.set_header(header);
     for run in &report.runs {
         let numbers = [
@@ -89,6 +109,9 @@ pub fn replay_table(report: &ReplayReport) -> String {
     }
     for column in table.column_iter_mut().skip(1 + usize::from(polygon_ns.is_some())) {
         column.set_cell_alignment(CellAlignment::Right);
+    }
+    for (column, _) in table.column_iter_mut().zip(&left_out).filter(|(_, is_left_out)| **is_left_out) {
+        column.set_constraint(ColumnConstraint::Hidden);
     }
     match &report.rig {
         Some(rig) => format!("{table}\n{}", views_table(rig, &report.runs)),

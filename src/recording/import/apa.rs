@@ -12,9 +12,7 @@
 //! no counterpart is a plain ribbon, and the header says so.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{BufReader, Read};
-use std::path::Path;
 use std::sync::LazyLock;
 
 use super::bytes::ByteReader;
@@ -22,7 +20,7 @@ use super::session_name;
 use super::strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream};
 use crate::{
     brush::{self, Brush},
-    recording::{Header, NormalRule, OpenOptions, Paint, RecordingError, Session},
+    recording::{Header, NormalRule, OpenOptions, Paint, RecordingError, Session, input::Input},
 };
 
 /// The first bytes of a file: a string, its length first.
@@ -46,10 +44,14 @@ static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
 ///
 /// # Errors
 /// The file cannot be read, or its head is damaged.
-pub(crate) fn open_apa(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
-    let mut bytes = open_bytes(path)?;
+pub(in crate::recording) fn open_apa(
+    input: Input<'_>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
+    let path = input.path;
+    let mut bytes = open_bytes(input)?;
     let (names, strokes) = read_head(&mut bytes)?;
-    let (full_pressure, used) = first_pass(path);
+    let (full_pressure, used) = first_pass(input);
     let mut header = Header::new(session_name(path), "A-Painter");
     header.left_out.extend(without_counterpart(&names, &used));
     let brushes = names.iter().map(|name| NEAREST.get(name).and_then(|name| brush::find(name))).collect();
@@ -58,8 +60,9 @@ pub(crate) fn open_apa(path: &Path, options: &OpenOptions) -> Result<Session, Re
     Ok(Session::new(header, "apa", Box::new(stream), path, options))
 }
 
-fn open_bytes(path: &Path) -> Result<ByteReader, RecordingError> {
-    let file = File::open(path).map_err(|error| RecordingError::io(path, error))?;
+fn open_bytes(input: Input<'_>) -> Result<ByteReader, RecordingError> {
+    let path = input.path;
+    let file = input.open().map_err(|error| RecordingError::io(path, error))?;
     let reader: Box<dyn Read + Send> = Box::new(BufReader::new(file));
     Ok(ByteReader::new(path.to_owned(), reader))
 }
@@ -108,10 +111,10 @@ fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingErro
 /// The greatest pressure in the file, at least 1, and which brushes draw: a first pass, which stops at any damage and
 /// leaves it to the second pass to report. Without it either drawings of the older kind come out at half their width, or
 /// all others get twice the width at half the pressure.
-fn first_pass(path: &Path) -> (f32, [bool; 256]) {
+fn first_pass(input: Input<'_>) -> (f32, [bool; 256]) {
     let (mut full, mut used) = (1.0_f32, [false; 256]);
     let mut scan = || -> Result<(), RecordingError> {
-        let mut bytes = open_bytes(path)?;
+        let mut bytes = open_bytes(input)?;
         let mut format = Apa::default();
         for _ in 0..read_head(&mut bytes)?.1 {
             let head = format.read_stroke(&mut bytes)?;

@@ -4,9 +4,7 @@
 //! entry opened by that crate borrows its archive and so could not live in a stream of events. A file whose end is
 //! missing has no central directory; a lenient reader then walks the local headers from the front.
 
-use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
 
 use flate2::read::DeflateDecoder;
 use zip::read::{ArchiveOffset, Config};
@@ -14,7 +12,11 @@ use zip::{CompressionMethod, ZipArchive};
 
 use super::bytes::ByteReader;
 use super::strokes::OnDamage;
-use crate::recording::{Limits, RecordingError, unpacked::Unpacked};
+use crate::recording::{
+    Limits, RecordingError,
+    input::{Input, InputFile},
+    unpacked::Unpacked,
+};
 
 /// Most entries that a walk over local headers looks at. Real sketches have three or four.
 const MOST_ENTRIES: usize = 64;
@@ -57,9 +59,14 @@ pub(super) struct Archive {
 }
 
 impl Archive {
-    /// Finds the entries of the archive that begins at byte `zip_start` of `path`.
-    pub(super) fn open(path: &Path, zip_start: u64, on_damage: OnDamage) -> Result<Self, RecordingError> {
-        let file = File::open(path).map_err(|error| RecordingError::io(path, error))?;
+    /// Finds the entries of the archive that begins at byte `zip_start` of `input`.
+    pub(super) fn open(
+        input: Input<'_>,
+        zip_start: u64,
+        on_damage: OnDamage,
+    ) -> Result<Self, RecordingError> {
+        let path = input.path;
+        let file = input.open().map_err(|error| RecordingError::io(path, error))?;
         let mut file = BufReader::new(file);
         let why = match central_directory(&mut file, zip_start) {
             Ok(entries) => return Ok(Self { entries, warning: None }),
@@ -87,7 +94,8 @@ impl Archive {
 
 impl Entry {
     /// A reader of the entry's unpacked bytes.
-    pub(super) fn read(&self, path: &Path, limits: &Limits) -> Result<ByteReader, RecordingError> {
+    pub(super) fn read(&self, input: Input<'_>, limits: &Limits) -> Result<ByteReader, RecordingError> {
+        let path = input.path;
         let entry_path = path.join(&self.name);
         let refuse = |expected: &str, found: String| RecordingError::Unknown {
             path: entry_path.clone(),
@@ -98,7 +106,7 @@ impl Entry {
             return Err(refuse("an entry that is not encrypted", "an encrypted one".to_owned()));
         }
         let packed = || -> io::Result<_> {
-            let mut file = File::open(path)?;
+            let mut file = input.open()?;
             file.seek(SeekFrom::Start(self.start))?;
             Ok(BufReader::new(file.take(self.packed_bytes)))
         };
@@ -117,7 +125,7 @@ impl Entry {
 }
 
 /// The entries by the directory at the archive's end; the error says what is wrong with it.
-fn central_directory(file: &mut BufReader<File>, zip_start: u64) -> Result<Vec<Entry>, String> {
+fn central_directory(file: &mut BufReader<InputFile>, zip_start: u64) -> Result<Vec<Entry>, String> {
     let config = Config { archive_offset: ArchiveOffset::Known(zip_start) };
     let mut archive = ZipArchive::with_config(config, file).map_err(|error| error.to_string())?;
     let mut entries = Vec::new();
@@ -141,7 +149,7 @@ fn central_directory(file: &mut BufReader<File>, zip_start: u64) -> Result<Vec<E
 }
 
 /// The entries by their local headers, as far as they can be followed.
-fn local_headers(file: &mut BufReader<File>, zip_start: u64) -> io::Result<Vec<Entry>> {
+fn local_headers(file: &mut BufReader<InputFile>, zip_start: u64) -> io::Result<Vec<Entry>> {
     let end = file.seek(SeekFrom::End(0))?;
     let mut entries = Vec::new();
     let mut at = zip_start;

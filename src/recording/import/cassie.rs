@@ -30,7 +30,7 @@ use crate::{
     math::rotate,
     recording::{
         Event, EventSource, Header, NormalRule, Notes, OpenOptions, Paint, RecordingError, Session, StrokeId,
-        Tool,
+        Tool, input::Input,
     },
 };
 
@@ -55,13 +55,19 @@ const DELETE_STROKE: i64 = 2;
 ///
 /// # Errors
 /// A file cannot be read or (unless lenient) is damaged.
-pub(crate) fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(in crate::recording) fn open_cassie(
+    input: Input<'_>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
+    let path = input.path;
     let mut warnings = Vec::new();
-    let first = cassie_json::read(path, options, &mut warnings)?;
+    let first = cassie_json::read(input, options, &mut warnings)?;
     let folder = if matches!(first, Document::History(_)) { "raw_data" } else { "sketch_history" };
-    let sibling = sibling(path, folder);
-    let second =
-        sibling.as_deref().map(|path| cassie_json::read(path, options, &mut warnings)).transpose()?;
+    let sibling = sibling(input, folder);
+    let second = sibling
+        .as_deref()
+        .map(|path| cassie_json::read(input.beside(path), options, &mut warnings))
+        .transpose()?;
     let (mut history, mut raw) = (None, None);
     let mut raw_path = path;
     for (document, path) in [(Some(first), path), (second, sibling.as_deref().unwrap_or(path))] {
@@ -84,13 +90,17 @@ pub(crate) fn open_cassie(path: &Path, options: &OpenOptions) -> Result<Session,
 /// The other files that a sketch of this name is read from.
 #[cfg(feature = "cli")]
 pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
-    ["raw_data", "sketch_history"].into_iter().filter_map(|folder| sibling(path, folder)).collect()
+    ["raw_data", "sketch_history"]
+        .into_iter()
+        .filter_map(|folder| sibling(Input::on_disk(path), folder))
+        .collect()
 }
 
 /// The file of the same name in the folder beside that of `path`, if it exists.
-fn sibling(path: &Path, folder: &str) -> Option<PathBuf> {
+fn sibling(input: Input<'_>, folder: &str) -> Option<PathBuf> {
+    let path = input.path;
     let beside = path.parent()?.join("..").join(folder).join(path.file_name()?);
-    beside.is_file().then_some(beside)
+    input.beside(&beside).is_file().then_some(beside)
 }
 
 /// A stroke on its way from either file: samples in our axes, times as in the file.

@@ -1,7 +1,5 @@
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::marker::PhantomData;
-use std::path::Path;
 
 use glam::{Quat, Vec3};
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -9,7 +7,7 @@ use serde::{Deserialize, de};
 
 use crate::{
     math::COORDINATE_LIMIT_M,
-    recording::{OpenOptions, Place, RecordingError, limits::beyond},
+    recording::{OpenOptions, Place, RecordingError, input::Input, limits::beyond},
 };
 
 /// Greatest time that is read, seconds: 30,000 years.
@@ -118,13 +116,14 @@ impl From<RotationForm> for Rotation {
 
 /// Reads a file of either kind; `warnings` takes what a lenient reader passed over.
 pub(super) fn read(
-    path: &Path,
+    input: Input<'_>,
     options: &OpenOptions,
     warnings: &mut Vec<String>,
 ) -> Result<Document, RecordingError> {
+    let path = input.path;
     let io = |error| RecordingError::io(path, error);
-    let file = File::open(path).map_err(io)?;
-    let bytes = file.metadata().map_err(io)?.len();
+    let file = input.open().map_err(io)?;
+    let bytes = file.len().map_err(io)?;
     // All of it is held. Real ones have less than a million bytes.
     let most = options.limits.whole_bytes();
     if bytes > most {

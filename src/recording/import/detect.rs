@@ -1,19 +1,19 @@
 use std::path::Path;
 
 use super::{apa, gltf, open_apa, open_cassie, open_gltf, open_obj, open_poses, open_tilt, tilt};
-use crate::recording::{OpenOptions, RecordingError, Session};
+use crate::recording::{OpenOptions, RecordingError, Session, input::Input};
 
 /// The formats that can be read, for an error message.
 pub(in crate::recording) const FORMATS: &[&str] =
     &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz", ".glb", ".gltf"];
 
 /// A function that opens one format.
-type Opener = fn(&Path, &OpenOptions) -> Result<Session, RecordingError>;
+type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session, RecordingError>;
 
 /// The reader for what cannot be mistaken: a folder, or a file that starts with the mark of a binary format.
-pub(in crate::recording) fn by_mark(path: &Path, start: &[u8]) -> Option<Opener> {
-    if path.is_dir() {
-        tilt::is_tilt_folder(path).then_some(open_tilt)
+pub(in crate::recording) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Opener> {
+    if input.is_folder() {
+        tilt::is_tilt_folder(input).then_some(open_tilt)
     } else if start.starts_with(tilt::MAGIC) {
         Some(open_tilt)
     } else if start.starts_with(apa::MAGIC) {

@@ -1,5 +1,4 @@
 use std::fmt::Display;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
@@ -8,6 +7,7 @@ use flate2::read::MultiGzDecoder;
 use super::strokes::OnDamage;
 use crate::recording::{
     Notes, OpenOptions, Place, RecordingError,
+    input::Input,
     unpacked::{self, Unpacked},
 };
 
@@ -33,14 +33,15 @@ impl LineReader {
     /// Longest line that is read. The longest that means something is a face of 1024 corners, about 24 KiB.
     pub(super) const MOST_LINE_BYTES: usize = 64 << 10;
 
-    pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Self, RecordingError> {
+    pub(super) fn open(input: Input<'_>, options: &OpenOptions) -> Result<Self, RecordingError> {
+        let path = input.path;
         let open = || -> io::Result<Box<dyn BufRead + Send>> {
-            let mut file = File::open(path)?;
+            let mut file = input.open()?;
             let mut magic = Vec::new();
             (&mut file).take(GZIP_MAGIC.len() as u64).read_to_end(&mut magic)?;
             file.rewind()?;
             if magic == GZIP_MAGIC {
-                let packed = file.metadata()?.len();
+                let packed = file.len()?;
                 let decoder = MultiGzDecoder::new(BufReader::new(file));
                 return Ok(Box::new(BufReader::new(Unpacked::new(decoder, packed, &options.limits))));
             }

@@ -34,13 +34,13 @@ mod tilt;
 mod tilt_environment;
 mod tilt_metadata;
 
-pub(crate) use apa::open_apa;
-pub(crate) use cassie::open_cassie;
+pub(super) use apa::open_apa;
+pub(super) use cassie::open_cassie;
 pub(super) use detect::{FORMATS, by_mark, by_name};
-pub(crate) use gltf::open_gltf;
-pub(crate) use obj::open_obj;
-pub(crate) use poses::open_poses;
-pub(crate) use tilt::open_tilt;
+pub(super) use gltf::open_gltf;
+pub(super) use obj::open_obj;
+pub(super) use poses::open_poses;
+pub(super) use tilt::open_tilt;
 
 use std::path::Path;
 

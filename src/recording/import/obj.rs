@@ -4,8 +4,6 @@
 //! colours, `usemtl`, `g` and `o`. All else is passed over. Units and axes are taken as they are: the format states
 //! neither; y is up by custom, though scenes with z up are common.
 
-use std::path::Path;
-
 use glam::Vec3;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -16,7 +14,8 @@ use super::{
 use crate::{
     math::COORDINATE_LIMIT_M,
     recording::{
-        Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session, limits::beyond,
+        Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session, input::Input,
+        limits::beyond,
     },
 };
 
@@ -42,16 +41,19 @@ const PALETTE: [[f32; 3]; 12] = [
 ///
 /// # Errors
 /// The file cannot be read.
-pub(crate) fn open_obj(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(in crate::recording) fn open_obj(
+    input: Input<'_>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
     let obj = Obj {
-        lines: LineReader::open(path, options)?,
+        lines: LineReader::open(input, options)?,
         vertices: Vec::new(),
         group: None,
         material: None,
         most_vertices: options.limits.polygons,
     };
-    let header = Header::new(session_name(path), "Wavefront OBJ");
-    Ok(Session::new(header, "obj", Box::new(obj), path, options))
+    let header = Header::new(session_name(input.path), "Wavefront OBJ");
+    Ok(Session::new(header, "obj", Box::new(obj), input.path, options))
 }
 
 struct Obj {

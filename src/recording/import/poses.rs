@@ -8,7 +8,6 @@
 //! A tracker records without a pen, so the whole path is one ribbon, cut where the tracking was lost.
 
 use std::f32::consts::FRAC_1_SQRT_2;
-use std::path::Path;
 
 use glam::{Quat, Vec3};
 
@@ -19,7 +18,7 @@ use super::{
 };
 use crate::recording::{
     Event, EventSource, Header, NormalRule, Notes, OpenOptions, Place, RecordingError, Session, StrokeId,
-    Tool,
+    Tool, input::Input,
 };
 
 /// A longer pause between two poses, or a step back in time by more, starts a new stroke: the tracker was lost. Trackers
@@ -39,17 +38,20 @@ const LINE: &str = "`time x y z qw qx qy qz`";
 ///
 /// # Errors
 /// The file cannot be read.
-pub(crate) fn open_poses(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(in crate::recording) fn open_poses(
+    input: Input<'_>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
     let poses = Poses {
-        lines: LineReader::open(path, options)?,
+        lines: LineReader::open(input, options)?,
         up: Up::Z,
         first_secs: None,
         last: None,
         next_stroke: 0,
         ahead: [None, None],
     };
-    let header = Header::new(session_name(path), "tracker poses");
-    Ok(Session::new(header, "poses", Box::new(poses), path, options))
+    let header = Header::new(session_name(input.path), "tracker poses");
+    Ok(Session::new(header, "poses", Box::new(poses), input.path, options))
 }
 
 /// The axis of the file that points up.

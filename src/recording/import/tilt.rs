@@ -6,7 +6,7 @@
 //! holds it. Strokes keep the order of the file, whatever their times.
 
 use std::io::{BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::{
     archive::Archive,
@@ -16,9 +16,8 @@ use super::{
     strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream},
     tilt_metadata::Metadata,
 };
-use crate::{
-    recording::{Header, Layer, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session},
-    small_file::open_regular,
+use crate::recording::{
+    Header, Layer, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session, input::Input,
 };
 
 /// The first bytes of a file.
@@ -39,10 +38,14 @@ const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main
 ///
 /// # Errors
 /// The file cannot be read, or its head, its zip or (unless lenient) its metadata are damaged.
-pub(crate) fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(in crate::recording) fn open_tilt(
+    input: Input<'_>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
+    let path = input.path;
     let on_damage = OnDamage::of(options.lenient);
     let (mut sketch, metadata, mut warnings) =
-        if path.is_dir() { open_folder(path)? } else { open_zip(path, on_damage, &options.limits)? };
+        if input.is_folder() { open_folder(input)? } else { open_zip(input, on_damage, &options.limits)? };
     let metadata = match metadata {
         Some(bytes) => Metadata::read(bytes, on_damage, &mut warnings),
         None => {
@@ -78,42 +81,49 @@ pub(crate) fn open_tilt(path: &Path, options: &OpenOptions) -> Result<Session, R
 }
 
 /// Whether a folder is a `.tilt` in its unpacked form.
-pub(super) fn is_tilt_folder(path: &Path) -> bool {
-    SKETCH_NAMES.iter().any(|name| path.join(name).is_file())
+pub(super) fn is_tilt_folder(input: Input<'_>) -> bool {
+    SKETCH_NAMES.iter().any(|name| input.beside(&input.path.join(name)).is_file())
 }
 
 type Parts = (ByteReader, Option<ByteReader>, Vec<String>);
 
-fn open_folder(path: &Path) -> Result<Parts, RecordingError> {
+fn open_folder(input: Input<'_>) -> Result<Parts, RecordingError> {
+    let path = input.path;
     let open = |names: &[&str]| -> Result<Option<ByteReader>, RecordingError> {
-        let Some(file_path) = names.iter().map(|name| path.join(name)).find(|path| path.is_file()) else {
+        let Some(file_path) =
+            names.iter().map(|name| path.join(name)).find(|path| input.beside(path).is_file())
+        else {
             return Ok(None);
         };
-        Ok(Some(open_file(file_path)?))
+        Ok(Some(open_file(input.beside(&file_path))?))
     };
     let sketch = open(&SKETCH_NAMES)?.ok_or_else(|| no_sketch(path, "a folder without it"))?;
     Ok((sketch, open(&METADATA_NAMES)?, Vec::new()))
 }
 
-fn open_zip(path: &Path, on_damage: OnDamage, limits: &Limits) -> Result<Parts, RecordingError> {
-    let mut bytes = open_file(path.to_owned())?;
+fn open_zip(input: Input<'_>, on_damage: OnDamage, limits: &Limits) -> Result<Parts, RecordingError> {
+    let path = input.path;
+    let mut bytes = open_file(input)?;
     let mut magic = [0; MAGIC.len()];
     bytes.fill(&mut magic, "the word `tilT`")?;
     if magic != MAGIC {
         return Err(bytes.expected_at(0, "the word `tilT`", magic.escape_ascii()));
     }
     let zip_start = bytes.u16("the length of the head")?;
-    let archive = Archive::open(path, zip_start.into(), on_damage)?;
-    let sketch =
-        archive.find(&SKETCH_NAMES).ok_or_else(|| no_sketch(path, "a zip without it"))?.read(path, limits)?;
-    let metadata = archive.find(&METADATA_NAMES).map(|entry| entry.read(path, limits)).transpose()?;
+    let archive = Archive::open(input, zip_start.into(), on_damage)?;
+    let sketch = archive
+        .find(&SKETCH_NAMES)
+        .ok_or_else(|| no_sketch(path, "a zip without it"))?
+        .read(input, limits)?;
+    let metadata = archive.find(&METADATA_NAMES).map(|entry| entry.read(input, limits)).transpose()?;
     Ok((sketch, metadata, archive.warning.into_iter().collect()))
 }
 
-fn open_file(path: PathBuf) -> Result<ByteReader, RecordingError> {
-    let file = open_regular(&path).map_err(|error| RecordingError::io(&path, error))?;
+fn open_file(input: Input<'_>) -> Result<ByteReader, RecordingError> {
+    let path = input.path;
+    let file = input.open().map_err(|error| RecordingError::io(path, error))?;
     let reader: Box<dyn Read + Send> = Box::new(BufReader::new(file));
-    Ok(ByteReader::new(path, reader))
+    Ok(ByteReader::new(path.to_owned(), reader))
 }
 
 fn no_sketch(path: &Path, found: &str) -> RecordingError {

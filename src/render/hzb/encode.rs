@@ -171,10 +171,16 @@ impl HzbView {
             label: Some("occlusion test"),
             timestamp_writes: timer.stamps(1, Ends::Begin).map(|stamps| stamps.of_compute()),
         });
-        for (level, (_, width, height)) in self.levels.iter().enumerate() {
-            pass.set_pipeline(if level == 0 { &frame.hzb.base } else { &frame.hzb.reduce });
-            pass.set_bind_group(0, &groups.pyramid, &[level as u32 * SPAN_STRIDE]);
-            let [x, y] = [width, height].map(|texels| texels.div_ceil(TEXELS_OF_PYRAMID));
+        for (level, (_, width, height)) in (1..).zip(self.levels.iter()) {
+            let (pipeline, texels) = match level {
+                1 => (&frame.hzb.base, 2 * TEXELS_OF_PYRAMID),
+                // Made together with the first.
+                2 => continue,
+                _ => (&frame.hzb.reduce, TEXELS_OF_PYRAMID),
+            };
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &groups.pyramid, &[level * SPAN_STRIDE]);
+            let [x, y] = [width, height].map(|side| side.div_ceil(texels));
             pass.dispatch_workgroups(x, y, 1);
         }
         let tests = [

@@ -4,7 +4,7 @@
 //!
 //! A frame of one view:
 //! 1. *Recall*: of the polygons in view, those that were visible in the last frame are drawn, for their depth alone.
-//! 2. *Pyramid*: the farthest depth of each pixel, of 2 x 2 pixels, and so on.
+//! 2. *Pyramid*: the farthest depth of 2 x 2 pixels, of 4 x 4, and so on.
 //! 3. *Test*: every polygon in view against the pyramid; what is not proven hidden is remembered for the next frame,
 //! 4. and *compacted*: listed in the order of drawing, for an indirect draw call.
 //! 5. *Colours*: the list is drawn over the depth of the first pass.
@@ -38,7 +38,7 @@ mod tests;
 
 pub use config::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup};
 pub(super) use frame::Frame;
-pub(super) use pipelines::Hzb;
+pub(super) use pipelines::{Hzb, samples_are_in_place_later};
 pub use pyramid::PyramidLevel;
 pub use show::PyramidPass;
 pub(super) use state::HzbView;

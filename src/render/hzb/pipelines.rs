@@ -41,6 +41,18 @@ pub(super) enum Bound {
     Depth,
 }
 
+/// Whether the samples of a pixel are at their usual places, for a caller that cannot wait.
+///
+/// # Errors
+/// The device is lost or the driver reported something.
+pub(in super::super) async fn samples_are_in_place_later(gpu: &Gpu) -> Result<bool, RenderError> {
+    match missing(gpu) {
+        // Then nobody asks.
+        Some(_) => Ok(false),
+        None => samples::are_in_place_later(gpu).await,
+    }
+}
+
 impl Hzb {
     /// The pipelines.
     ///
@@ -48,7 +60,9 @@ impl Hzb {
     /// The adapter lacks something.
     pub(in super::super) fn new(gpu: &Gpu) -> Result<Self, RenderError> {
         let missing = match missing(gpu) {
-            None if !samples::are_in_place(gpu)? => Some("samples at the usual places of a pixel"),
+            None if !gpu.samples_in_place().map_or_else(|| samples::are_in_place(gpu), Ok)? => {
+                Some("samples at the usual places of a pixel")
+            }
             missing => missing,
         };
         if let Some(lacks) = missing {

@@ -1,8 +1,8 @@
 /// Most levels: as many as the largest texture that wgpu knows of needs.
 pub(super) const MAX_LEVELS: usize = 16;
 
-/// Where the levels of a depth pyramid lie in its buffer: level 0 has the size of the picture, each other one half of
-/// that below, rounded up.
+/// Where the levels of a depth pyramid lie in its buffer: level 1 has half the size of the picture, rounded up, each other
+/// one half of that below. Level 0 is the picture itself, whose samples are read where they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Levels {
     /// First texel, width, height, nothing.
@@ -15,15 +15,16 @@ impl Levels {
     /// The levels for a picture of this size.
     pub(super) fn of(width: u32, height: u32) -> Self {
         let mut levels = [[0; 4]; MAX_LEVELS];
-        let (mut size, mut count, mut texels) = ((width.max(1), height.max(1)), 0, 0);
-        for level in &mut levels {
+        levels[0] = [0, width.max(1), height.max(1), 0];
+        let (mut size, mut count, mut texels) = ((width.max(1), height.max(1)), 1, 0);
+        for level in &mut levels[1..] {
+            size = (size.0.div_ceil(2), size.1.div_ceil(2));
             *level = [texels, size.0, size.1, 0];
             texels += size.0 * size.1;
             count += 1;
             if size == (1, 1) {
                 break;
             }
-            size = (size.0.div_ceil(2), size.1.div_ceil(2));
         }
         Self { levels, count, texels }
     }
@@ -32,16 +33,17 @@ impl Levels {
         self.levels
     }
 
-    /// First texel, width, height of each level.
+    /// First texel, width, height of each level from 1 on.
     pub(super) fn iter(&self) -> impl ExactSizeIterator<Item = (u32, u32, u32)> + '_ {
-        self.levels[..self.count].iter().map(|&[first, width, height, _]| (first, width, height))
+        self.levels[1..self.count].iter().map(|&[first, width, height, _]| (first, width, height))
     }
 
+    /// Levels, the picture among them.
     pub(super) fn count(&self) -> usize {
         self.count
     }
 
-    /// Texels of all levels.
+    /// Texels of all levels in the buffer.
     pub(super) fn texels(&self) -> u32 {
         self.texels
     }
@@ -66,8 +68,8 @@ mod tests {
     fn levels_halve_rounding_up_to_a_single_texel() {
         let sizes = |w, h| Levels::of(w, h).iter().map(|(_, w, h)| (w, h)).collect::<Vec<_>>();
         assert_eq!(sizes(1, 1), [(1, 1)]);
-        assert_eq!(sizes(5, 1), [(5, 1), (3, 1), (2, 1), (1, 1)]);
-        assert_eq!(sizes(3, 17), [(3, 17), (2, 9), (1, 5), (1, 3), (1, 2), (1, 1)]);
+        assert_eq!(sizes(5, 1), [(3, 1), (2, 1), (1, 1)]);
+        assert_eq!(sizes(3, 17), [(2, 9), (1, 5), (1, 3), (1, 2), (1, 1)]);
         assert_eq!(Levels::of(32_768, 1).count(), MAX_LEVELS);
         let levels = Levels::of(641, 359);
         let mut texels = 0;

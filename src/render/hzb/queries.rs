@@ -328,7 +328,7 @@ fn bounds_of(handles: &[Handle], scene: &Scene) -> Aabb {
             if !(of_polygon.min.is_finite() && of_polygon.max.is_finite()) {
                 return Aabb { min: Vec3::NAN, max: Vec3::NAN };
             }
-            bounds = bounds.union(of_polygon);
+            bounds = bounds.union(&of_polygon);
         }
     }
     bounds

@@ -9,13 +9,15 @@ use super::{
 };
 use crate::render::{
     Gpu, RenderError,
-    read_back::read_buffer,
+    read_back::{read_buffer, read_buffer_later},
     shaders,
     target::{DEPTH_FORMAT, SAMPLES},
 };
 
 /// Pixels of the picture that is looked at, each way.
 const SIDE: u32 = 2;
+/// Of what is measured along an axis.
+const BYTES: u64 = (SIDE * SIDE * SAMPLES) as u64 * 4;
 /// From the left and from the top, parts of a pixel, as `hzb_test.wgsl` has them.
 const PLACES: [[f32; 2]; SAMPLES as usize] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
 /// How far from there a sample may be found to be: rounding. The test allows for far more.
@@ -26,7 +28,24 @@ const NEAR_ENOUGH: f32 = 1.0e-4;
 /// # Errors
 /// The device is lost or the driver reported something.
 pub(super) fn are_in_place(gpu: &Gpu) -> Result<bool, RenderError> {
-    Ok(are_places(&[measure(gpu, 0)?, measure(gpu, 1)?]))
+    let read = |axis| read_buffer(gpu, &measure(gpu, axis), BYTES).map(|bytes| distances(&bytes));
+    Ok(are_places(&[read(0)?, read(1)?]))
+}
+
+/// The same for a caller that cannot wait.
+///
+/// # Errors
+/// As there.
+pub(super) async fn are_in_place_later(gpu: &Gpu) -> Result<bool, RenderError> {
+    let (x, y) = (measure(gpu, 0), measure(gpu, 1));
+    let x = read_buffer_later(gpu, &x, BYTES).await?;
+    let y = read_buffer_later(gpu, &y, BYTES).await?;
+    Ok(are_places(&[distances(&x), distances(&y)]))
+}
+
+/// Distances from the left or from the top, pixels.
+fn distances(bytes: &[u8]) -> Vec<f32> {
+    bytemuck::pod_collect_to_vec::<u8, f32>(bytes).iter().map(|part| part * 2.0 * SIDE as f32).collect()
 }
 
 /// Whether these, by axis, are where the samples of the pixels should be.
@@ -40,8 +59,8 @@ fn are_places(found: &[Vec<f32>; 2]) -> bool {
     })
 }
 
-/// Distance of each sample of each pixel from the left (axis 0) or from the top, pixels.
-fn measure(gpu: &Gpu, axis: u32) -> Result<Vec<f32>, RenderError> {
+/// Has the distance of each sample of each pixel from the left (axis 0) or from the top measured.
+fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
     let device = gpu.device();
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("places of samples"),
@@ -54,9 +73,8 @@ fn measure(gpu: &Gpu, axis: u32) -> Result<Vec<f32>, RenderError> {
         view_formats: &[],
     });
     let view = texture.create_view(&Default::default());
-    let bytes = u64::from(SIDE * SIDE * SAMPLES) * 4;
     let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-    let depths = create(gpu, "places of samples", bytes, storage);
+    let depths = create(gpu, "places of samples", BYTES, storage);
     let read_layout = layout(gpu, "places of samples", &[Bound::Depth, Bound::Write]);
     let read = compute(gpu, shaders::SAMPLE_PLACES, &[Some(&read_layout)], "read");
     let resources = [wgpu::BindingResource::TextureView(&view), depths.as_entire_binding()];
@@ -84,8 +102,7 @@ fn measure(gpu: &Gpu, axis: u32) -> Result<Vec<f32>, RenderError> {
     pass.dispatch_workgroups(1, 1, 1);
     drop(pass);
     gpu.queue().submit([encoder.finish()]);
-    let bytes = read_buffer(gpu, &depths, bytes)?;
-    Ok(bytemuck::pod_collect_to_vec::<u8, f32>(&bytes).iter().map(|part| part * 2.0 * SIDE as f32).collect())
+    depths
 }
 
 fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {

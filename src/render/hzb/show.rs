@@ -52,7 +52,8 @@ impl PyramidPass {
     }
 
     /// Draws a level of the pyramid with which the frame at hand is culled, in an area of the pass's target, which must lie
-    /// within it; beyond the last level the last. Whether there is a pyramid: only views that are culled by one have it.
+    /// within it. A texel of level n stands for 2^n pixels each way. Level 0 is drawn as level 1, one beyond the last as the
+    /// last. Returns whether there is a pyramid: only views that are culled by one have it.
     pub fn draw(
         &self,
         gpu: &Gpu,
@@ -98,8 +99,8 @@ impl HzbView {
         self.queries.is_none() && self.size != (0, 0)
     }
 
-    /// First texel, width and height of a level; of the last if there are fewer.
+    /// First texel, width and height of a level from 1 on; of the last if there are fewer.
     fn level(&self, level: usize) -> Option<(u32, u32, u32)> {
-        self.levels.iter().take(level + 1).last()
+        self.levels.iter().take(level.max(1)).last()
     }
 }

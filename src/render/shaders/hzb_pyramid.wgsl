@@ -1,5 +1,5 @@
-// The depth pyramid: for each pixel the farthest depth of its samples, then for 2 x 2 texels the farthest of them, up to
-// a single one. Depth is reversed, so the farthest is the least. Texel i of level L stands for the pixels from i * 2^L to
+// The depth pyramid: for 2 x 2 pixels the farthest depth of their samples, then for 2 x 2 texels the farthest of them, up
+// to a single one. Depth is reversed, so the farthest is the least. Texel i of level L stands for the pixels from i * 2^L to
 // (i + 1) * 2^L, as far as the picture goes: a level is half the one below, rounded up, whatever the size.
 
 struct Span {
@@ -13,7 +13,7 @@ struct Span {
 }
 
 struct Params {
-    // First texel, width, height of each level.
+    // First texel, width, height of each level; level 0 is the picture and not in the buffer.
     levels: array<vec4<u32>, 16>,
     width: u32,
     height: u32,
@@ -28,14 +28,41 @@ struct Params {
 @group(0) @binding(2) var depth: texture_depth_multisampled_2d;
 @group(0) @binding(3) var<storage, read_write> pyramid: array<f32>;
 
+fn farthest(at: vec2<u32>) -> f32 {
+    let two = min(textureLoad(depth, at, 0), textureLoad(depth, at, 1));
+    return min(two, min(textureLoad(depth, at, 2), textureLoad(depth, at, 3)));
+}
+
+fn farthest_of_four(at: vec2<u32>) -> f32 {
+    let low = at * 2u;
+    // At the border the last column or row stands for two.
+    let high = min(low + 1u, vec2(params.width, params.height) - 1u);
+    let upper = min(farthest(low), farthest(vec2(high.x, low.y)));
+    let lower = min(farthest(vec2(low.x, high.y)), farthest(high));
+    return min(upper, lower);
+}
+
+// Levels 1 and 2, if there is a second: an invocation for four texels of the first.
 @compute @workgroup_size(8, 8)
 fn base(@builtin(global_invocation_id) at: vec3<u32>) {
-    if at.x >= params.width || at.y >= params.height {
+    let one = params.levels[1];
+    if at.x * 2u >= one.y || at.y * 2u >= one.z {
         return;
     }
-    let near = min(textureLoad(depth, at.xy, 0), textureLoad(depth, at.xy, 1));
-    let far = min(near, min(textureLoad(depth, at.xy, 2), textureLoad(depth, at.xy, 3)));
-    pyramid[at.y * params.width + at.x] = far;
+    let low = at.xy * 2u;
+    let high = min(low + 1u, one.yz - 1u);
+    let a = farthest_of_four(low);
+    let b = farthest_of_four(vec2(high.x, low.y));
+    let c = farthest_of_four(vec2(low.x, high.y));
+    let d = farthest_of_four(high);
+    pyramid[low.y * one.y + low.x] = a;
+    pyramid[low.y * one.y + high.x] = b;
+    pyramid[high.y * one.y + low.x] = c;
+    pyramid[high.y * one.y + high.x] = d;
+    if params.level_count > 2u {
+        let two = params.levels[2];
+        pyramid[two.x + at.y * two.y + at.x] = min(min(a, b), min(c, d));
+    }
 }
 
 @compute @workgroup_size(8, 8)

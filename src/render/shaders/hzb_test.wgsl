@@ -14,7 +14,7 @@ struct Span {
 }
 
 struct Params {
-    // First texel, width, height of each level.
+    // First texel, width, height of each level; level 0 is the picture and not in the buffer.
     levels: array<vec4<u32>, 16>,
     width: u32,
     height: u32,
@@ -252,7 +252,7 @@ fn is_bound_hidden(bound: Bound) -> bool {
         return false;
     }
     let rect = pixels(bound.low, bound.high);
-    let level = level_for(rect, GROUP_TEXELS);
+    let level = max(level_for(rect, GROUP_TEXELS), 1u);
     let first = rect.xy >> vec2(level);
     let last = rect.zw >> vec2(level);
     for (var y = first.y; y <= last.y; y++) {
@@ -362,17 +362,16 @@ fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_p
         // Parts of a texel may lie beside the rectangle.
         let is_in = all(at >= (rect.xy >> vec2(level))) && all(at <= (rect.zw >> vec2(level)));
         if is_in && may_touch(t, texel_low, texel_high) {
-            if !(nearest_in(t, texel_low, texel_high) < depth_at(level, at)) {
-                if level > 0u {
-                    level -= 1u;
-                    at *= 2;
-                    continue;
-                }
+            if level == 0u {
                 // Where the samples of a pixel are: see `samples.rs`.
                 if may_win(t, at, 0, vec2(0.375, 0.125)) || may_win(t, at, 1, vec2(0.875, 0.375))
                     || may_win(t, at, 2, vec2(0.125, 0.625)) || may_win(t, at, 3, vec2(0.625, 0.875)) {
                     return false;
                 }
+            } else if !(nearest_in(t, texel_low, texel_high) < depth_at(level, at)) {
+                level -= 1u;
+                at *= 2;
+                continue;
             }
         }
         // Where this was the last of four parts, the parent is done, too, and so on.

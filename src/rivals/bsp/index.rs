@@ -6,7 +6,7 @@ use super::{
     plane::MAX_CORNERS,
 };
 use crate::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
     math::{Aabb, Frustum, Ray},
     polygon::{ConvexPolygon, PolygonId},
     rivals::{by_id::ById, rebuilt::Rebuilt},
@@ -115,6 +115,10 @@ impl SpatialIndex for Bsp {
         out: &mut Vec<(PolygonId, f32)>,
     ) -> WorkCounts {
         self.0.nearest(point, count, distance_m, out)
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        self.0.upkeep()
     }
 
     fn validate(&self) -> Result<(), String> {

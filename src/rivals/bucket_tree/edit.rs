@@ -27,14 +27,16 @@ impl<P: Partition> BucketTree<P> {
     /// Files a polygon from the root down; then splits its leaf if that is full, or builds the highest subtree anew
     /// that has become lopsided.
     pub(super) fn file(&mut self, item: &Item) {
+        self.upkeep.filed += 1;
         let center = item.bounds.center();
         self.grow_for(center);
         let mut at = ROOT;
-        let mut lopsided = NONE;
+        let (mut lopsided, mut boxes) = (NONE, 0);
         loop {
             let node = self.node_mut(at);
             node.bounds = node.bounds.union(&item.bounds);
             node.polygons += 1;
+            boxes += 1;
             if node.is_leaf() {
                 break;
             }
@@ -46,6 +48,7 @@ impl<P: Partition> BucketTree<P> {
             }
             at = child;
         }
+        self.upkeep.boxes += boxes;
         self.push(at, item);
         if lopsided != NONE {
             self.gather_subtree(lopsided);
@@ -130,6 +133,7 @@ impl<P: Partition> BucketTree<P> {
         let mut items = std::mem::take(&mut self.items);
         self.pending.clear();
         self.pending.push((top, 0, items.len() as u32));
+        self.upkeep.filed += items.len() as u64;
         while let Some((at, start, end)) = self.pending.pop() {
             let mut rest = &mut items[start as usize..end as usize];
             let count = end - start;
@@ -137,6 +141,7 @@ impl<P: Partition> BucketTree<P> {
             node.polygons = count;
             node.bounds = rest.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
             let cell = node.cell;
+            self.upkeep.boxes += 1;
             let is_large = count > self.leaf_capacity;
             let Some(own) = is_large.then(|| self.partition.split(&cell, rest)).flatten() else {
                 self.node_mut(at).rebuild_at = if is_large { 2 * count } else { self.leaf_capacity };
@@ -196,6 +201,7 @@ impl<P: Partition> BucketTree<P> {
     /// Makes the boxes fit from a node upwards, as far as anything changes.
     pub(super) fn tighten_upwards(&mut self, mut at: u32) {
         while at != NONE {
+            self.upkeep.boxes += 1;
             let node = self.node(at);
             let bounds = if node.is_leaf() {
                 self.buckets.bounds(node.chain)

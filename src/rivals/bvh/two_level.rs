@@ -8,7 +8,7 @@
 
 use super::BinnedSahBuilder;
 use crate::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts, probe::Nearest},
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, probe::Nearest},
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
     rivals::{
@@ -64,6 +64,8 @@ pub struct BvhTwoLevel {
     waiting: Vec<PolygonId>,
     /// Filled and emptied within a rebuild.
     items: Vec<Item>,
+    /// Work of the rebuilds.
+    rebuilt: Upkeep,
 }
 
 impl BvhTwoLevel {
@@ -80,6 +82,7 @@ impl BvhTwoLevel {
             dynamic: BoxTree::with_capacity(config.min_changed),
             waiting: Vec::new(),
             items: Vec::with_capacity(index.capacity),
+            rebuilt: Upkeep::default(),
         }
     }
 
@@ -111,6 +114,8 @@ impl BvhTwoLevel {
             self.builder.build(&mut self.items, &mut self.fixed);
         }
         self.fixed.finish();
+        self.rebuilt.filed += self.filed.len() as u64;
+        self.rebuilt.boxes += self.fixed.node_count() as u64;
         for (at, &id) in self.fixed.ids().iter().enumerate() {
             self.place.set(id, Place::Static(at as u32));
         }
@@ -182,6 +187,12 @@ impl SpatialIndex for BvhTwoLevel {
         self.fixed.ray_nearest(ray, &mut nearest);
         self.dynamic.ray_nearest(ray, &mut nearest);
         nearest.found()
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        let mut all = self.rebuilt;
+        all += self.dynamic.upkeep();
+        Some(all)
     }
 
     fn validate(&self) -> Result<(), String> {

@@ -20,7 +20,7 @@ pub(super) use tree::BoxTree;
 
 use super::by_id::{ById, FiledBoxes};
 use crate::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts, probe::Nearest},
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, probe::Nearest},
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
 };
@@ -95,6 +95,10 @@ impl SpatialIndex for DynamicBvh {
         let mut nearest = Nearest::new(t_max, hit);
         self.tree.ray_nearest(ray, &mut nearest);
         nearest.found()
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.tree.upkeep())
     }
 
     fn validate(&self) -> Result<(), String> {

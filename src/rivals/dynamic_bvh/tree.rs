@@ -1,6 +1,7 @@
 use std::cmp::Ordering;
 
 use crate::{
+    index::Upkeep,
     math::Aabb,
     polygon::PolygonId,
     rivals::flat_tree::{area, joined_area},
@@ -66,6 +67,7 @@ pub(in crate::rivals) struct BoxTree {
     pub(super) links: Vec<Links>,
     pub(super) root: u32,
     pub(super) first_free: u32,
+    upkeep: Upkeep,
 }
 
 impl BoxTree {
@@ -75,6 +77,7 @@ impl BoxTree {
             links: Vec::with_capacity(2 * polygons),
             root: NONE,
             first_free: NONE,
+            upkeep: Upkeep::default(),
         }
     }
 
@@ -90,6 +93,11 @@ impl BoxTree {
 
     pub(in crate::rivals) fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<TreeNode>() + self.links.capacity() * size_of::<Links>()
+    }
+
+    /// What inserting and removing took so far.
+    pub(in crate::rivals) fn upkeep(&self) -> Upkeep {
+        self.upkeep
     }
 
     /// Every leaf: its number, polygon and box.
@@ -142,6 +150,7 @@ impl BoxTree {
 
     /// Adds a polygon and returns its leaf.
     pub(in crate::rivals) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> u32 {
+        self.upkeep.filed += 1;
         let leaf = TreeNode { bounds: *bounds, parent: NONE, height: 0, polygons: 1 };
         let leaf = self.take_node(leaf, Links::leaf(id));
         if self.root == NONE {
@@ -264,6 +273,7 @@ impl BoxTree {
 
     /// Computes an inner node from its children.
     fn gather(&mut self, at: u32) {
+        self.upkeep.boxes += 1;
         let [a, b] = self.children(at);
         let (a, b) = (*self.node(a), *self.node(b));
         let node = self.node_mut(at);

@@ -273,6 +273,11 @@ impl FlatTree {
         work
     }
 
+    /// Nodes, leaves included.
+    pub(super) fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
     /// The box of the polygon at a place of [`FlatTree::ids`].
     pub(super) fn get_box(&self, at: usize) -> Aabb {
         self.lanes.get(at)

@@ -23,7 +23,7 @@ use super::{
     item::Item,
 };
 use crate::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts, simd::IdWriter},
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, simd::IdWriter},
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
@@ -72,6 +72,7 @@ pub struct LooseOctree {
     buckets: Buckets<BLOCKS>,
     filed: FiledBoxes,
     spot: ById<Spot>,
+    upkeep: Upkeep,
 }
 
 impl LooseOctree {
@@ -86,6 +87,7 @@ impl LooseOctree {
             buckets: Buckets::with_capacity(2 * index.capacity),
             filed: FiledBoxes::with_capacity(index.capacity),
             spot,
+            upkeep: Upkeep::default(),
         }
     }
 
@@ -117,6 +119,7 @@ impl LooseOctree {
     }
 
     fn file(&mut self, id: PolygonId, bounds: &Aabb) {
+        self.upkeep.filed += 1;
         let cell = self.cell_for(bounds);
         let spot = self.buckets.push(&mut self.slots[cell].chain, cell as u32, &Item { bounds: *bounds, id });
         self.spot.set(id, spot);
@@ -160,6 +163,7 @@ impl SpatialIndex for LooseOctree {
         let spot = self.spot.get(id);
         if self.cell_for(bounds) == self.buckets.owner(spot) as usize {
             self.buckets.set_bounds(spot, bounds);
+            self.upkeep.adjusted += 1;
         } else {
             self.take_out(id);
             self.file(id, bounds);
@@ -175,6 +179,10 @@ impl SpatialIndex for LooseOctree {
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         self.visit(frustum, visitor)
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.upkeep)
     }
 
     fn validate(&self) -> Result<(), String> {

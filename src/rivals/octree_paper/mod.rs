@@ -22,7 +22,7 @@ use super::{
     item::Item,
 };
 use crate::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
@@ -86,6 +86,7 @@ pub struct OctreePaper {
     items: Vec<Item>,
     ids: Vec<PolygonId>,
     filing: FilingCounts,
+    upkeep: Upkeep,
 }
 
 impl OctreePaper {
@@ -103,6 +104,7 @@ impl OctreePaper {
             items: Vec::new(),
             ids: Vec::new(),
             filing: FilingCounts::default(),
+            upkeep: Upkeep::default(),
         }
     }
 
@@ -148,6 +150,8 @@ impl SpatialIndex for OctreePaper {
     fn commit(&mut self) {
         if self.is_due {
             self.rebuild();
+            self.upkeep.filed += self.items.len() as u64;
+            self.upkeep.boxes += self.nodes.len() as u64;
             self.is_due = false;
         }
     }
@@ -158,6 +162,10 @@ impl SpatialIndex for OctreePaper {
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         self.visit(frustum, visitor)
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.upkeep)
     }
 
     fn validate(&self) -> Result<(), String> {

@@ -4,7 +4,7 @@ use super::{
     placement::OspPlace,
 };
 use crate::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     polygon::PolygonId,
     rivals::{
@@ -241,6 +241,11 @@ impl SpatialIndex for OspPaper {
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         self.visit(frustum, visitor)
+    }
+
+    /// Its cells are fixed: nothing but places changes.
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(Upkeep { filed: self.filing.polygons, ..Upkeep::default() })
     }
 
     fn validate(&self) -> Result<(), String> {

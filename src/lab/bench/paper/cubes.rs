@@ -46,7 +46,7 @@ pub(super) fn measure(input: &PaperInput<'_>, config: &PaperConfig, views: &[Vie
     let mut exact = BruteForce::with_capacity(input.scene.polygon_count());
     for id in input.scene.visible_ids() {
         // What is beyond all range cannot be drawn and stays out.
-        let _ = exact.insert(id, input.scene.bounds(id));
+        let _ = exact.insert(id, &input.scene.bounds(id));
     }
     let mut list = DrawList::new();
     let in_view: u64 = views
@@ -73,7 +73,7 @@ fn row(input: &PaperInput<'_>, views: &[View], factor: f32, depth: u32) -> CubeR
     let mut tree = OspPaper::new(grid, input.scene.polygon_count()).with_cut_nodes(CutNodes::Drawn);
     for id in input.scene.visible_ids() {
         // What is beyond all range cannot be drawn and stays out.
-        let _ = tree.insert(id, input.scene.bounds(id));
+        let _ = tree.insert(id, &input.scene.bounds(id));
     }
     let (mut work, mut list, mut us) = (WorkCounts::default(), DrawList::new(), Vec::new());
     list.reserve(tree.len());

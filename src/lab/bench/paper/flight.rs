@@ -151,7 +151,7 @@ impl Maker<'_> {
         for &change in &self.changes {
             if let Change::Insert(id) = change {
                 // What is beyond all range cannot be drawn and stays out.
-                let _ = index.insert(id, self.input.scene.bounds(id));
+                let _ = index.insert(id, &self.input.scene.bounds(id));
             }
         }
         index.commit();

@@ -132,10 +132,10 @@ impl Tree {
         for &change in changes {
             // What is beyond all range cannot be drawn and stays out.
             let _ = match change {
-                Change::Insert(id) => index.insert(id, scene.bounds(id)),
+                Change::Insert(id) => index.insert(id, &scene.bounds(id)),
                 Change::Remove(id) => index.remove(id),
-                Change::Update(id) => index.update(id, scene.bounds(id)),
-                Change::Repaint(_) => Ok(()),
+                Change::Update(id) => index.update(id, &scene.bounds(id)),
+                Change::Repaint(_) | Change::Place(_) => Ok(()),
             };
         }
     }

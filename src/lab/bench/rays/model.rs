@@ -16,9 +16,9 @@ use crate::{
 pub struct RaysModel {
     /// What it is called.
     pub recording: String,
-    pub(super) polygons: Vec<ConvexPolygon>,
-    pub(super) boxes: Vec<Aabb>,
-    pub(super) root: Aabb,
+    pub(in crate::lab::bench) polygons: Vec<ConvexPolygon>,
+    pub(in crate::lab::bench) boxes: Vec<Aabb>,
+    pub(in crate::lab::bench) root: Aabb,
 }
 
 impl RaysModel {
@@ -46,7 +46,7 @@ impl RaysModel {
         Self { recording: recording.to_owned(), polygons, boxes, root }
     }
 
-    pub(super) fn around(&self) -> Aabb {
+    pub(in crate::lab::bench) fn around(&self) -> Aabb {
         self.boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b))
     }
 

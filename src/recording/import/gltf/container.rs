@@ -5,10 +5,7 @@ use std::{io::Read, path::Path, path::PathBuf};
 use ::gltf::json::{Root, deserialize};
 
 use super::{Damage, Fault, MAGIC, uri};
-use crate::{
-    recording::{Limits, Place, RecordingError, import::lines::shown, limits::beyond},
-    small_file::open_regular,
-};
+use crate::recording::{Limits, Place, RecordingError, import::lines::shown, input::Input, limits::beyond};
 
 const HEAD_BYTES: usize = 12;
 const CHUNK_HEAD_BYTES: usize = 8;
@@ -30,11 +27,16 @@ pub(super) struct File {
 }
 
 impl File {
-    pub(super) fn read(path: &Path, limits: &Limits, damage: &mut Damage) -> Result<Self, RecordingError> {
+    pub(super) fn read(
+        input: Input<'_>,
+        limits: &Limits,
+        damage: &mut Damage,
+    ) -> Result<Self, RecordingError> {
+        let path = input.path;
         let most = limits.polygons.saturating_mul(BYTES_A_POLYGON);
         let io = |error| RecordingError::io(path, error);
         let mut bytes = Vec::new();
-        open_regular(path).map_err(io)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
+        input.open().map_err(io)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 > most {
             return Err(beyond(path, Place::File, most, "bytes"));
         }
@@ -43,7 +45,7 @@ impl File {
         if !is_binary {
             let root = parse(path, 0, &bytes, limits)?;
             drop(bytes);
-            let buffers = read_buffers(path, &root, None, &mut left, damage)?;
+            let buffers = read_buffers(input, &root, None, &mut left, damage)?;
             return Ok(Self { path: path.to_owned(), root, buffers, is_binary });
         }
         let json = binary_json(path, &bytes, damage)?;
@@ -54,7 +56,7 @@ impl File {
             bytes.drain(..range.start);
             bytes
         });
-        let buffers = read_buffers(path, &root, binary, &mut left, damage)?;
+        let buffers = read_buffers(input, &root, binary, &mut left, damage)?;
         Ok(Self { path: path.to_owned(), root, buffers, is_binary })
     }
 }
@@ -161,12 +163,13 @@ fn is_optional_here(extension: &str) -> bool {
 }
 
 fn read_buffers(
-    path: &Path,
+    input: Input<'_>,
     root: &Root,
     mut binary: Option<Vec<u8>>,
     left: &mut u64,
     damage: &mut Damage,
 ) -> Result<Vec<Vec<u8>>, RecordingError> {
+    let path = input.path;
     let mut buffers = Vec::new();
     for (buffer, number) in root.buffers.iter().zip(0..) {
         let content = match (&buffer.uri, number) {
@@ -175,7 +178,7 @@ fn read_buffers(
             (Some(uri), _) => match uri::data(uri) {
                 Some(data) => data,
                 None => match uri::file(uri, path) {
-                    Ok(file) => read_beside(&file, left, path)?,
+                    Ok(file) => read_beside(input.beside(&file), left, path)?,
                     Err(fault) => Err(fault),
                 },
             },
@@ -199,12 +202,15 @@ fn read_buffers(
 }
 
 /// A buffer of its own file. The inner error is one of the model.
-fn read_beside(file: &Path, left: &mut u64, model: &Path) -> Result<Result<Vec<u8>, Fault>, RecordingError> {
+fn read_beside(
+    file: Input<'_>,
+    left: &mut u64,
+    model: &Path,
+) -> Result<Result<Vec<u8>, Fault>, RecordingError> {
     let mut bytes = Vec::new();
-    let read =
-        open_regular(file).and_then(|opened| opened.take(left.saturating_add(1)).read_to_end(&mut bytes));
+    let read = file.open().and_then(|opened| opened.take(left.saturating_add(1)).read_to_end(&mut bytes));
     if let Err(error) = read {
-        let name = shown(&file.to_string_lossy());
+        let name = shown(&file.path.to_string_lossy());
         return Ok(Err(Fault::new(format!("the buffer {name}"), shortened(&error.to_string()))));
     }
     match left.checked_sub(bytes.len() as u64) {
@@ -220,7 +226,7 @@ pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
     let mut damage = Damage { is_lenient: true, notes: Default::default() };
     let mut bytes = Vec::new();
     let most = Limits::DEFAULT.polygons * BYTES_A_POLYGON;
-    let read = open_regular(path).and_then(|file| file.take(most).read_to_end(&mut bytes));
+    let read = Input::on_disk(path).open().and_then(|file| file.take(most).read_to_end(&mut bytes));
     if read.is_err() {
         return Vec::new();
     }

@@ -32,6 +32,7 @@ use self::{
 use super::session_name;
 use crate::recording::{
     Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, Transform,
+    input::Input,
 };
 
 /// What a `.glb` begins with.
@@ -84,9 +85,13 @@ impl Damage {
 ///
 /// # Errors
 /// The file cannot be read, is too large to be held, or its JSON is damaged.
-pub(crate) fn open_gltf(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(in crate::recording) fn open_gltf(
+    input: Input<'_>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
+    let path = input.path;
     let mut damage = Damage { is_lenient: options.lenient, notes: Notes::default() };
-    let file = File::read(path, &options.limits, &mut damage)?;
+    let file = File::read(input, &options.limits, &mut damage)?;
     let nodes = nodes::plan(&file, &mut damage)?;
     let mut header = Header::new(session_name(path), look::source(&file));
     look::fill(&file, &nodes.seen, &mut header);

@@ -8,6 +8,8 @@ use base64::{
     engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig},
 };
 
+use percent_encoding::percent_decode_str;
+
 use super::Fault;
 use crate::recording::import::lines::shown;
 
@@ -35,29 +37,13 @@ pub(super) fn data(uri: &str) -> Option<Result<Vec<u8>, Fault>> {
 /// The file of a relative URI: one in the folder of `beside` or below it. A model does not reach further.
 pub(super) fn file(uri: &str, beside: &Path) -> Result<PathBuf, Fault> {
     let refuse = || Fault::new("the URI of a buffer in the same folder or below", shown(uri));
-    let decoded = percent_decoded(uri).ok_or_else(refuse)?;
-    let relative = Path::new(&decoded);
+    let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| refuse())?;
+    let relative = Path::new(decoded.as_ref());
     let is_plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
     if decoded.is_empty() || decoded.contains(['\0', ':', '\\']) || !relative.components().all(is_plain) {
         return Err(refuse());
     }
     Ok(beside.parent().unwrap_or(Path::new("")).join(relative))
-}
-
-fn percent_decoded(text: &str) -> Option<String> {
-    let mut bytes = Vec::with_capacity(text.len());
-    let mut rest = text.as_bytes();
-    while let Some((&first, after)) = rest.split_first() {
-        rest = after;
-        if first != b'%' {
-            bytes.push(first);
-            continue;
-        }
-        let digits = std::str::from_utf8(rest.get(..2)?).ok()?;
-        bytes.push(u8::from_str_radix(digits, 16).ok()?);
-        rest = &rest[2..];
-    }
-    String::from_utf8(bytes).ok()
 }
 
 #[cfg(test)]
@@ -70,8 +56,9 @@ mod tests {
         let path = |uri| file(uri, model).ok();
         assert_eq!(path("a.bin"), Some(PathBuf::from("models/a.bin")));
         assert_eq!(path("./parts/a%20b.bin"), Some(PathBuf::from("models/./parts/a b.bin")));
-        for uri in
-            ["", "/etc/passwd", "../a.bin", "x/../../a.bin", "http://a/b", "C:\\a", "%2e%2e/a", "a%", "a%00"]
+        // Some writers leave a sign as it is.
+        assert_eq!(path("a%.bin"), Some(PathBuf::from("models/a%.bin")));
+        for uri in ["", "/etc/passwd", "../a.bin", "x/../../a.bin", "http://a/b", "C:\\a", "%2e%2e/a", "a%00"]
         {
             assert_eq!(path(uri), None, "{uri}");
         }

@@ -1,0 +1,314 @@
+//! Frame times by stage on this machine's graphics adapter, as Markdown tables.
+//!
+//! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--methods none,hzb] [--frames 120]`
+//!
+//! A drawn model stands, the camera turns, and each frame sixteen polygons are removed and sixteen others come back. All
+//! methods of occlusion culling take turns, frame by frame, and share the polygons on the adapter. Two pictures are drawn:
+//! one of 1,920 x 1,080, and two of 2,000 x 2,000 for the eyes of a headset, at whose 90 Hz a frame has 11.1 ms.
+//!
+//! The counts are those by which other adapters can be foretold: vertices and tests that the frame asks for, and bytes
+//! that the CPU sends.
+
+#![expect(clippy::print_stdout, reason = "a bench prints its table")]
+
+use std::{collections::VecDeque, error::Error, sync::Arc, time::Instant};
+
+use hdrhistogram::Histogram;
+use osp::{
+    frame::{PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
+    math::{Aabb, rotate},
+    occlusion::Occlusion,
+    polygon::{Change, PolygonId},
+    recording::{SynthKind, synthesize},
+    render::{Gpu, Layer, Offscreen, RendererConfig},
+    replay::{CameraChoice, CameraPath, Moment},
+    rivals::IndexKind,
+    scene::Scene,
+    view::View,
+};
+
+/// Polygons that a frame removes, and that it brings back.
+const CHANGED: usize = 16;
+/// Frames of each method before those that are measured.
+const WARM_UP: usize = 4;
+/// Between the eyes, metres.
+const EYES_APART_M: f32 = 0.064;
+/// A frame of a headset, nanoseconds.
+const FRAME_OF_90_HZ_NS: u64 = 11_111_111;
+/// Vertices of a polygon: it is drawn as two triangles.
+const VERTICES: u64 = 6;
+
+/// The pictures of a frame.
+struct Pictures {
+    name: &'static str,
+    size: (u32, u32),
+    /// How far each eye is to the right of the camera, in parts of the distance between the eyes.
+    eyes: &'static [f32],
+}
+
+const PICTURES: [Pictures; 2] = [
+    Pictures { name: "1,920 x 1,080", size: (1920, 1080), eyes: &[0.0] },
+    Pictures { name: "stereo, 2 x 2,000 x 2,000", size: (2000, 2000), eyes: &[-0.5, 0.5] },
+];
+
+/// What was measured of one method.
+struct Measured {
+    pipeline: Pipeline,
+    /// The number of its first view in the drawer.
+    first_view: usize,
+    /// Nanoseconds of each frame: all, changes and query, occlusion culling on the CPU, lists for the adapter, from
+    /// submission to completion; and what the adapter says of its passes: depth, test, colours.
+    ns: [Histogram<u64>; 8],
+    late: u64,
+    frames: u64,
+    in_view: u64,
+    drawn: u64,
+    vertices: u64,
+    tests: u64,
+    bytes: u64,
+    calls: u64,
+}
+
+impl Measured {
+    fn new(
+        method: Occlusion,
+        scene: &Scene,
+        bounds: &Aabb,
+        first_view: usize,
+    ) -> Result<Self, Box<dyn Error>> {
+        let capacity = scene.polygon_count();
+        let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
+        let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
+        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        // What is culled on the adapter alone is culled by the frustum here.
+        let on_cpu = if method == Occlusion::Hzb { Occlusion::None } else { method };
+        let mut pipeline = pipeline.with_occlusion(PassConfig::new(on_cpu));
+        pipeline.load(scene);
+        let histogram = || Histogram::new(3);
+        let ns = [
+            histogram()?,
+            histogram()?,
+            histogram()?,
+            histogram()?,
+            histogram()?,
+            histogram()?,
+            histogram()?,
+            histogram()?,
+        ];
+        Ok(Self {
+            pipeline,
+            first_view,
+            ns,
+            late: 0,
+            frames: 0,
+            in_view: 0,
+            drawn: 0,
+            vertices: 0,
+            tests: 0,
+            bytes: 0,
+            calls: 0,
+        })
+    }
+
+    fn frame(
+        &mut self,
+        drawer: &mut Offscreen,
+        scene: &Scene,
+        changes: &[Change],
+        views: &[View],
+        counts: bool,
+    ) -> Result<(), Box<dyn Error>> {
+        let start = Instant::now();
+        let record = self.pipeline.frame_of_views(scene, changes, views);
+        let (mut prepare, mut draw, mut passes) = (0, 0, [0; 3]);
+        let (mut drawn, mut vertices, mut tests, mut bytes, mut calls) = (0, 0, 0, 0, 0);
+        for (at, (view, list)) in views.iter().zip(self.pipeline.draw_lists()).enumerate() {
+            let times = drawer.draw_view(self.first_view + at, scene, view, &[Layer::plain(list)])?;
+            prepare += times.prepare.ns;
+            draw += times.draw.ns;
+            if let Some(of) = times.passes {
+                passes = [passes[0] + of.depth_ns, passes[1] + of.test_ns, passes[2] + of.color_ns];
+            }
+            bytes += times.polygon_bytes + times.list_bytes;
+            calls += times.draw_calls;
+            match times.occlusion {
+                Some(on_gpu) => {
+                    drawn += on_gpu.second_pass;
+                    vertices += (on_gpu.first_pass + on_gpu.second_pass) * VERTICES;
+                    tests += on_gpu.groups_tested;
+                }
+                None => {
+                    drawn += list.len() as u64;
+                    vertices += list.len() as u64 * VERTICES;
+                }
+            }
+        }
+        let all = u64::try_from(start.elapsed().as_nanos())?;
+        if drawn > 0 {
+            self.pipeline.set_polygon_ns(draw as f64 / drawn as f64);
+        }
+        if !counts {
+            return Ok(());
+        }
+        let follow = record.insert.ns + record.cull.ns;
+        let times =
+            [all, follow, record.occlusion.total_ns(), prepare, draw, passes[0], passes[1], passes[2]];
+        for (histogram, ns) in self.ns.iter_mut().zip(times) {
+            histogram.record(ns)?;
+        }
+        self.frames += 1;
+        self.late += u64::from(all > FRAME_OF_90_HZ_NS);
+        self.in_view += record.visible;
+        self.drawn += drawn;
+        self.vertices += vertices;
+        self.tests += tests;
+        self.bytes += bytes;
+        self.calls += calls;
+        Ok(())
+    }
+
+    fn row(&self, name: &str) -> String {
+        let ms = |ns: u64| format!("{:.2}", ns as f64 * 1.0e-6);
+        let median = |at: usize| ms(self.ns[at].value_at_quantile(0.5));
+        let mean = |sum: u64| sum / self.frames.max(1);
+        format!(
+            "| {name} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} of {} | {} | {} | {} | {} | {} | {} |",
+            median(0),
+            ms(self.ns[0].value_at_quantile(0.99)),
+            median(1),
+            median(2),
+            median(3),
+            median(4),
+            median(5),
+            median(6),
+            median(7),
+            self.late,
+            self.frames,
+            mean(self.in_view),
+            mean(self.drawn),
+            mean(self.vertices),
+            mean(self.tests),
+            mean(self.bytes),
+            mean(self.calls),
+        )
+    }
+}
+
+const HEAD: &str = "\
+| method | frame | p99 | changes, query | occlusion, CPU | lists | drawing | depth pass | test | colour pass | over 11.1 ms | in view | drawn | vertices | tests | bytes sent | calls |
+|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|";
+
+/// What the command line asks for.
+struct Wanted {
+    sizes: Vec<u32>,
+    methods: Vec<Occlusion>,
+    frames: usize,
+}
+
+impl Wanted {
+    fn read(is_software: bool) -> Result<Self, Box<dyn Error>> {
+        let mut wanted = Self {
+            // A program on the CPU takes seconds for a frame of a million.
+            sizes: if is_software {
+                vec![10_000, 100_000]
+            } else {
+                vec![10_000, 100_000, 1_000_000, 10_000_000]
+            },
+            methods: vec![Occlusion::None, Occlusion::Hzb, Occlusion::Auto, Occlusion::Msvbsp],
+            frames: if is_software { 12 } else { 360 },
+        };
+        let mut words: VecDeque<String> = std::env::args().skip(1).collect();
+        while let Some(word) = words.pop_front() {
+            let mut value = || words.pop_front().ok_or(format!("{word}: expected a value"));
+            match word.as_str() {
+                "--sizes" => wanted.sizes = value()?.split(',').map(str::parse).collect::<Result<_, _>>()?,
+                "--frames" => wanted.frames = value()?.parse()?,
+                "--methods" => {
+                    let found = |name: &str| {
+                        let method = Occlusion::all().find(|method| method.name() == name);
+                        method.ok_or(format!("--methods: no method is called `{name}`"))
+                    };
+                    wanted.methods = value()?.split(',').map(found).collect::<Result<_, _>>()?;
+                }
+                // What cargo adds, and what it says to every bench when tests are run.
+                "--bench" => {}
+                "--test" => (wanted.sizes, wanted.frames) = (vec![1000], 2),
+                _ => return Err(format!("`{word}`: expected --sizes, --methods or --frames").into()),
+            }
+        }
+        if wanted.sizes.iter().any(|&size| size < 1000) {
+            return Err("--sizes: expected at least 1000 polygons".into());
+        }
+        Ok(wanted)
+    }
+}
+
+fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, polygons: u32) -> Result<(), Box<dyn Error>> {
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    for event in synthesize(SynthKind::Scribble, polygons, 1) {
+        scene.apply(&event?, &mut changes);
+        changes.clear();
+    }
+    let ids: Vec<PolygonId> = scene.visible_ids().collect();
+    let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(&scene.bounds(id)));
+    let all: Vec<Change> = ids.iter().copied().map(Change::Insert).collect();
+    for pictures in &PICTURES {
+        let (width, height) = pictures.size;
+        let mut drawer = Offscreen::on(Arc::clone(gpu), width, height, &RendererConfig::default())?;
+        drawer.follow(&all);
+        for number in 1..wanted.methods.len() * pictures.eyes.len() {
+            assert_eq!(drawer.add_view(width, height)?, number, "views are numbered one after the other");
+        }
+        for camera in [CameraChoice::Inside, CameraChoice::Orbit] {
+            let path = CameraPath::new(camera, None, &bounds);
+            let mut lanes = Vec::new();
+            for (number, &method) in wanted.methods.iter().enumerate() {
+                let first_view = number * pictures.eyes.len();
+                for view in first_view..first_view + pictures.eyes.len() {
+                    drawer.set_occlusion_of(view, method)?;
+                }
+                lanes.push(Measured::new(method, &scene, &bounds, first_view)?);
+            }
+            for frame in 0..WARM_UP + wanted.frames {
+                // Those that the frame before has removed come back.
+                let some = |frame: usize| (0..CHANGED).map(move |i| frame * 7919 + i * 104_729);
+                let back = frame.checked_sub(1).into_iter().flat_map(some);
+                let removed = some(frame).map(|i| Change::Remove(ids[i % ids.len()]));
+                let changes: Vec<Change> =
+                    back.map(|i| Change::Insert(ids[i % ids.len()])).chain(removed).collect();
+                drawer.follow(&changes);
+                let middle = path.view(&Moment { frame: frame as u64, ..Moment::default() });
+                let middle = middle.with_aspect(width as f32 / height as f32);
+                let right = rotate(middle.world_from_view, glam::Vec3::X) * EYES_APART_M;
+                let eyes = pictures.eyes.iter();
+                let views: Vec<View> = eyes
+                    .map(|by| View { eye_in_world: middle.eye_in_world + right * *by, ..middle })
+                    .collect();
+                for turn in 0..lanes.len() {
+                    let at = (turn + frame) % lanes.len();
+                    lanes[at].frame(&mut drawer, &scene, &changes, &views, frame >= WARM_UP)?;
+                }
+            }
+            let place = if camera == CameraChoice::Inside { "from inside" } else { "from outside" };
+            println!("\n{} polygons, {place}, {}:\n\n{HEAD}", ids.len(), pictures.name);
+            for (method, lane) in wanted.methods.iter().zip(&lanes) {
+                println!("{}", lane.row(method.name()));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let gpu = match Gpu::headless() {
+        Ok(gpu) => Arc::new(gpu),
+        Err(error) => {
+            println!("skipped: {error}");
+            return Ok(());
+        }
+    };
+    let wanted = Wanted::read(gpu.is_software())?;
+    println!("{}, milliseconds, medians of {} frames", gpu.name(), wanted.frames);
+    wanted.sizes.iter().try_for_each(|&polygons| measure(&gpu, &wanted, polygons))
+}

@@ -1,0 +1,223 @@
+//! What the window and the page around it tell each other in a browser. The page's script asks; the window never calls it.
+
+use std::{
+    cell::RefCell,
+    path::{Path, PathBuf},
+};
+
+use winit::event_loop::EventLoopProxy;
+
+use super::{command::Command, player::Player, studio::Studio, subject::Subject, window::Wake};
+use crate::{
+    platform::memory,
+    recording::{OpenOptions, Pace},
+    replay::CameraChoice,
+};
+
+pub use crate::platform::USER_FOLDER;
+
+/// A wish of the page that the next frame fulfils.
+#[derive(Debug)]
+pub enum Wish {
+    /// Replay a session from the beginning.
+    Replay(PathBuf),
+    /// Carry out a command.
+    Do(Command),
+}
+
+/// The window as the page sees it.
+#[derive(Clone, Debug, Default)]
+pub struct State {
+    /// Frames that were shown.
+    pub frames: u64,
+    /// What draws; empty until the window is open.
+    pub adapter: String,
+    /// The session's file.
+    pub path: PathBuf,
+    /// Whether it is replayed.
+    pub is_replay: bool,
+    /// Frames played and frames of the session that is replayed, or events of the one that is drawn.
+    pub position: u64,
+    /// Frames of the session.
+    pub length: u64,
+    /// Polygons of the model that are not removed.
+    pub polygons: u64,
+    /// Polygons handed to the GPU in the last frame.
+    pub drawn: u64,
+    /// Whether text is being entered.
+    pub wants_text: bool,
+    /// What the window said last.
+    pub message: String,
+    /// Why the last file was not opened.
+    pub refused: Option<String>,
+    /// Why there is no window any more.
+    pub failure: Option<String>,
+}
+
+/// What a person types into a field of the page for the window: a screen's keyboard needs such a field.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Typed {
+    /// Letters.
+    Text(String),
+    /// The key that removes a letter.
+    Backspace,
+    /// The key that ends the entry.
+    Enter,
+}
+
+#[derive(Default)]
+struct Page {
+    typed: Vec<Typed>,
+    wake: Option<EventLoopProxy<Wake>>,
+    wishes: Vec<Wish>,
+    wants_file: bool,
+    state: State,
+}
+
+thread_local! {
+    static PAGE: RefCell<Page> = RefCell::default();
+}
+
+/// The window as it is.
+pub fn state() -> State {
+    PAGE.with_borrow(|page| page.state.clone())
+}
+
+/// Has something done in the next frame.
+pub fn wish(wish: Wish) {
+    PAGE.with_borrow_mut(|page| {
+        page.wishes.push(wish);
+        page.state.refused = None;
+        // Before the window is open nobody listens; its first frame finds the wish.
+        let _ = page.wake.as_ref().map(|wake| wake.send_event(Wake));
+    });
+}
+
+/// Hands over what was typed.
+pub fn type_in(typed: Typed) {
+    PAGE.with_borrow_mut(|page| {
+        page.typed.push(typed);
+        let _ = page.wake.as_ref().map(|wake| wake.send_event(Wake));
+    });
+}
+
+pub(super) fn take_typed(events: &mut Vec<egui::Event>) {
+    let typed = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.typed));
+    let press = |key, pressed| egui::Event::Key {
+        key,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers: egui::Modifiers::NONE,
+    };
+    for typed in typed {
+        match typed {
+            Typed::Text(text) => events.push(egui::Event::Text(text)),
+            Typed::Backspace => events.extend([true, false].map(|on| press(egui::Key::Backspace, on))),
+            Typed::Enter => events.extend([true, false].map(|on| press(egui::Key::Enter, on))),
+        }
+    }
+}
+
+pub(super) fn note_text_field(is_open: bool) {
+    PAGE.with_borrow_mut(|page| page.state.wants_text = is_open);
+}
+
+/// Puts a file where [`Wish`]es and the window's own dialogs find it.
+pub fn put_file(path: &Path, bytes: Vec<u8>) {
+    memory::put(path, bytes);
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// There is no such file.
+pub fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+    memory::read(path)
+}
+
+/// A part of one of the program's own files ([`USER_FOLDER`]) or of a saved session that is to be kept from one visit to the next.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// The file.
+    pub path: PathBuf,
+    /// What follows its first so many bytes.
+    pub from: usize,
+    /// The bytes; none if the file was removed.
+    pub bytes: Option<Vec<u8>>,
+}
+
+/// What has changed since the last call.
+pub fn take_kept() -> Vec<Kept> {
+    let is_session = |path: &Path| path.extension().is_some_and(|ending| ending == "ron" || ending == "open");
+    let is_own = |path: &Path| path.starts_with(USER_FOLDER) || is_session(path);
+    let own = memory::take_changes().into_iter().filter(|change| is_own(&change.path));
+    own.map(|memory::Change { path, from, bytes }| Kept { path, from, bytes }).collect()
+}
+
+/// Files that a person has saved or exported since the last call.
+pub fn take_downloads() -> Vec<(PathBuf, Vec<u8>)> {
+    crate::atomic_file::take_downloads()
+}
+
+/// Whether a person has asked to choose a file since the last call.
+pub fn wants_file() -> bool {
+    PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wants_file))
+}
+
+pub(super) fn ask_for_file() {
+    PAGE.with_borrow_mut(|page| page.wants_file = true);
+}
+
+pub(super) fn listen(wake: EventLoopProxy<Wake>) {
+    PAGE.with_borrow_mut(|page| page.wake = Some(wake));
+}
+
+pub(super) fn fail(error: &dyn std::error::Error) {
+    PAGE.with_borrow_mut(|page| page.state.failure = Some(error.to_string()));
+}
+
+pub(super) fn before_frame(studio: &mut Studio) {
+    let wishes = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wishes));
+    for wish in wishes {
+        let outcome = match wish {
+            Wish::Replay(path) => replay(studio, &path),
+            Wish::Do(command) => {
+                studio.command(command);
+                Ok(())
+            }
+        };
+        PAGE.with_borrow_mut(|page| page.state.refused = outcome.err());
+    }
+}
+
+fn replay(studio: &mut Studio, path: &Path) -> Result<(), String> {
+    let options = OpenOptions::default();
+    let player = Player::open_with(path, Pace::Recorded, CameraChoice::Auto, &options);
+    let player = player.map_err(|error| error.to_string())?;
+    for remark in player.remarks() {
+        studio.say(remark.clone());
+    }
+    studio.replace(Subject::Replay(Box::new(player)));
+    studio.command(Command::Play(true));
+    Ok(())
+}
+
+pub(super) fn after_frame(studio: &Studio, adapter: String, is_shown: bool) {
+    let (is_replay, path, position, length) = match studio.subject() {
+        Subject::Replay(player) => (true, player.path(), player.position(), player.frame_count()),
+        Subject::Sketch(document) => {
+            let events = document.event_count();
+            (false, document.journal().path(), events, events)
+        }
+    };
+    PAGE.with_borrow_mut(|page| {
+        let state = &mut page.state;
+        state.frames += u64::from(is_shown);
+        (state.adapter, state.is_replay, state.path) = (adapter, is_replay, path.to_owned());
+        (state.position, state.length) = (position, length);
+        state.polygons = studio.scene().counts().visible;
+        state.drawn = studio.culling().drawn(0).len() as u64;
+        state.message = studio.messages().last().cloned().unwrap_or_default();
+    });
+}

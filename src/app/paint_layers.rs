@@ -1,0 +1,160 @@
+//! The layers of a session in the window: named, hidden, locked; the one that is drawn on.
+
+use super::{studio::Studio, subject::Subject};
+use crate::recording::{Event, Paint};
+
+/// A layer as the window shows it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LayerRow {
+    /// Its number.
+    pub layer: u32,
+    /// Its name.
+    pub name: String,
+    /// Whether its strokes are not drawn.
+    pub is_hidden: bool,
+    /// Whether its strokes are neither selected nor erased.
+    pub is_locked: bool,
+}
+
+/// What is done to the layers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LayerEdit {
+    /// Make another one, and draw on it.
+    New,
+    /// Draw on it.
+    Choose(u32),
+    /// Give it a name.
+    Name(u32, String),
+    /// Hide the one that is drawn on, or show it.
+    ToggleHidden,
+    /// Lock the one that is drawn on, or unlock it.
+    ToggleLocked,
+    /// Hide it, or show it.
+    Hide(u32, bool),
+    /// Lock it, or unlock it.
+    Lock(u32, bool),
+    /// Bring the selection to the one that is drawn on.
+    TakeSelection,
+}
+
+impl Studio {
+    /// The layers, in their order; a session without any has one.
+    pub fn session_layers(&self) -> Vec<LayerRow> {
+        let header = &self.subject.header().layers;
+        let states = self.scene().layer_states();
+        let known = states.keys().next_back().map_or(0, |&last| last + 1);
+        let count = known.max(header.len().min(Event::MAX_LAYERS as usize) as u32).max(1);
+        (0..count).map(|layer| self.session_layer(layer)).collect()
+    }
+
+    fn session_layer(&self, layer: u32) -> LayerRow {
+        let header = self.subject.header().layers.get(layer as usize);
+        let state = self.scene().layer_states().get(&layer);
+        let of_header = header.map(|header| header.name.clone()).filter(|name| !name.is_empty());
+        let name = state.and_then(|state| state.name.clone()).or(of_header);
+        let hidden = state.and_then(|state| state.hidden);
+        LayerRow {
+            layer,
+            name: name.unwrap_or_else(|| format!("layer {}", layer + 1)),
+            is_hidden: hidden.unwrap_or_else(|| header.is_some_and(|header| header.hidden)),
+            is_locked: self.scene().is_locked(layer),
+        }
+    }
+
+    /// The layer that is drawn on.
+    pub fn chosen_layer(&self) -> u32 {
+        self.brush.layer
+    }
+
+    /// Whether an edit would do anything now.
+    pub(super) fn can_edit_layers(&self, edit: &LayerEdit) -> bool {
+        self.can_draw()
+            && match edit {
+                LayerEdit::New => self.session_layers().len() < Event::MAX_LAYERS as usize,
+                LayerEdit::TakeSelection => !self.selection.is_empty(),
+                _ => true,
+            }
+    }
+
+    pub(super) fn edit_layers(&mut self, edit: LayerEdit) {
+        self.finish_gestures();
+        if !self.can_edit_layers(&edit) {
+            return;
+        }
+        let t = self.now_secs();
+        let chosen = self.session_layer(self.brush.layer);
+        let change = |layer, name, hidden, locked| Event::Layer { t, layer, name, hidden, locked };
+        match edit {
+            LayerEdit::New => {
+                let layer = self.session_layers().len() as u32;
+                let name = Some(format!("layer {}", layer + 1));
+                self.events.push(change(layer, name, Some(false), None));
+                self.brush.layer = layer;
+            }
+            LayerEdit::Choose(layer) => self.brush.layer = layer,
+            LayerEdit::Name(layer, mut name) => {
+                let end = (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev();
+                let end = end.into_iter().find(|&end| name.is_char_boundary(end));
+                name.truncate(end.unwrap_or(0));
+                self.events.push(change(layer, Some(name), None, None));
+            }
+            LayerEdit::ToggleHidden => {
+                self.events.push(change(chosen.layer, None, Some(!chosen.is_hidden), None))
+            }
+            LayerEdit::ToggleLocked => {
+                self.events.push(change(chosen.layer, None, None, Some(!chosen.is_locked)));
+            }
+            LayerEdit::Hide(layer, hidden) => self.events.push(change(layer, None, Some(hidden), None)),
+            LayerEdit::Lock(layer, locked) => self.events.push(change(layer, None, None, Some(locked))),
+            LayerEdit::TakeSelection => {
+                // What the header says of the layer becomes an event: strokes that come follow it, not the layer that they
+                // came from.
+                let state = self.scene().layer_states().get(&chosen.layer);
+                if state.is_none_or(|state| state.hidden.is_none()) {
+                    self.events.push(change(chosen.layer, None, Some(chosen.is_hidden), None));
+                }
+                let strokes = self.selection.strokes().to_vec();
+                let parts = strokes.chunks(Event::MAX_STROKES_NAMED);
+                let layer = chosen.layer;
+                self.events.extend(parts.map(|part| Event::Assign { t, layer, strokes: part.to_vec() }));
+            }
+        }
+        self.apply_events();
+        self.deselect_locked();
+    }
+
+    /// What is hidden or locked is not selected.
+    pub(super) fn deselect_locked(&mut self) {
+        let scene = self.subject.scene();
+        let is_loose = |id: &crate::recording::StrokeId| {
+            let stroke = scene.stroke(*id);
+            stroke.is_some_and(|stroke| stroke.is_visible() && !scene.is_locked(stroke.layer()))
+        };
+        let strokes: Vec<_> = self.selection.strokes().iter().copied().filter(is_loose).collect();
+        self.selection.set(strokes);
+    }
+
+    /// Whether the layer that is drawn on takes strokes; says why not.
+    pub(super) fn may_draw_on_layer(&mut self) -> bool {
+        let LayerRow { name, is_hidden, is_locked, .. } = self.session_layer(self.brush.layer);
+        let why = match (is_hidden, is_locked) {
+            (_, true) => "locked",
+            (true, _) => "hidden",
+            _ => return true,
+        };
+        if matches!(self.subject, Subject::Sketch(_)) {
+            self.say_once(&format!("{name} is {why}: choose another layer to draw on, or open this one"));
+        }
+        false
+    }
+}
+
+/// The layer of a stroke that begins: one without a brush has an empty one.
+pub(super) fn on_layer(paint: Option<Box<Paint>>, layer: u32) -> Option<Box<Paint>> {
+    if layer == 0 {
+        return paint;
+    }
+    let mut paint = paint.unwrap_or_else(|| Box::new(Paint::new("", 0)));
+    paint.layer = layer;
+    Some(paint)
+}

@@ -1,0 +1,352 @@
+//! Polygons in spaces that move as a whole.
+//!
+//! An index files a polygon by its box in the world, so a group of a hundred thousand polygons that is dragged would be
+//! filed anew a hundred thousand times a frame. Here each space has an index of its own, by the boxes of its polygons in
+//! that space; when the space moves, one box changes: the one around it, in the index of all spaces.
+//!
+//! A query answers the same set as an index of world boxes, bit for bit. It asks the index of a space with two frusta: the
+//! *outer* one is so much wider than the view's that whatever box in the world touches the view has its box in the space in
+//! it, the *inner* one so much narrower that the opposite holds. What is in the outer one and not in the inner one, a strip
+//! as wide as the largest polygon of the space, is tested by its box in the world.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec3};
+
+use crate::{
+    index::{IndexConfig, IndexError, Osp, SpatialIndex, WorkCounts, admission::admit, groups::Mesh},
+    math::{Aabb, Containment, Frustum, Plane, Ray},
+    polygon::{
+        BLOCK, Geometry, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, VisibleBlocks, abs_matrix, ids_of,
+    },
+};
+
+/// Rounding of a kernel that tests a box against a plane, relative to the numbers that go in.
+const KERNEL_ROUNDING: f64 = PLACE_ROUNDING;
+
+/// A space with its polygons. In `mesh`, a polygon's number is `slot * 16 + id % 16`, where `blocks[slot]` is `id / 16`: what
+/// the mesh answers as masks is then handed on as masks.
+struct Space {
+    id: SpaceId,
+    mesh: Mesh,
+    blocks: Vec<u32>,
+    /// The polygons that are there, a mask for each slot.
+    masks: Vec<u16>,
+    slots: HashMap<u32, u32>,
+    polygons: usize,
+    /// Half the largest extent of a polygon along each axis, so far.
+    largest_half_m: Vec3,
+    place: SpacePlace,
+    has_changed: bool,
+}
+
+impl Space {
+    fn new(id: SpaceId, place: SpacePlace) -> Self {
+        Self {
+            id,
+            mesh: Mesh::new(),
+            blocks: Vec::new(),
+            masks: Vec::new(),
+            slots: HashMap::new(),
+            polygons: 0,
+            largest_half_m: Vec3::ZERO,
+            place,
+            has_changed: false,
+        }
+    }
+
+    /// The number of a polygon in the mesh, if its block has one.
+    fn number(&self, id: PolygonId) -> Option<PolygonId> {
+        let slot = *self.slots.get(&(id.0 / BLOCK as u32))?;
+        Some(PolygonId(slot * BLOCK as u32 + id.0 % BLOCK as u32))
+    }
+
+    fn id(&self, number: PolygonId) -> PolygonId {
+        PolygonId(self.blocks[number.index() / BLOCK] * BLOCK as u32 + number.0 % BLOCK as u32)
+    }
+
+    fn set(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        admit(id, bounds)?;
+        let slot = *self.slots.entry(id.0 / BLOCK as u32).or_insert_with(|| {
+            self.blocks.push(id.0 / BLOCK as u32);
+            self.masks.push(0);
+            self.blocks.len() as u32 - 1
+        });
+        self.mesh.set(PolygonId(slot * BLOCK as u32 + id.0 % BLOCK as u32), Some(bounds))?;
+        let (mask, bit) = (&mut self.masks[slot as usize], 1 << (id.0 % BLOCK as u32));
+        self.polygons += usize::from(*mask & bit == 0);
+        *mask |= bit;
+        self.largest_half_m = self.largest_half_m.max(bounds.extent() * 0.5);
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        let number = self.number(id).ok_or(IndexError::Unknown(id))?;
+        self.mesh.set(number, None)?;
+        self.masks[number.index() / BLOCK] &= !(1 << (number.index() % BLOCK));
+        self.polygons -= 1;
+        Ok(())
+    }
+
+    /// The polygons that are there, of each block.
+    fn all(&self) -> impl Iterator<Item = (usize, u16)> + '_ {
+        self.blocks.iter().zip(&self.masks).map(|(block, mask)| (*block as usize, *mask))
+    }
+
+    /// The frusta that hold more, and less, than the view's; see [`self`](crate::frame::spaces).
+    fn outer_and_inner(&self, frustum: &Frustum) -> [Frustum; 2] {
+        let matrix = self.place.world_from_space.matrix3;
+        let half = self.largest_half_m.as_dvec3();
+        let bounds = self.mesh.bounds();
+        let far = bounds.min.abs().max(bounds.max.abs()).as_dvec3();
+        let rounding_m = 2.0 * self.place.rounding_of(bounds);
+        let planes = frustum.planes().map(|plane| {
+            let in_world = plane.normal.as_dvec3();
+            let exact: DVec3 = matrix.transpose() * in_world;
+            let normal = exact.as_vec3();
+            let d = in_world.dot(self.place.world_from_space.translation) + f64::from(plane.d);
+            // How far the largest box reaches along the normal: in the space, and as a box of the world around that.
+            let reach_m = exact.abs().dot(half);
+            let world_reach_m = in_world.abs().dot(abs_matrix(&matrix) * half);
+            let rounding_m = rounding_m * in_world.abs().element_sum()
+                + KERNEL_ROUNDING
+                    * (exact.abs().dot(far)
+                        + d.abs()
+                        + in_world.abs().dot(self.place.reach_m())
+                        + f64::from(plane.d).abs());
+            let shifted = |by_m: f64| Plane { normal, d: (d + by_m) as f32 };
+            [shifted((world_reach_m - reach_m).max(0.0) + rounding_m), shifted(-2.0 * reach_m - rounding_m)]
+        });
+        [0, 1].map(|which| Frustum::new(planes.map(|of_plane| of_plane[which])))
+    }
+}
+
+/// What queries keep from frame to frame, for its memory.
+#[derive(Debug, Default)]
+struct Scratch {
+    tops: VisibleBlocks,
+    outer: VisibleBlocks,
+    inner: VisibleBlocks,
+}
+
+/// All spaces of a pipeline, beside its index.
+#[derive(Default)]
+pub(super) struct Spaces {
+    spaces: Vec<Space>,
+    numbers: HashMap<SpaceId, u32>,
+    /// The spaces by their boxes in the world.
+    tops: Option<Osp>,
+    /// For each polygon, one more than the number of the space that it is filed in; 0 if in none.
+    filed: Vec<u32>,
+    polygons: usize,
+    changed: Vec<u32>,
+    scratch: Scratch,
+}
+
+impl Spaces {
+    /// Polygons in spaces.
+    pub(super) fn len(&self) -> usize {
+        self.polygons
+    }
+
+    /// Whether no polygon was ever in a space.
+    pub(super) fn is_unused(&self) -> bool {
+        self.spaces.is_empty()
+    }
+
+    /// Whether a polygon is in a space.
+    pub(super) fn holds(&self, id: PolygonId) -> bool {
+        self.filed.get(id.index()).is_some_and(|filed| *filed != 0)
+    }
+
+    /// Files a polygon in a space by its box there, or anew.
+    pub(super) fn set(
+        &mut self,
+        geometry: &dyn Geometry,
+        id: PolygonId,
+        space: SpaceId,
+    ) -> Result<(), IndexError> {
+        let number = self.number_of(geometry, space);
+        if self.holds(id) && self.filed[id.index()] != number + 1 {
+            self.remove(id)?;
+        }
+        let filed = &mut self.spaces[number as usize];
+        if filed.polygons == 0 {
+            // Nobody had to tell where it went while it was empty.
+            filed.place = geometry.place(space);
+        }
+        let outcome = filed.set(id, &geometry.bounds_in_space(id));
+        match outcome {
+            Ok(()) => {
+                if id.index() >= self.filed.len() {
+                    self.filed.resize(id.index() + 1, 0);
+                }
+                self.polygons += usize::from(self.filed[id.index()] == 0);
+                self.filed[id.index()] = number + 1;
+                self.note_changed(number);
+            }
+            // At its old place it would be found where it no longer is.
+            Err(_) if self.holds(id) => self.remove(id)?,
+            Err(_) => {}
+        }
+        outcome
+    }
+
+    pub(super) fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        let filed = self.filed.get_mut(id.index()).filter(|filed| **filed != 0);
+        let number = std::mem::take(filed.ok_or(IndexError::Unknown(id))?) - 1;
+        self.polygons -= 1;
+        self.note_changed(number);
+        self.spaces[number as usize].remove(id)
+    }
+
+    /// A space has moved.
+    pub(super) fn place(&mut self, geometry: &dyn Geometry, space: SpaceId) {
+        // One that no polygon was ever in will be asked about when one comes.
+        if let Some(&number) = self.numbers.get(&space) {
+            self.spaces[number as usize].place = geometry.place(space);
+            self.note_changed(number);
+        }
+    }
+
+    fn number_of(&mut self, geometry: &dyn Geometry, space: SpaceId) -> u32 {
+        *self.numbers.entry(space).or_insert_with(|| {
+            self.spaces.push(Space::new(space, geometry.place(space)));
+            self.spaces.len() as u32 - 1
+        })
+    }
+
+    fn note_changed(&mut self, number: u32) {
+        if !std::mem::replace(&mut self.spaces[number as usize].has_changed, true) {
+            self.changed.push(number);
+        }
+    }
+
+    /// Ends a batch of changes.
+    pub(super) fn commit(&mut self) {
+        let tops = self
+            .tops
+            .get_or_insert_with(|| Osp::new(&IndexConfig { capacity: 1024, ..IndexConfig::default() }));
+        for number in self.changed.drain(..) {
+            let space = &mut self.spaces[number as usize];
+            space.has_changed = false;
+            space.mesh.commit();
+            let id = PolygonId(number);
+            let _ = tops.remove(id);
+            if space.polygons > 0 {
+                // Finite, so it is taken.
+                let _ = tops.insert(id, &space.place.world_box(space.mesh.bounds()));
+            }
+        }
+        tops.commit();
+    }
+
+    /// Adds the polygons whose boxes in the world the frustum may see.
+    pub(super) fn frustum_cull(
+        &mut self,
+        geometry: &dyn Geometry,
+        frustum: &Frustum,
+        visible: &mut VisibleBlocks,
+    ) -> WorkCounts {
+        let Scratch { tops, outer, inner } = &mut self.scratch;
+        tops.clear();
+        let mut work = WorkCounts::default();
+        let Some(index) = &self.tops else { return work };
+        work += index.frustum_cull_blocks(frustum, tops);
+        work.reported = 0;
+        for number in tops.ids() {
+            let space = &self.spaces[number.index()];
+            let before = visible.len();
+            work.boxes += 1;
+            if frustum.classify(&space.place.world_box(space.mesh.bounds())) == Containment::Inside {
+                space.all().for_each(|(block, mask)| visible.insert_block(block, mask));
+            } else {
+                let [wide, narrow] = space.outer_and_inner(frustum);
+                outer.clear();
+                inner.clear();
+                work += space.mesh.index().frustum_cull_blocks(&wide, outer);
+                work += space.mesh.index().frustum_cull_blocks(&narrow, inner);
+                for (slot, mask) in outer.blocks() {
+                    let sure = mask & inner.mask(slot);
+                    let block = space.blocks[slot] as usize;
+                    let mut found = sure;
+                    for bit in (0..BLOCK).filter(|bit| (mask & !sure) >> bit & 1 == 1) {
+                        work.boxes += 1;
+                        let id = PolygonId((block * BLOCK + bit) as u32);
+                        found |= u16::from(frustum.may_see(&geometry.bounds(id))) << bit;
+                    }
+                    visible.insert_block(block, found);
+                }
+            }
+            work.reported += (visible.len() - before) as u64;
+        }
+        work
+    }
+
+    /// Appends the polygons whose boxes in the world share a point with a box.
+    pub(super) fn box_query(&self, geometry: &dyn Geometry, bounds: &Aabb, out: &mut Vec<PolygonId>) {
+        let mut found = Vec::new();
+        for space in self.spaces.iter().filter(|space| space.polygons > 0) {
+            let place = geometry.place(space.id);
+            if !place.world_box(space.mesh.bounds()).intersects(bounds) {
+                continue;
+            }
+            found.clear();
+            // A polygon of which the box touches lies within the box's extent from there.
+            let largest_m =
+                abs_matrix(&place.world_from_space.matrix3) * space.largest_half_m.as_dvec3() * 2.0;
+            let beside_m = (largest_m + 4.0 * place.rounding_of(space.mesh.bounds())).as_vec3();
+            let wider = Aabb { min: bounds.min - beside_m, max: bounds.max + beside_m };
+            space.mesh.index().box_query(&place.box_in_space(&wider), &mut found);
+            let ids = found.iter().map(|&number| space.id(number));
+            out.extend(ids.filter(|&id| geometry.bounds(id).intersects(bounds)));
+        }
+    }
+
+    /// The nearest polygon that a ray meets, as [`SpatialIndex::ray_nearest`] says it: by `hit`, in the world.
+    pub(super) fn ray_nearest(
+        &self,
+        geometry: &dyn Geometry,
+        ray: &Ray,
+        mut t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = None;
+        for space in self.spaces.iter().filter(|space| space.polygons > 0) {
+            let place = geometry.place(space.id);
+            if ray.enter_box(&place.world_box(space.mesh.bounds()), t_max).is_none() {
+                continue;
+            }
+            let space_from_world = place.world_from_space.inverse();
+            let origin = space_from_world.transform_point3(ray.origin.as_dvec3()).as_vec3();
+            let direction = space_from_world.transform_vector3(ray.direction.as_dvec3()).as_vec3();
+            if !origin.is_finite() || !direction.is_finite() {
+                // The space has shrunk to a plane or a point.
+                for id in space.all().flat_map(|(block, mask)| ids_of(block, mask)) {
+                    if let Some(t) = hit(id).filter(|t| *t <= t_max)
+                        && nearest.is_none_or(|(first, at)| (t, id) < (at, first))
+                    {
+                        (nearest, t_max) = (Some((id, t)), t);
+                    }
+                }
+                continue;
+            }
+            let mut in_space = |number: PolygonId| hit(space.id(number));
+            let found = space.mesh.index().ray_nearest(&Ray::new(origin, direction), t_max, &mut in_space);
+            if let Some((number, t)) = found {
+                (nearest, t_max) = (Some((space.id(number), t)), t);
+            }
+        }
+        nearest
+    }
+
+    /// Memory held, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        let of_space = |space: &Space| {
+            size_of::<Space>() + space.mesh.bytes() + space.blocks.capacity() * 6 + space.slots.capacity() * 8
+        };
+        self.spaces.iter().map(of_space).sum::<usize>()
+            + self.filed.capacity() * 4
+            + self.tops.as_ref().map_or(0, SpatialIndex::bytes)
+    }
+}

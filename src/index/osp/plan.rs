@@ -1,0 +1,324 @@
+//! How a query finds its answer. If the whole tree is in view, the answer is every polygon. If most of it is, the query looks
+//! for what is hidden and removes that from the set of all polygons. Otherwise it looks for what is seen. It always looks for the
+//! smaller part, and reads nothing of the other.
+
+use std::ops::Range;
+
+use super::{
+    answer::{Answer, Blocks, Filling, Hidden, Ids},
+    index::Osp,
+    layout::{Node, Target},
+    linear::Pass,
+    pool::NONE,
+    query::{Below, Cull, Waiting, count},
+};
+use crate::{
+    index::{
+        DrawList, WorkCounts,
+        simd::{Kernel, PlaneSet, WithKernel},
+    },
+    math::{Aabb, Frustum},
+    polygon::{BLOCK, VisibleBlocks},
+};
+
+/// What a query looks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Plan {
+    /// Nothing: everything is in view.
+    All,
+    Hidden,
+    Seen,
+}
+
+impl Osp {
+    pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        let (ids, masks) = draw_list.parts();
+        let answer = Ids::new(ids);
+        if self.is_linear {
+            return self.backend.run(Pass { linear: &self.linear, frustum, answer }).0;
+        }
+        let planes = PlaneSet::new(frustum);
+        let (top, plan, mut work) = self.plan(frustum, &planes);
+        match plan {
+            Plan::Hidden => {
+                let span = self.ids.span();
+                if masks.len() < span.len() {
+                    masks.resize(span.len(), 0);
+                }
+                work += self.look_for_hidden(top, &planes, masks, span.start);
+                let rest = Listed { osp: self, planes: &planes, masks, first: span.start, answer };
+                work += self.backend.run(rest);
+            }
+            Plan::All => work += self.backend.run(All { osp: self, planes: &planes, answer }).0,
+            _ => work += self.backend.run(Cull { osp: self, top, planes: &planes, answer }).0,
+        }
+        work
+    }
+
+    pub(super) fn cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
+        if self.is_linear {
+            let answer = Blocks::new(visible.masks_for(self.ids_end()));
+            let (work, (blocks, found)) = self.backend.run(Pass { linear: &self.linear, frustum, answer });
+            visible.note_filled(blocks, found);
+            return work;
+        }
+        let planes = PlaneSet::new(frustum);
+        let planned = self.plan(frustum, &planes);
+        self.cull_blocks_by(&planes, planned, visible)
+    }
+
+    /// The same in a tree, for which it was decided what to look for.
+    pub(super) fn cull_blocks_by(
+        &self,
+        planes: &PlaneSet,
+        (top, plan, mut work): (u32, Plan, WorkCounts),
+        visible: &mut VisibleBlocks,
+    ) -> WorkCounts {
+        let is_empty = visible.is_empty();
+        let masks = visible.masks_for(self.ids_end());
+        if plan == Plan::Hidden && is_empty {
+            work += self.look_for_hidden(top, planes, masks, 0);
+            let answer = Blocks::new(masks);
+            let (open, (blocks, found)) = self.backend.run(Open { osp: self, planes, answer });
+            visible.note_filled(self.ids.span(), work.reported as usize);
+            visible.note_filled(blocks, found);
+            work += open;
+            return work;
+        }
+        let answer = Blocks::new(masks);
+        let (more, (blocks, found)) = match plan {
+            Plan::All => self.backend.run(All { osp: self, planes, answer }),
+            _ => self.backend.run(Cull { osp: self, top, planes, answer }),
+        };
+        visible.note_filled(blocks, found);
+        work += more;
+        work
+    }
+
+    /// The numbers of all polygons lie below, those of the open block, too.
+    pub(super) fn ids_end(&self) -> usize {
+        if self.is_linear {
+            return self.linear.ids_end();
+        }
+        let open = if self.open.lanes() == 0 { 0 } else { (self.open.block() as usize + 1) * BLOCK };
+        self.ids.ids_end().max(open)
+    }
+
+    /// The node to begin at, and what to look for.
+    pub(super) fn plan(&self, frustum: &Frustum, planes: &PlaneSet) -> (u32, Plan, WorkCounts) {
+        let (mut top, mut passed) = (self.top, 0);
+        // Levels on top that hold nothing but one node decide nothing.
+        while let Some(below) = self.nodes[top].only_node() {
+            (top, passed) = (below, passed + 1);
+        }
+        let (plan, mut work) = self.backend.run(Weigh { osp: self, top, frustum, planes });
+        work.nodes += passed;
+        // All numbers in between are gone through.
+        let is_dense = plan != Plan::Hidden || self.ids.span().len() <= self.len;
+        (top, if is_dense { plan } else { Plan::Seen }, work)
+    }
+
+    /// Sets the masks of all polygons in the tree that are not hidden; `masks` are those of the blocks from `first` on.
+    fn look_for_hidden(&self, top: u32, planes: &PlaneSet, masks: &mut [u16], first: usize) -> WorkCounts {
+        let answer = Hidden::new(masks, first, &self.ids);
+        self.backend.run(Cull { osp: self, top, planes, answer }).0
+    }
+}
+
+/// Finds out where most of the tree lies.
+struct Weigh<'a> {
+    osp: &'a Osp,
+    top: u32,
+    frustum: &'a Frustum,
+    planes: &'a PlaneSet,
+}
+
+/// Nodes that are looked at to find out where most lies.
+const WEIGHED: usize = 24;
+
+impl WithKernel for Weigh<'_> {
+    type Output = (Plan, WorkCounts);
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> (Plan, WorkCounts) {
+        let mut work = WorkCounts::default();
+        let top = &self.osp.nodes[self.top];
+        // By number makes sense only where the numbers are those of polygons.
+        if self.osp.ids.entries() > self.osp.len {
+            return (Plan::Seen, work);
+        }
+        let plan = if holds_all(self.osp, kernel, self.planes, top, &mut work) {
+            Plan::All
+        } else if !self.osp.is_flat && self.is_mostly_seen(kernel, &mut work) {
+            Plan::Hidden
+        } else {
+            Plan::Seen
+        };
+        (plan, work)
+    }
+}
+
+/// Whether all that is in the tree lies inside every plane; looks no further than to the first plane that says no.
+#[inline(always)]
+pub(super) fn holds_all<K: Kernel>(
+    osp: &Osp,
+    kernel: K,
+    planes: &PlaneSet,
+    top: &Node,
+    work: &mut WorkCounts,
+) -> bool {
+    work.nodes += 1;
+    let used = top.used();
+    if used != 0 {
+        count(work, 8, PlaneSet::ALL);
+        if !planes.hold(kernel, &top.boxes, used) {
+            return false;
+        }
+    }
+    let mut at = top.own;
+    while at != NONE {
+        let bucket = &osp.buckets[at];
+        count(work, bucket.page_count, PlaneSet::ALL);
+        let [low, high] = &bucket.boxes.0;
+        let used = bucket.used();
+        if !(planes.hold(kernel, low, used & 0xFF) && planes.hold(kernel, high, used >> 8)) {
+            return false;
+        }
+        at = bucket.next;
+    }
+    true
+}
+
+impl Weigh<'_> {
+    /// Whether more seems to be seen than hidden: the upper levels tell, each place weighing as much as there are nodes
+    /// and leaves. What a plane cuts counts by its centre.
+    #[inline(always)]
+    fn is_mostly_seen<K: Kernel>(&self, kernel: K, work: &mut WorkCounts) -> bool {
+        let top = &self.osp.nodes[self.top];
+        let mut waiting = Waiting::<(Below, i64), { 8 * WEIGHED }>::new();
+        waiting.push((Below { number: self.top, planes: PlaneSet::ALL }, 0));
+        let mut more_seen = 0i64;
+        // What is not decided yet.
+        let mut open = i64::from(top.weight());
+        let mut looked = 0;
+        while looked < WEIGHED && waiting.len() > 0 && more_seen.abs() <= open {
+            let (Below { number, planes }, by_center) = waiting.pop();
+            more_seen -= by_center;
+            let node = &self.osp.nodes[number];
+            looked += usize::from(node.used().count_ones() > 1);
+            work.nodes += 1;
+            count(work, 8, planes);
+            let sides = self.planes.sides8(kernel, planes, &node.boxes);
+            let mut used = node.used();
+            while used != 0 {
+                let slot = used.trailing_zeros() as usize % 8;
+                used &= used - 1;
+                let weight = i64::from(node.nodes_below[slot] + 1);
+                let (is_behind, planes) = (sides.behind >> slot & 1 == 1, sides.planes_at(planes, slot));
+                let is_seen = !is_behind && (planes == 0 || self.holds_center(&node.boxes.get(slot)));
+                let signed = if is_seen { weight } else { -weight };
+                more_seen += signed;
+                match node.children[slot].target() {
+                    Target::Node(number) if !is_behind && planes != 0 => {
+                        waiting.push((Below { number, planes }, signed));
+                    }
+                    _ => open -= weight,
+                }
+            }
+        }
+        more_seen > 0
+    }
+
+    fn holds_center(&self, bounds: &Aabb) -> bool {
+        let center = bounds.center();
+        self.frustum.planes().iter().all(|plane| plane.signed_distance(center) >= 0.0)
+    }
+}
+
+/// The open block's polygons.
+#[inline(always)]
+fn open_block<K: Kernel, A: Answer>(osp: &Osp, kernel: K, planes: &PlaneSet, answer: &mut A) -> WorkCounts {
+    let mut work = WorkCounts::default();
+    let lanes = u32::from(osp.open.lanes());
+    if lanes != 0 {
+        count(&mut work, lanes.count_ones(), PlaneSet::ALL);
+        let seen = lanes & !planes.behind_any(kernel, osp.open.rows());
+        answer.run(kernel, osp.open.block() * BLOCK as u32, seen);
+        work.reported = u64::from(seen.count_ones());
+    }
+    work
+}
+
+/// The open block alone.
+struct Open<'a, A> {
+    osp: &'a Osp,
+    planes: &'a PlaneSet,
+    answer: A,
+}
+
+impl<A: Answer> WithKernel for Open<'_, A> {
+    type Output = (WorkCounts, A::Done);
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> Self::Output {
+        let work = open_block(self.osp, kernel, self.planes, &mut self.answer);
+        (work, self.answer.finish())
+    }
+}
+
+/// Everything, by number: the tree is not read.
+struct All<'a, A> {
+    osp: &'a Osp,
+    planes: &'a PlaneSet,
+    answer: A,
+}
+
+impl<A: Filling> WithKernel for All<'_, A> {
+    type Output = (WorkCounts, A::Done);
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> Self::Output {
+        let mut work = open_block(self.osp, kernel, self.planes, &mut self.answer);
+        let before = self.answer.count();
+        self.answer.all(kernel, &self.osp.ids);
+        let filled = (self.answer.count() - before) as u64;
+        (work.taken_whole, work.reported) = (filled, work.reported + filled);
+        (work, self.answer.finish())
+    }
+}
+
+/// The ids of what is not hidden, by number.
+struct Listed<'a> {
+    osp: &'a Osp,
+    planes: &'a PlaneSet,
+    masks: &'a [u16],
+    first: usize,
+    answer: Ids<'a>,
+}
+
+impl WithKernel for Listed<'_> {
+    type Output = WorkCounts;
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> WorkCounts {
+        let work = open_block(self.osp, kernel, self.planes, &mut self.answer);
+        for (first, filed) in self.osp.ids.shelves() {
+            let block = first as usize / BLOCK - self.first;
+            self.answer.blocks(kernel, first, &self.masks[block..block + filed.len()]);
+        }
+        self.answer.finish();
+        work
+    }
+}
+
+impl super::ids::IdMap {
+    /// The blocks from the first with a polygon, or a little before, to the last.
+    fn span(&self) -> Range<usize> {
+        let (mut begin, mut end) = (usize::MAX, 0);
+        for (first, masks) in self.shelves() {
+            let block = first as usize / BLOCK;
+            (begin, end) = (begin.min(block), end.max(block + masks.len()));
+        }
+        begin.min(end)..end
+    }
+}

@@ -1,0 +1,177 @@
+//! Sixteen boxes at once against the cells of a shadow tree: neighbours go the same way, so one plane is read, and one
+//! instruction tests it, for all that reach its cell. Each box meets the planes that [`ShadowTree::test_box`] would meet, in
+//! the same arithmetic, so the same boxes are hidden. A box that is before a cap by less than its slack counts as partly hidden
+//! here and as unoccluded there. If only hidden boxes are asked for, a box is left at the first leaf that does not hide it.
+
+use super::{
+    QUERY_SLACK, Tested, Verdict,
+    tree::{CapRule, Caps, Cell, Child, ShadowTree},
+};
+use crate::{
+    index::simd::{EyeBoxes, Kernel, WithKernel},
+    math::Aabb,
+};
+
+/// Boxes that are tested at once.
+pub(super) const TOGETHER: usize = 16;
+
+/// What a test of some boxes has found, a bit for each box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TestedBoxes {
+    /// Those that are hidden.
+    pub hidden: u16,
+    /// Those of which nothing is hidden; only where that was asked.
+    pub unoccluded: u16,
+    /// Planes that each box was tested against, added up.
+    pub steps: u32,
+    /// Planes that were read for that: one for all boxes that meet it at the same time.
+    pub planes: u32,
+}
+
+/// What is asked about boxes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// Which are hidden.
+    Hidden,
+    /// Which are hidden, and which not at all.
+    Verdict,
+}
+
+/// The deepest tree that is walked by sixteen boxes at once; most have 20 to 30 levels. A place for each is set up in every test.
+const DEEPEST: usize = 63;
+
+/// Tests at most sixteen boxes one after the other.
+pub(super) fn one_by_one(boxes: &[Aabb], test: impl Fn(&Aabb) -> Tested) -> TestedBoxes {
+    boxes.iter().take(TOGETHER).enumerate().fold(TestedBoxes::default(), |sum, (i, bounds)| {
+        let Tested { verdict, steps } = test(bounds);
+        TestedBoxes {
+            hidden: sum.hidden | u16::from(verdict == Verdict::Hidden) << i,
+            unoccluded: sum.unoccluded | u16::from(verdict == Verdict::Unoccluded) << i,
+            steps: sum.steps + steps,
+            planes: sum.planes + steps,
+        }
+    })
+}
+
+impl ShadowTree {
+    /// Tests at most sixteen boxes, all of which lie in a box for which a test has ended with this cell.
+    pub(super) fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
+        if self.depth() as usize > DEEPEST {
+            return one_by_one(boxes, |bounds| self.test_box_in(bounds, from).0);
+        }
+        self.backend().run(TestBoxes { tree: self, boxes, from, asked })
+    }
+}
+
+struct TestBoxes<'a> {
+    tree: &'a ShadowTree,
+    boxes: &'a [Aabb],
+    from: Cell,
+    asked: Asked,
+}
+
+impl WithKernel for TestBoxes<'_> {
+    type Output = TestedBoxes;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> TestedBoxes {
+        let Self { tree, boxes, from, asked } = self;
+        let all = (1 << boxes.len().min(TOGETHER)) - 1;
+        let eye_boxes = EyeBoxes::new(boxes, tree.eye_in_world(), QUERY_SLACK);
+        let (mut lit, mut shadowed) = (0, if asked == Asked::Hidden { all } else { 0 });
+        let (mut steps, mut planes) = (0, 0);
+        // Not a function that calls itself: that would not be compiled for the instruction set.
+        let mut waiting = [(Child::OUT, 0_u32); DEEPEST + 1];
+        let mut count = 0;
+        let (mut at, mut lanes) = (tree.below(from), all);
+        loop {
+            lanes &= !(lit & shadowed);
+            if lanes == 0 {
+                if count == 0 {
+                    break;
+                }
+                count -= 1;
+                (at, lanes) = waiting[count];
+                continue;
+            }
+            match at.read() {
+                Ok(i) => {
+                    let node = tree.node(i);
+                    (steps, planes) = (steps + lanes.count_ones(), planes + 1);
+                    let (beyond, before) = kernel.beyond_and_before(node.normal.to_array(), 0.0, &eye_boxes);
+                    // A NaN fails both comparisons and goes both ways.
+                    let (to_front, to_back) = (lanes & (beyond | !before), lanes & !beyond);
+                    if to_front == 0 {
+                        (at, lanes) = (node.back, to_back);
+                    } else {
+                        if to_back != 0 {
+                            waiting[count] = (node.back, to_back);
+                            count += 1;
+                        }
+                        (at, lanes) = (node.front, to_front);
+                    }
+                }
+                Err(Caps::NONE) => {
+                    lit |= lanes;
+                    lanes = 0;
+                }
+                Err(caps) => {
+                    let mut leaf =
+                        Leaf { beyond_one: 0, beyond_all: lanes, before_one: 0, before_all: lanes };
+                    leaf.test(kernel, tree, caps, lanes, &eye_boxes, [&mut steps, &mut planes]);
+                    let (shadow, light) = match tree.rule() {
+                        CapRule::Any => (leaf.beyond_one, leaf.before_all),
+                        CapRule::All => (leaf.beyond_all, leaf.before_one),
+                        CapRule::Ignore => (lanes, 0),
+                    };
+                    shadowed |= lanes & (shadow | !light);
+                    lit |= lanes & (light | !shadow);
+                    lanes = 0;
+                }
+            }
+        }
+        let unoccluded = if asked == Asked::Hidden { 0 } else { all & lit & !shadowed };
+        TestedBoxes { hidden: (all & !lit) as u16, unoccluded: unoccluded as u16, steps, planes }
+    }
+}
+
+/// How boxes lie to the caps of a leaf.
+struct Leaf {
+    beyond_one: u32,
+    beyond_all: u32,
+    before_one: u32,
+    before_all: u32,
+}
+
+impl Leaf {
+    #[inline(always)]
+    fn test<K: Kernel>(
+        &mut self,
+        kernel: K,
+        tree: &ShadowTree,
+        caps: Caps,
+        lanes: u32,
+        boxes: &EyeBoxes,
+        [steps, planes]: [&mut u32; 2],
+    ) {
+        if tree.rule() == CapRule::Ignore {
+            return;
+        }
+        let is_any = tree.rule() == CapRule::Any;
+        let mut at = caps;
+        while at != Caps::NONE {
+            let left = if is_any { lanes & !self.beyond_one } else { lanes };
+            if left == 0 {
+                break;
+            }
+            let cap = tree.cap(at);
+            (*steps, *planes) = (*steps + left.count_ones(), *planes + 1);
+            let (beyond, before) = kernel.beyond_and_before(cap.normal.to_array(), cap.distance_m, boxes);
+            self.beyond_one |= left & beyond;
+            self.beyond_all &= beyond;
+            self.before_one |= lanes & before;
+            self.before_all &= before;
+            at = cap.next;
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! `osp serve`: what it answers, and what it does not.
+
+use std::{
+    fs,
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    process::{Child, Command, Stdio},
+};
+
+struct Server {
+    child: Child,
+    address: String,
+}
+
+impl Server {
+    fn of(folder: &std::path::Path) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_osp"))
+            .args(["serve", "--port", "0"])
+            .arg(folder)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let mut line = String::new();
+        let out = child.stdout.take().expect("its output");
+        BufReader::new(out).read_line(&mut line).expect("a line");
+        let address = line.split("http://").nth(1).and_then(|rest| rest.split('/').next());
+        Self { address: address.expect("an address").to_owned(), child }
+    }
+
+    fn ask(&self, method: &str, path: &str, host: &str) -> String {
+        let mut stream = TcpStream::connect(&self.address).expect("it listens");
+        write!(stream, "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n")
+            .expect("sent");
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).expect("answered");
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    fn get(&self, path: &str) -> String {
+        self.ask("GET", path, &self.address)
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn a_folder_is_served_with_its_types_and_nothing_beside_it() {
+    let outside = tempfile::tempdir().expect("a folder");
+    let folder = outside.path().join("page");
+    fs::create_dir_all(folder.join("a b")).expect("a folder");
+    for (name, text) in
+        [("index.html", "<p>page"), ("page.js", "1"), ("x.wasm", "w"), ("a b/room.ron", "Header(")]
+    {
+        fs::write(folder.join(name), text).expect("written");
+    }
+    fs::write(outside.path().join("secret.txt"), "secret").expect("written");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(outside.path().join("secret.txt"), folder.join("link.txt")).expect("a link");
+    let server = Server::of(&folder);
+
+    let page = server.get("/?file=a.ron");
+    assert!(page.starts_with("HTTP/1.1 200") && page.ends_with("<p>page"), "{page}");
+    for header in [
+        "Content-Type: text/html",
+        "Cross-Origin-Opener-Policy: same-origin",
+        "Cross-Origin-Embedder-Policy: require-corp",
+    ] {
+        assert!(page.contains(header), "{page}");
+    }
+    assert!(server.get("/page.js").contains("Content-Type: text/javascript"));
+    assert!(server.get("/x.wasm").contains("Content-Type: application/wasm"));
+    assert!(server.get("/a%20b/room.ron").ends_with("Header("));
+    let head = server.ask("HEAD", "/page.js", &server.address);
+    assert!(head.starts_with("HTTP/1.1 200") && head.ends_with("\r\n\r\n"), "{head}");
+
+    for path in [
+        "/none",
+        "/../secret.txt",
+        "/%2e%2e/secret.txt",
+        "/a%20b/../../secret.txt",
+        "//etc/passwd",
+        "/link.txt",
+        "/a%00",
+    ] {
+        let answer = server.get(path);
+        assert!(answer.starts_with("HTTP/1.1 404") && !answer.contains("secret"), "{path}: {answer}");
+    }
+    assert!(server.get("/a%ff").starts_with("HTTP/1.1 400"));
+    assert!(server.ask("POST", "/", &server.address).starts_with("HTTP/1.1 405"));
+    // Another site's name that leads here.
+    assert!(server.ask("GET", "/", "evil.example").starts_with("HTTP/1.1 403"));
+}
+
+#[test]
+fn a_folder_that_is_not_there_is_told() {
+    let output = Command::new(env!("CARGO_BIN_EXE_osp"))
+        .args(["serve", "no-such-folder"])
+        .output()
+        .expect("it starts");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no-such-folder"));
+}

@@ -1,0 +1,218 @@
+// The page around the window: files come in, files go out, and what is wrong stands on the page.
+import init, * as osp from './osp_web.js';
+import { openStore } from './keep.js';
+
+const EXAMPLES = ['room', 'portrait', 'grow', 'scribble', 'nested'];
+const byId = (id) => document.getElementById(id);
+const [said, wrong, drop, files, typed] = ['said', 'wrong', 'drop', 'files', 'typed'].map(byId);
+const nextFrame = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+
+let store = null;
+let isStopped = false;
+const isKept = () => (store && !store.hasFailed ? ' What was drawn is kept.' : '');
+
+function complain(text) {
+  // What follows a stop is noise that would hide why.
+  if (isStopped) return;
+  wrong.textContent = text;
+  wrong.hidden = false;
+}
+wrong.addEventListener('click', () => (wrong.hidden = true));
+addEventListener('error', ({ message }) => complain(message));
+addEventListener('unhandledrejection', ({ reason }) => complain(String(reason?.message ?? reason)));
+// Called by the program when it stops.
+globalThis.ospPanic = (text) => {
+  console.error(text);
+  complain(`osp has stopped: ${text}. Load the page again.${isKept()}`);
+  isStopped = true;
+};
+
+// A screen's keyboard needs a field to type into. It holds one space, so that there is something to remove.
+typed.addEventListener('beforeinput', (event) => {
+  event.preventDefault();
+  if (event.inputType.startsWith('delete')) osp.type_in('Backspace', true);
+  else if (event.inputType === 'insertLineBreak') osp.type_in('Enter', true);
+  else if (event.data) osp.type_in(event.data, false);
+});
+
+let folders = 0;
+let opened = null;
+
+/// Puts files into the program's memory, each set into a folder of its own, and replays the first that can be one.
+async function open(set) {
+  folders += 1;
+  const place = ({ name, bytes }) => {
+    // CASSIE's two files of a sketch have one name; what they contain tells them apart.
+    const first = String.fromCharCode(bytes.find((byte) => byte > 32) ?? 0);
+    const isPart = name.toLowerCase().endsWith('.json') && !name.includes('/');
+    const folder = isPart ? { '[': 'sketch_history/', '{': 'raw_data/' }[first] ?? '' : '';
+    return `/input/${folders}/${folder}${name}`;
+  };
+  const placed = set.map((file) => ({ ...file, path: place(file) }));
+  for (const { path, bytes } of placed) osp.put(path, bytes);
+  const session = placed.find(({ name }) => !/(^|\/)\.|\.(bin|png|jpe?g|mtl|txt|md)$/i.test(name)) ?? placed[0];
+  if (!session) return;
+  wrong.hidden = true;
+  // The unpacked form of a .tilt is opened by its folder.
+  const inFolder = placed.find(({ name }) => /\/data\.sketch(\.bytes)?$/.test(name));
+  opened = inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path;
+  said.textContent = `reading ${opened.split('/').pop()}…`;
+  await nextFrame();
+  osp.replay(opened);
+  byId('draw').disabled = false;
+}
+
+async function openFiles(list) {
+  const read = async (file) => ({
+    name: file.webkitRelativePath || file.name,
+    bytes: new Uint8Array(await file.arrayBuffer()),
+  });
+  await open(await Promise.all([...list].map(read)));
+}
+
+/// The files of what was dropped; those of a folder with the folder's name.
+async function droppedFiles(data) {
+  const entries = [...data.items].map((item) => item.webkitGetAsEntry?.());
+  if (!entries.some((entry) => entry?.isDirectory)) return openFiles(data.files);
+  const found = [];
+  const walk = async (entry, folder) => {
+    if (entry?.isFile) {
+      const file = await new Promise((done, fail) => entry.file(done, fail));
+      found.push({ name: folder + entry.name, bytes: new Uint8Array(await file.arrayBuffer()) });
+    } else if (entry?.isDirectory) {
+      const reader = entry.createReader();
+      for (;;) {
+        const some = await new Promise((done, fail) => reader.readEntries(done, fail));
+        if (some.length === 0) break;
+        for (const inner of some) await walk(inner, `${folder}${entry.name}/`);
+      }
+    }
+  };
+  for (const entry of entries) await walk(entry, '');
+  await open(found);
+}
+
+async function openUrl(address) {
+  const url = new URL(address, location.href);
+  if (url.origin !== location.origin) throw new Error(`${url.href}: this page opens files of its own server only`);
+  said.textContent = `loading ${url.pathname}…`;
+  const answer = await fetch(url);
+  if (!answer.ok) throw new Error(`${url.pathname}: the server says ${answer.status} ${answer.statusText}`);
+  const name = decodeURIComponent(url.pathname.split('/').pop());
+  await open([{ name, bytes: new Uint8Array(await answer.arrayBuffer()) }]);
+}
+
+function save({ name, bytes }) {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(new Blob([bytes]));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}
+
+function saveAs(kind) {
+  if (kind === 'session') return save(osp.session_file());
+  const { path } = JSON.parse(osp.state());
+  const stem = path.split('/').pop().replace(/\.[^.]*$/, '') || 'sketch';
+  osp.save(`${stem}.${kind}`);
+}
+
+function showState() {
+  const state = JSON.parse(osp.state());
+  if (state.failure) complain(`${state.failure}. Load the page again.${isKept()}`);
+  if (state.refused && state.refused !== showState.refused) complain(state.refused);
+  showState.refused = state.refused;
+  if (matchMedia('(pointer: coarse)').matches && state.wantsText !== (document.activeElement === typed)) {
+    if (state.wantsText) typed.focus();
+    else typed.blur();
+  }
+  if (state.frames > 0) {
+    const name = state.path.split('/').pop();
+    const part = state.isReplay ? `frame ${state.position} of ${state.length}` : `${state.length} events`;
+    said.textContent = state.isReplay || state.length > 0 ? `${name}: ${part}` : 'Drop a sketch here, or draw.';
+  }
+}
+
+async function start() {
+  if (!isSecureContext) {
+    said.textContent = '';
+    complain('Browsers offer WebGPU to pages from https or from this machine only, and osp cannot draw without it.');
+    return;
+  }
+  const adapter = await navigator.gpu?.requestAdapter();
+  if (!adapter) {
+    said.textContent = '';
+    complain('This browser offers no WebGPU adapter, and osp cannot draw without one. Current versions of Chrome, Edge, Safari and Firefox have it where the machine has a graphics driver.');
+    return;
+  }
+  await init({ module_or_path: 'osp_web_bg.wasm' });
+  try {
+    store = await openStore();
+  } catch (error) {
+    complain(`The browser gives no place to keep drawings (${error.message}): save them before the page is closed.`);
+  }
+  for (const { path, bytes } of store?.files ?? []) osp.put(path, bytes);
+  osp.start();
+
+  const keep = () => {
+    if (!store) return;
+    if (!isStopped) store.writer.add(osp.take_kept());
+    if (store.retryAt > performance.now()) return;
+    store.writer.flush().then(
+      () => (store.hasFailed = false),
+      (error) => {
+        [store.hasFailed, store.retryAt] = [true, performance.now() + 5000];
+        complain(`The browser does not keep the drawing: ${error.message}. Save it before the page is closed.`);
+      },
+    );
+  };
+  globalThis.ospIsIdle = () => !store || store.writer.isIdle;
+  navigator.storage?.persist?.().catch(() => {});
+  setInterval(() => {
+    if (isStopped) return;
+    showState();
+    osp.take_downloads().forEach(save);
+    if (osp.wants_file()) files.click();
+  }, 100);
+  setInterval(keep, 300);
+  for (const event of ['visibilitychange', 'pagehide']) addEventListener(event, keep);
+
+  byId('open').addEventListener('click', () => files.click());
+  files.addEventListener('change', async () => {
+    await openFiles(files.files);
+    files.value = '';
+  });
+  const examples = byId('examples');
+  examples.append(...EXAMPLES.map((name) => new Option(name)));
+  examples.addEventListener('change', async () => {
+    const name = examples.value;
+    examples.value = '';
+    if (name) await openUrl(`recordings/${name}.ron`);
+  });
+  const saving = byId('save');
+  saving.addEventListener('change', () => {
+    const kind = saving.value;
+    saving.value = '';
+    if (kind) saveAs(kind);
+  });
+  byId('draw').addEventListener('click', () => opened && osp.draw_on(opened));
+  byId('full').addEventListener('click', () =>
+    document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen());
+  addEventListener('dragover', (event) => {
+    event.preventDefault();
+    drop.hidden = false;
+  });
+  addEventListener('dragleave', (event) => {
+    if (!event.relatedTarget) drop.hidden = true;
+  });
+  addEventListener('drop', async (event) => {
+    event.preventDefault();
+    drop.hidden = true;
+    await droppedFiles(event.dataTransfer);
+  });
+  globalThis.osp = osp;
+  const file = new URLSearchParams(location.search).get('file');
+  if (file) await openUrl(file);
+}
+
+await start();
