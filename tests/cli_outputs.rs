@@ -6,6 +6,8 @@
 mod arguments;
 #[path = "cli_outputs/draw_index.rs"]
 mod draw_index;
+#[path = "cli_outputs/export_times.rs"]
+mod export_times;
 #[path = "cli_outputs/exporting.rs"]
 mod exporting;
 #[path = "cli_outputs/groups_whole.rs"]

@@ -37,3 +37,5 @@ mod spans;
 mod tests_of_occlusion;
 #[path = "studio/tracker.rs"]
 mod tracker;
+#[path = "studio/working.rs"]
+mod working;

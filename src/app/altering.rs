@@ -182,14 +182,6 @@ impl Studio {
         if !self.can_draw() || strokes.is_empty() {
             return None;
         }
-        let scene = self.subject.scene();
-        let polygons = strokes.iter().filter_map(|id| scene.stroke(*id));
-        let polygons: u64 = polygons.map(|stroke| u64::from(stroke.polygon_count())).sum();
-        let most = self.limits.polygons;
-        if scene.polygon_count() as u64 + polygons > most {
-            self.say(format!("copies of {polygons} polygons: a session may have {most} in all"));
-            return None;
-        }
         let Subject::Sketch(document) = &self.subject else { return None };
         match document.events_of(&strokes.iter().copied().collect()) {
             Ok(events) => {
@@ -227,6 +219,13 @@ impl Studio {
         }
         if let Some(expected) = events.iter().find_map(|event| event.check().err()) {
             self.say(format!("nothing was changed: a session can hold only {expected}"));
+            return false;
+        }
+        if let Subject::Sketch(document) = &self.subject
+            && document.excess(&self.limits).is_none()
+            && let Some((most, what)) = document.excess_with(&events, &self.limits)
+        {
+            self.say(format!("nothing was changed: a session may have {most} {what} in all"));
             return false;
         }
         let t = events.first().map_or_else(|| self.now_secs(), Event::time_secs);
@@ -318,10 +317,15 @@ impl Studio {
         const BESIDE: f32 = 0.1;
         let aside = rotate(self.navigator.world_from_view(), Vec3::new(1.0, -1.0, 0.0));
         let motion = Motion::by(aside * (clip.extent_m * BESIDE * clip.pasted as f32));
-        let polygons = clip.strokes.iter().map(|stroke| stroke.events.len() as u64).sum::<u64>();
-        if self.scene().polygon_count() as u64 + polygons > self.limits.polygons {
-            self.say(format!("a session may have {} polygons in all", self.limits.polygons));
-            return;
+        // What comes from a layer that takes nothing goes to the one that is drawn on.
+        let mut moved_to = BTreeMap::<u32, u32>::new();
+        for layer in clip.strokes.iter().map(|stroke| stroke.layer).collect::<BTreeSet<_>>() {
+            if !self.is_layer_open(layer) {
+                if !self.may_draw_on_layer() {
+                    return;
+                }
+                moved_to.insert(layer, self.brush.layer);
+            }
         }
         let t = self.now_secs();
         let alteration = Alteration { motion, ..Alteration::NONE };
@@ -335,8 +339,9 @@ impl Studio {
             if events.is_empty() {
                 continue;
             }
-            if stroke.layer != layer_of(&events) {
-                layers.entry(stroke.layer).or_default().push(copy);
+            let layer = moved_to.get(&stroke.layer).copied().unwrap_or(stroke.layer);
+            if layer != layer_of(&events) {
+                layers.entry(layer).or_default().push(copy);
             }
             if let Some(group) = stroke.group {
                 members[group].push(copy);
@@ -375,7 +380,7 @@ impl Studio {
                 selected.insert(instead);
             }
         }
-        self.selection.set(selected.into_iter().filter(is_there));
+        self.selection.set(selected);
         self.deselect_locked();
     }
 }

@@ -43,6 +43,8 @@ pub enum Command {
     Duplicate,
     /// Select all strokes.
     SelectAll,
+    /// End the reading or writing beside the window.
+    CancelWork,
     /// Select nothing.
     SelectNone,
     /// Make a group of the selection.

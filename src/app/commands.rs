@@ -10,10 +10,7 @@ use super::{
     tool::{Span, ToolChoice},
 };
 use crate::{
-    atomic_file::AtomicFile,
-    export::{ExportError, ExportOptions, GltfCounts, write_glb},
     occlusion::Occlusion,
-    output_file::{OutputKind, check_output},
     recording::{Event, Tool},
     rivals::IndexKind,
     scene::Stroke,
@@ -48,6 +45,7 @@ impl Studio {
             Command::KeepView(_) => self.can_draw(),
             Command::GoToView(slot) => scene.views().contains_key(slot),
             Command::SelectAll => self.can_draw() && scene.counts().visible > 0,
+            Command::CancelWork => self.is_working(),
             Command::SelectNone => !self.selection.is_empty(),
             Command::Save | Command::SaveAs(_) | Command::SaveOver(_) => {
                 matches!(self.subject, Subject::Sketch(_))
@@ -118,11 +116,11 @@ impl Studio {
             Command::Paste => self.paste(),
             Command::Duplicate => self.duplicate(),
             Command::SelectAll => {
-                let scene = self.subject.scene();
-                let is_loose = |stroke: &&Stroke| stroke.is_visible() && !scene.is_locked(stroke.layer());
-                let all = scene.strokes().iter().filter(is_loose);
-                self.selection.set(all.filter_map(|stroke| stroke.id()));
+                let all = self.subject.scene().strokes().iter();
+                self.selection.set(all.filter_map(Stroke::id));
+                self.deselect_locked();
             }
+            Command::CancelWork => self.cancel_work(),
             Command::SelectNone => self.selection.clear(),
             Command::GroupSelected => {
                 self.finish_gestures();
@@ -194,10 +192,7 @@ impl Studio {
     fn switch_index(&mut self, kind: IndexKind, occlusion: Occlusion) {
         // The whole scene is inserted below; it includes the changes that were waiting for the old index.
         if let Subject::Sketch(document) = &mut self.subject {
-            let mut changes = Vec::new();
-            document.take_changes(&mut changes);
-            let pending = &mut self.pending.changes;
-            document.scene().for_each_change(&changes, |change| pending.push(change));
+            document.take_changes(&mut self.pending.changes);
         }
         let bounds = self.subject.bounds();
         self.culling.reindex(kind, occlusion, self.subject.scene(), &bounds);
@@ -260,31 +255,6 @@ impl Studio {
     /// The file for a picture of the window's model that a command asked for, once.
     pub(super) fn take_picture(&mut self) -> Option<std::path::PathBuf> {
         self.picture.take()
-    }
-
-    pub(super) fn export_gltf(&mut self, path: &Path) {
-        // A model may replace a model and no other file.
-        if let Err(error) = check_output(path, OutputKind::Glb, false) {
-            self.tell_of_file(Err(error.to_string()));
-            return;
-        }
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let options = ExportOptions { eye_in_world: Some(self.navigator.eye()), ..Default::default() };
-        let export = || -> Result<GltfCounts, ExportError> {
-            let mut file = AtomicFile::create(path)?;
-            let counts = write_glb(self.subject.scene(), &name, &options, &mut file)?;
-            file.commit()?;
-            Ok(counts)
-        };
-        match export() {
-            Ok(counts) => {
-                self.tell_of_file(Ok(format!("{} polygons exported to {}", counts.polygons, path.display())));
-                if counts.not_finite > 0 {
-                    self.say(format!("{} polygons at infinity were left out", counts.not_finite));
-                }
-            }
-            Err(error) => self.tell_of_file(Err(format!("{}: {error}", path.display()))),
-        }
     }
 
     fn control(&mut self, command: &Command) {

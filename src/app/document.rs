@@ -4,9 +4,10 @@ use std::{collections::BTreeSet, io, path::Path};
 
 use super::journal::{Journal, SaveError, Unwritten};
 use crate::{
+    export::PolygonTimes,
     math::{Aabb, Ray},
     polygon::{Change, PolygonId},
-    recording::{Event, EventSource, Header, RecordingError, StrokeId},
+    recording::{Event, EventSource, Header, Limits, RecordingError, StrokeId, Tally},
     scene::{GroupNode, Scene},
 };
 
@@ -22,10 +23,13 @@ pub struct Document {
     /// Since [`Document::take_changes`] was last called.
     changes: Vec<Change>,
     bounds: Aabb,
+    times: PolygonTimes,
     journal: Journal,
     next_stroke: u32,
     last_secs: f64,
     events: u64,
+    /// What a reader of its file will count.
+    tally: Tally,
     refused: u64,
     news: Vec<String>,
 }
@@ -36,10 +40,12 @@ impl Document {
             scene: Scene::keeping_groups_whole(),
             changes: Vec::new(),
             bounds: Aabb::EMPTY,
+            times: PolygonTimes::default(),
             journal,
             next_stroke: 0,
             last_secs: 0.0,
             events: 0,
+            tally: Tally::default(),
             refused: 0,
             news: Vec::new(),
         }
@@ -47,7 +53,11 @@ impl Document {
 
     /// Applies the events of a file, piece by piece. The window inserts the whole model when it opens a session, so the
     /// changes on the way are dropped.
-    fn read(&mut self, events: &mut dyn EventSource) -> Result<(), RecordingError> {
+    fn read(
+        &mut self,
+        events: &mut dyn EventSource,
+        go_on: &dyn Fn(u64) -> bool,
+    ) -> Result<(), RecordingError> {
         let mut piece = Vec::with_capacity(PIECE);
         while let Some(event) = events.next_event()? {
             self.journal.note(&event)?;
@@ -55,6 +65,10 @@ impl Document {
             if piece.len() == PIECE {
                 self.note_piece(&piece);
                 piece.clear();
+                if !go_on(self.events) {
+                    let path = self.journal.path();
+                    return Err(RecordingError::io(path, io::ErrorKind::Interrupted.into()));
+                }
             }
         }
         self.note_piece(&piece);
@@ -92,8 +106,10 @@ impl Document {
             }
         }
         self.events += events.len() as u64;
+        events.iter().for_each(|event| self.tally.add(event));
         let first = self.changes.len();
         self.scene.apply_all(events, &mut self.changes);
+        self.times.note(events, &self.scene, &self.changes[first..]);
         for &change in &self.changes[first..] {
             self.bounds = self.bounds.union(&self.scene.bounds_of_change(change));
         }
@@ -125,6 +141,18 @@ impl Document {
             self.journal.write_pending();
             self.note(events);
         }
+    }
+
+    /// The first limit that a reader of its file will find passed, and its name.
+    pub(super) fn excess(&self, limits: &Limits) -> Option<(u64, &'static str)> {
+        self.tally.excess(limits)
+    }
+
+    /// [`Document::excess`] after more events.
+    pub(super) fn excess_with(&self, events: &[Event], limits: &Limits) -> Option<(u64, &'static str)> {
+        let mut tally = self.tally.clone();
+        events.iter().for_each(|event| tally.add(event));
+        tally.excess(limits)
     }
 
     /// The events that made these strokes, in their order.
@@ -175,6 +203,11 @@ impl Document {
     /// Box of everything that was ever drawn.
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// When its polygons were drawn.
+    pub fn polygon_times(&self) -> &PolygonTimes {
+        &self.times
     }
 
     /// The session's header.
@@ -230,6 +263,7 @@ impl Document {
         let events = self.journal.discard()?;
         (self.scene, self.bounds) = (Scene::keeping_groups_whole(), Aabb::EMPTY);
         (self.next_stroke, self.last_secs, self.events) = (0, 0.0, 0);
+        (self.tally, self.times) = (Tally::default(), PolygonTimes::default());
         events.chunks(PIECE).for_each(|piece| self.note_piece(piece));
         self.changes.clear();
         self.end_open_strokes();

@@ -47,7 +47,10 @@ pub enum Input {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Gesture {
     Draw,
-    Erase,
+    /// Whether a step is open for what was erased so far.
+    Erase {
+        is_step_open: bool,
+    },
     Orbit,
     Look,
     Pan,

@@ -53,9 +53,7 @@ impl Studio {
     }
 
     pub(super) fn select_group(&mut self, group: GroupId) {
-        let scene = self.subject.scene();
-        let is_there = |id: &StrokeId| scene.stroke(*id).is_some_and(|stroke| stroke.is_visible());
-        self.selection.set(scene.strokes_below(group).into_iter().filter(is_there));
+        self.selection.set(self.subject.scene().strokes_below(group));
         self.deselect_locked();
     }
 
@@ -112,6 +110,14 @@ impl Studio {
     }
 
     pub(super) fn place_group(&mut self, group: GroupId, placing: &Placing) {
+        let scene = self.subject.scene();
+        let is_held = |id: &StrokeId| {
+            scene.stroke(*id).is_some_and(|stroke| stroke.is_visible() && scene.is_locked(stroke.layer()))
+        };
+        if scene.strokes_below(group).iter().any(is_held) {
+            self.say_once("this group holds strokes of a locked layer");
+            return;
+        }
         let bounds = self.group_tree().into_iter().find(|node| node.id == group).map(|node| node.bounds);
         let scene = self.subject.scene();
         let middle = bounds

@@ -89,13 +89,13 @@ impl Sent {
             self.0.truncate(keep);
         }
         let scene = studio.scene();
-        for change in &pending.changes {
-            if let Change::Update(id) = *change
+        scene.for_each_change(&pending.changes, |change| {
+            if let Change::Update(id) = change
                 && let Some(sent) = self.0.get_mut(id.index())
             {
                 *sent = scene.polygon(id);
             }
-        }
+        });
         self.0.extend((self.0.len()..scene.polygon_count()).map(|i| scene.polygon(PolygonId(i as u32))));
     }
 

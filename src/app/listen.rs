@@ -49,10 +49,16 @@ impl Studio {
             }
             let first = self.events.len();
             let erased = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
+            let mut begins = false;
             for event in &mut self.events[first..] {
                 if let Event::Begin { paint, .. } = event {
                     *paint = on_layer(paint.take(), self.brush.layer);
+                    begins = true;
                 }
+            }
+            // Who wears a helmet does not see the window: what the hand draws is kept all the same.
+            if begins && let Some(why) = self.why_layer_is_closed() {
+                self.say_once(&format!("{why}: a tracker draws on it all the same"));
             }
             self.mirror_events(first);
             // The screens show what the head sees from its place in the room; the session has it in the world, like the hands.
@@ -64,6 +70,9 @@ impl Studio {
                 edits += 1;
                 // The stroke to erase may be among those that have just been drawn.
                 self.apply_events();
+            }
+            if let Message::Undo | Message::Redo = message {
+                self.follow_selection(matches!(message, Message::Undo));
             }
             if let Some(p) = erased {
                 self.erase_near(t, p);

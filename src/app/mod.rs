@@ -53,6 +53,7 @@ pub mod tracker;
 pub mod ui;
 mod user_folder;
 mod window;
+mod working;
 
 pub use altering::Altering;
 pub use command::Command;
@@ -76,3 +77,4 @@ pub use studio::{FrameReport, Studio};
 pub use subject::Subject;
 pub use tool::{Span, ToolChoice};
 pub use window::{WindowError, WindowOptions, run};
+pub use working::WorkShown;

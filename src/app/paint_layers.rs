@@ -134,16 +134,24 @@ impl Studio {
         self.selection.set(strokes);
     }
 
+    /// Whether a layer is neither hidden nor locked.
+    pub(super) fn is_layer_open(&self, layer: u32) -> bool {
+        let LayerRow { is_hidden, is_locked, .. } = self.session_layer(layer);
+        !is_hidden && !is_locked
+    }
+
+    /// Why nothing is to be drawn on the chosen layer, if so.
+    pub(super) fn why_layer_is_closed(&self) -> Option<String> {
+        let LayerRow { name, is_hidden, is_locked, .. } = self.session_layer(self.brush.layer);
+        let why = if is_locked { "locked" } else { "hidden" };
+        (is_hidden || is_locked).then(|| format!("{name} is {why}"))
+    }
+
     /// Whether the layer that is drawn on takes strokes; says why not.
     pub(super) fn may_draw_on_layer(&mut self) -> bool {
-        let LayerRow { name, is_hidden, is_locked, .. } = self.session_layer(self.brush.layer);
-        let why = match (is_hidden, is_locked) {
-            (_, true) => "locked",
-            (true, _) => "hidden",
-            _ => return true,
-        };
+        let Some(why) = self.why_layer_is_closed() else { return true };
         if matches!(self.subject, Subject::Sketch(_)) {
-            self.say_once(&format!("{name} is {why}: choose another layer to draw on, or open this one"));
+            self.say_once(&format!("{why}: choose another layer to draw on, or open this one"));
         }
         false
     }

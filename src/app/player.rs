@@ -1,6 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
+    export::PolygonTimes,
     math::Aabb,
     polygon::{Change, Geometry, PolygonId},
     recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
@@ -294,6 +295,20 @@ impl Player {
         let range = self.events_of(frame);
         self.state.play(&self.events[range], out);
         true
+    }
+
+    /// When the polygons of the model as it is now were drawn. The session is played once more up to here.
+    pub fn polygon_times(&self) -> PolygonTimes {
+        let (mut state, mut times) = (SessionState::keeping_groups_whole(), PolygonTimes::default());
+        let mut changes = Vec::new();
+        for frame in 0..self.position() {
+            let events = &self.events[self.events_of(frame)];
+            changes.clear();
+            state.scene.let_go();
+            state.play(events, &mut changes);
+            times.note(events, &state.scene, &changes);
+        }
+        times
     }
 
     /// The model as it is after the last frame.

@@ -81,8 +81,9 @@ impl Studio {
                 Some(Gesture::Draw)
             }
             ToolChoice::Erase => {
+                self.gestures.gesture = Some(Gesture::Erase { is_step_open: false });
                 self.erase_along(at, at, size_px);
-                Some(Gesture::Erase)
+                self.gestures.gesture
             }
             ToolChoice::Select => match self.stroke_under(at, size_px) {
                 _ if let Some((handle, ring, from)) = self.handle_under(at, size_px) => {
@@ -113,7 +114,7 @@ impl Studio {
                 self.pen.drag(t, self.snap, is_straight, &point, &mut self.events);
                 self.mirror_events(first);
             }
-            Gesture::Erase => self.erase_along(before, at, size_px),
+            Gesture::Erase { .. } => self.erase_along(before, at, size_px),
             Gesture::Orbit => self.navigator.orbit(by),
             Gesture::Look => self.navigator.look(by),
             Gesture::Pan => self.navigator.pan(by),
@@ -167,6 +168,9 @@ impl Studio {
         self.pen.release(t, &mut self.events);
         self.mirror_events(first);
         let gesture = self.gestures.gesture.take();
+        if gesture == Some(Gesture::Erase { is_step_open: true }) && self.scene().is_step_open() {
+            self.events.push(Event::Step { t, edits: 0 });
+        }
         if let Some(Gesture::Handle { motion, .. }) = gesture
             && motion != Motion::STAY
         {
@@ -276,6 +280,11 @@ impl Studio {
             let at = from.lerp(to, step as f32 / steps);
             if let Some((stroke, _)) = self.stroke_under(at, size_px) {
                 let t = self.now_secs();
+                // What one way of the pointer erases is one step, which ends with the gesture.
+                if let Some(Gesture::Erase { is_step_open: is_open @ false }) = &mut self.gestures.gesture {
+                    *is_open = true;
+                    self.events.push(Event::Step { t, edits: u32::MAX });
+                }
                 self.events.push(Event::Erase { t, stroke });
                 self.apply_events();
             }

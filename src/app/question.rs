@@ -221,18 +221,17 @@ impl Studio {
             // Another file lies there now, and our own session keeps it from being opened.
             self.begin();
         }
-        let is_there = fs::is_there(path);
-        match self.open(path, how) {
-            Ok(()) if !is_there => self.tell_of_file(Ok(format!(
-                "{}: there was no such file: an empty session begins there",
-                path.display()
-            ))),
-            Ok(()) => self.tell_of_file(Ok(String::new())),
-            Err(OpenError::Held(held)) => self.ask(Question::Held { held, is_shown: false }),
-            Err(error) if error.is_damage() && !how.lenient => {
+        self.open_beside(path, how);
+    }
+
+    /// Asks what to do with a session that could not be opened, or says why.
+    pub(super) fn tell_not_opened(&mut self, path: &Path, how: Opening, error: OpenError) {
+        match error {
+            OpenError::Held(held) => self.ask(Question::Held { held, is_shown: false }),
+            error if error.is_damage() && !how.lenient => {
                 self.ask(Question::Damaged { path: path.to_owned(), damage: error.to_string() });
             }
-            Err(error) => self.tell_of_file(Err(error.to_string())),
+            error => self.tell_of_file(Err(error.to_string())),
         }
     }
 

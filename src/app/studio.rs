@@ -1,14 +1,11 @@
-use std::{
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::{path::PathBuf, time::Duration};
 
 use glam::{Quat, Vec2, Vec3};
 
 use super::{
     altering::{Clip, Replaced},
     culling::Culling,
-    document::{Document, OpenError, Opened, Opening},
+    document::Opened,
     drawing_aids::{Aids, Twins},
     frames::FrameWriter,
     gestures::Gestures,
@@ -23,6 +20,7 @@ use super::{
     subject::Subject,
     tool::ToolChoice,
     tracker::{Hands, HandsState, Tracker},
+    working::Working,
 };
 use crate::{
     frame::{FrameRecord, StageClock},
@@ -128,6 +126,9 @@ pub struct Studio {
     pub(super) picture: Option<PathBuf>,
     /// Writes each frame.
     pub(super) frames: Option<FrameWriter>,
+    /// Reads and writes beside the window, not within a command.
+    pub(super) works_beside: bool,
+    pub(super) working: Option<Working>,
     /// A session was closed although a part of it was not written.
     unwritten: Option<Unwritten>,
 }
@@ -188,6 +189,8 @@ impl Studio {
             file_outcome: None,
             picture: None,
             frames: None,
+            works_beside: false,
+            working: None,
             unwritten: None,
         };
         studio.meet_subject();
@@ -220,18 +223,6 @@ impl Studio {
         }
     }
 
-    /// Opens a session instead of the current one.
-    ///
-    /// # Errors
-    /// The file cannot be read, or another window has it; the current session stays.
-    pub(super) fn open(&mut self, path: &Path, how: Opening) -> Result<(), OpenError> {
-        let (document, opened) =
-            Document::open_as(path, &self.autosaves, Opening { limits: self.limits, ..how })?;
-        self.tell(opened);
-        self.replace(Subject::Sketch(Box::new(document)));
-        Ok(())
-    }
-
     pub(super) fn replace(&mut self, subject: Subject) {
         self.finish_gestures();
         if let Subject::Sketch(old) = std::mem::replace(&mut self.subject, subject) {
@@ -262,13 +253,14 @@ impl Studio {
         matches!(&self.subject, Subject::Sketch(document) if !document.is_read_only())
     }
 
-    /// To be called from time to time, with or without a frame: checks the session's file. Returns whether there is
+    /// To be called from time to time, with or without a frame: checks the session's file and the work beside the window. Returns whether there is
     /// something new to show.
     pub fn tend(&mut self) -> bool {
-        let Subject::Sketch(document) = &mut self.subject else { return false };
+        let is_done = self.take_work();
+        let Subject::Sketch(document) = &mut self.subject else { return is_done };
         document.journal_mut().tend(Instant::now());
         let news = document.take_news();
-        let is_news = !news.is_empty();
+        let is_news = is_done || !news.is_empty();
         news.into_iter().for_each(|line| self.say(line));
         is_news
     }
@@ -288,9 +280,10 @@ impl Studio {
         is_playing || self.tracker_waits || self.gestures.flight != Vec3::ZERO
     }
 
-    /// When a frame is due even without input: a tracker's stroke may have to be ended.
+    /// When a frame is due even without input: a tracker's stroke may have to be ended, work beside the window may be done.
     pub fn next_frame_in(&self) -> Option<Duration> {
-        self.hands.is_drawing().then_some(Duration::from_millis(300))
+        let of_work = self.is_working().then_some(Duration::from_millis(50));
+        of_work.or(self.hands.is_drawing().then_some(Duration::from_millis(300)))
     }
 
     /// Whether the pointer is dragging something.
@@ -304,9 +297,17 @@ impl Studio {
         let mut events = std::mem::take(&mut self.events);
         match &mut self.subject {
             Subject::Sketch(document) if !document.is_read_only() => {
+                let was_within = document.excess(&self.limits).is_none();
                 document.apply_all(&mut events);
+                let excess = document.excess(&self.limits).filter(|_| was_within);
                 self.samples += events.iter().filter(|event| event.is_sample()).count() as u64;
                 events.clear();
+                if let Some((most, what)) = excess {
+                    let more = self.limits.polygons.saturating_mul(2);
+                    self.say(format!(
+                        "this session now has more than {most} {what}: open it with --max-polygons {more}"
+                    ));
+                }
             }
             Subject::Sketch(_) if events.is_empty() => {}
             Subject::Sketch(_) => {
@@ -394,8 +395,7 @@ impl Studio {
             }
         }
         self.strokes_ns += self.clock.since(start).ns;
-        let (scene, pending) = (self.subject.scene(), &mut self.pending.changes);
-        scene.for_each_change(&self.changes, |change| pending.push(change));
+        self.pending.changes.extend_from_slice(&self.changes);
 
         let bounds = self.subject.bounds();
         let hands = self.hands_before_screens();
@@ -441,6 +441,7 @@ impl Studio {
     /// A part of it, or of a session that was closed before, could not be written.
     pub fn close(mut self) -> Result<(), Unwritten> {
         self.finish_gestures();
+        self.end_work();
         if let Subject::Sketch(document) = self.subject {
             document.close()?;
         }

@@ -1,3 +1,5 @@
+mod start;
+
 use std::{
     io::{self, Write},
     path::{Path, PathBuf},
@@ -6,7 +8,6 @@ use std::{
 };
 
 use glam::Vec2;
-use thiserror::Error;
 use winit::{
     application::ApplicationHandler,
     dpi::LogicalSize,
@@ -15,22 +16,24 @@ use winit::{
     window::{Fullscreen, Window, WindowId},
 };
 
+pub(super) use start::Wake;
+pub use start::{WindowError, WindowOptions};
+use start::{open_event_loop, open_screens};
+
 use super::{
-    journal::Unwritten,
     painter::{PaintError, PaintTimes, Painter, Panels},
     previews,
     stats::{FrameStage, FrameTimes},
     studio::Studio,
     subject::Subject,
     trace::Trace,
-    tracker::{Tracker, TrackerAddress, TrackerError, TrackerOptions},
+    tracker::Tracker,
     ui::{Interface, PreviewGrid},
 };
 use crate::{
     frame::StageClock,
     platform::{self, time::Instant},
     render::{Area, ComingImage, RenderError},
-    view::Stereo,
 };
 
 /// Devices opened anew after a loss, at most, before the window gives up.
@@ -41,58 +44,8 @@ const TEND: Duration = Duration::from_millis(500);
 /// Time between frames while nothing but paint moves.
 const ANIMATION_STEP: Duration = Duration::from_millis(33);
 
-/// How the window is opened.
-#[derive(Clone, Debug, Default)]
-pub struct WindowOptions {
-    /// Width and height in points; 1280 by 800 if left out.
-    pub size: Option<(u32, u32)>,
-    /// A tracker to listen to.
-    pub tracker: Option<TrackerAddress>,
-    /// Which senders' messages are accepted.
-    pub tracker_options: TrackerOptions,
-    /// A file that gets one line of JSON for each frame.
-    pub trace: Option<PathBuf>,
-    /// Where the window keeps its settings; nowhere if left out.
-    pub settings: Option<PathBuf>,
-}
-
-/// An error of the window system without the place in its source, which says nothing to a user.
-fn without_place(error: &str) -> &str {
-    let cause = error.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
-    cause.map_or(error, |(_, cause)| cause)
-}
-
-/// Why there is no window, or no more.
-#[derive(Debug, Error)]
-pub enum WindowError {
-    /// The system has no display.
-    #[error("no window can be opened: {}", without_place(.0))]
-    NoDisplay(String),
-    /// Nothing can be drawn.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// The tracker cannot be listened to.
-    #[error(transparent)]
-    Tracker(#[from] TrackerError),
-    /// A part of a session could not be written.
-    #[error(transparent)]
-    Unwritten(#[from] Unwritten),
-    /// The trace cannot be written.
-    #[error("{}: {cause}", path.display())]
-    Trace {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        cause: io::Error,
-    },
-}
-
 /// A window, and what paints it.
 type Opened = (Arc<Window>, Result<Painter, RenderError>);
-
-/// An event from another thread: messages of a tracker, or the end of a dialog.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Wake;
 
 /// Opens a window for a studio and runs it until it is closed.
 ///
@@ -125,24 +78,6 @@ pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
         // An unwritten part of the session is the more important error.
         closed?;
         outcome
-    }
-}
-
-/// A system without a display gives an error; one without a keyboard library makes winit panic, which is caught.
-fn open_event_loop() -> Result<EventLoop<Wake>, WindowError> {
-    let hook = std::panic::take_hook();
-    std::panic::set_hook(Box::new(|_| {}));
-    let opened = std::panic::catch_unwind(|| EventLoop::<Wake>::with_user_event().build());
-    std::panic::set_hook(hook);
-    match opened {
-        Ok(Ok(event_loop)) => Ok(event_loop),
-        Ok(Err(error)) => Err(WindowError::NoDisplay(error.to_string().replace('\n', " "))),
-        Err(panic) => {
-            let said = panic.downcast_ref::<String>().map(String::as_str);
-            let said =
-                said.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("the window system failed");
-            Err(WindowError::NoDisplay(said.replace('\n', " ")))
-        }
     }
 }
 
@@ -304,6 +239,9 @@ impl App {
     fn prepare(&mut self) -> Result<EventLoop<Wake>, WindowError> {
         let event_loop = open_event_loop()?;
         self.wake = Some(event_loop.create_proxy());
+        if let Some(studio) = &mut self.studio {
+            studio.work_beside();
+        }
         if let Some(path) = &self.options.trace {
             let trace = Trace::create(path);
             self.trace = Some(trace.map_err(|cause| WindowError::Trace { path: path.clone(), cause })?);
@@ -564,29 +502,6 @@ fn tell_of_picture(studio: &mut Studio, path: &Path, outcome: Result<(), RenderE
         RenderError::Write { .. } => error.to_string(),
         _ => format!("{}: {error}", path.display()),
     }));
-}
-
-/// A window for each screen and eye, where the rig asks for it.
-fn open_screens(
-    event_loop: &ActiveEventLoop,
-    studio: &Studio,
-    painter: &mut Painter,
-) -> Result<(), WindowError> {
-    let room = studio.room();
-    let Some(rig) = room.rig().filter(|_| room.stereo() == Stereo::Windows) else { return Ok(()) };
-    for screen in &rig.screens {
-        for eye in room.stereo().eyes() {
-            let height = 480.0;
-            let attributes = Window::default_attributes()
-                .with_title(format!("osp: {} {eye:?}", screen.name))
-                .with_inner_size(LogicalSize::new(height * f64::from(screen.aspect()), height));
-            let window = event_loop
-                .create_window(attributes)
-                .map_err(|error| WindowError::NoDisplay(error.to_string()))?;
-            painter.add_window(Arc::new(window))?;
-        }
-    }
-    Ok(())
 }
 
 /// The model's part of the window in whole pixels.

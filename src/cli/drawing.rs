@@ -67,10 +67,8 @@ impl Drawing {
     where
         I: Iterator<Item = Result<Event, RecordingError>>,
     {
-        let mut changes = Vec::with_capacity(replay.changes().len());
-        replay.scene().for_each_change(replay.changes(), |change| changes.push(change));
         for (_, drawer) in &mut self.drawers {
-            drawer.follow(&changes);
+            drawer.follow(replay.changes());
         }
         // The views of the frame, each with its number among all screens and eyes.
         let views: Vec<(usize, &View)> = match replay.rig_views() {

@@ -24,6 +24,10 @@ use crate::{
 /// things look different there: glTF does not know how to add light, so brushes of light are blended; and textures of
 /// brushes are not exported, so cut-out brushes are whole ribbons. Particles, which face the eye here, face the session's
 /// camera for good.
+///
+/// Each vertex carries two numbers of osp: _TIMESTAMP, the seconds from the session's beginning until its polygon was drawn
+/// (in Blender an attribute of that name, to let the drawing grow), and _STROKE, the number of its stroke (-1: none). A frame
+/// of the session is applied at once, and its polygons share its samples' times in proportion: --pace samples:1 is exact.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp export sketch.tilt sketch.glb
@@ -54,13 +58,14 @@ enum ObjectsArg {
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     let output =
         Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, OutputKind::Glb)?;
-    let Played { header, scene, .. } = Played::up_to(&args.session, IndexKind::BruteForce)?;
+    let Played { header, scene, times, .. } = Played::up_to(&args.session, IndexKind::BruteForce)?;
     let options = ExportOptions {
         objects: match args.objects {
             ObjectsArg::Layers => Objects::Layers,
             ObjectsArg::Strokes => Objects::Strokes,
         },
         layer_names: header.layers.iter().map(|layer| layer.name.clone()).collect(),
+        times: Some(times),
         eye_in_world: header.camera.map(|camera| camera.p),
     };
     let name = args.session.file.file_stem().unwrap_or_default().to_string_lossy();

@@ -13,6 +13,7 @@ use super::{
     session::{OpenSession, root_cube},
 };
 use crate::{
+    export::PolygonTimes,
     frame::{Pipeline, StageClock},
     index::IndexConfig,
     recording::{Header, Pace},
@@ -53,6 +54,7 @@ pub(super) struct Played {
     pub(super) summary: Summary,
     pub(super) scene: Scene,
     pub(super) pipeline: Pipeline,
+    pub(super) times: PolygonTimes,
     /// Number of the frame, and the poses of head and hand then.
     pub(super) moment: Moment,
 }
@@ -78,14 +80,16 @@ impl Played {
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
         let mut pipeline = Pipeline::new(index.create(&config), capacity, StageClock::default());
         let mut player = Player::new(session, pace);
+        let mut times = PolygonTimes::default();
         for _ in 0..=last {
             if !player.step()? {
                 bail!("{}: it has become shorter while it was read", file.display());
             }
             pipeline.skip(player.scene(), player.changes());
+            times.note(player.events(), player.scene(), player.changes());
         }
         pipeline.commit();
         let moment = player.moment();
-        Ok(Self { header, summary, scene: player.into_scene(), pipeline, moment })
+        Ok(Self { header, summary, scene: player.into_scene(), pipeline, times, moment })
     }
 }

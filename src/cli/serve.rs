@@ -17,6 +17,8 @@ use super::{
 };
 use crate::small_file::open_regular;
 
+const ANSWERS_AT_ONCE: usize = 8;
+
 /// Serve a folder to browsers on this machine: the page that `web/build` makes in `web/dist`, or another one.
 ///
 /// Requests of other machines are not answered. Each answer has the headers that isolate a page from pages of other sites,
@@ -32,9 +34,6 @@ pub(super) struct ServeArgs {
     /// The port; 0 takes a free one.
     #[arg(long, default_value_t = 9328)]
     port: u16,
-    /// End after so many answers.
-    #[arg(long, value_name = "N", hide = true)]
-    answers: Option<u64>,
 }
 
 pub(super) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
@@ -50,16 +49,22 @@ pub(super) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
     let server = Server::http(address).map_err(|error| anyhow::anyhow!("{address}: {error}"))?;
     let open_at = server.server_addr().to_ip().unwrap_or(address);
     say(&format!("{} is at http://{open_at}/ until Ctrl+C", args.folder.display()))?;
-    let mut answers = 0;
-    while args.answers.is_none_or(|most| answers < most) {
-        let request = server.recv().context("the connection")?;
-        answers += 1;
-        // One that has gone away does not end the server.
-        if let Err(error) = answer(request, &folder, open_at) {
-            complain(&format!("warning: {error}"));
+    // A browser that takes its answer slowly keeps no other waiting.
+    std::thread::scope(|scope| {
+        let serve = || -> anyhow::Result<Outcome> {
+            loop {
+                let request = server.recv().context("the connection")?;
+                // One that has gone away does not end the server.
+                if let Err(error) = answer(request, &folder, open_at) {
+                    complain(&format!("warning: {error}"));
+                }
+            }
+        };
+        for _ in 1..ANSWERS_AT_ONCE {
+            scope.spawn(serve);
         }
-    }
-    Ok(Outcome::Done)
+        serve()
+    })
 }
 
 /// What a request gets.

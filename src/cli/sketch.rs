@@ -140,6 +140,7 @@ impl SketchArgs {
                 Ok((document, opened, Some(held)))
             }
             Err(OpenError::Recording(error)) => Err(error.into()),
+            Err(error) => Err(error.into()),
         }
     }
 }

@@ -11,6 +11,7 @@ use thiserror::Error;
 use super::{
     gltf_json::{Object, document},
     gltf_material::Material,
+    times::PolygonTimes,
 };
 use crate::{
     brush::Surface,
@@ -18,8 +19,9 @@ use crate::{
     scene::{Scene, Stroke},
 };
 
-/// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers, texture coordinates as floats.
-pub(super) const VERTEX_BYTES: usize = 12 + 12 + 8 + 8;
+/// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers, texture coordinates, time and stroke
+/// as floats.
+pub(super) const VERTEX_BYTES: usize = 12 + 12 + 8 + 8 + 4 + 4;
 const GLB_MAGIC: u32 = 0x4654_6c67;
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BIN_CHUNK: u32 = 0x004e_4942;
@@ -33,6 +35,9 @@ pub enum ExportError {
     /// The format counts bytes in 32 bits.
     #[error("the model is too large for one .glb file: {0} bytes of at most 4294967295")]
     TooLarge(u64),
+    /// Somebody did not want to wait.
+    #[error("writing it was cancelled")]
+    Cancelled,
 }
 
 /// What an object of the exported file is.
@@ -46,12 +51,14 @@ pub enum Objects {
 }
 
 /// How a model is exported.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct ExportOptions {
     /// What an object is.
     pub objects: Objects,
     /// Names of the layers, by their numbers.
     pub layer_names: Vec<String>,
+    /// When the polygons came to be, if that is to be in the file.
+    pub times: Option<PolygonTimes>,
     /// What faces the eye is turned to this eye (world space, metres) for good, since a mesh cannot turn.
     pub eye_in_world: Option<Vec3>,
 }
@@ -89,7 +96,8 @@ impl Part {
         self.vertices.len() + self.indices.len() * 4
     }
 
-    fn add(&mut self, polygon: &ConvexPolygon, surface: &Surface, color: [f32; 4]) {
+    /// `tail` is the same at all corners: the time, seconds, and the number of the stroke.
+    fn add(&mut self, polygon: &ConvexPolygon, surface: &Surface, color: [f32; 4], tail: [f32; 2]) {
         let corners = polygon.vertices();
         let flat = unit_normal(polygon.area_vector());
         let first = self.count() as u32;
@@ -106,7 +114,8 @@ impl Part {
             let [r, g, b, a] = color;
             let color = [r, g, b, a * surface.alpha(i)].map(|c| (c * 65535.0).round() as u16);
             self.vertices.extend(color.iter().flat_map(|c| c.to_le_bytes()));
-            self.vertices.extend([x, y].iter().flat_map(|number| number.to_le_bytes()));
+            let [secs, stroke] = tail;
+            self.vertices.extend([x, y, secs, stroke].iter().flat_map(|number| number.to_le_bytes()));
         }
         for i in 2..corners.len() as u32 {
             self.indices.extend([first, first + i - 1, first + i]);
@@ -117,6 +126,9 @@ impl Part {
 /// Writes the visible polygons of a scene as one binary glTF file: a mesh for each layer or stroke, a material for each
 /// brush, with the strokes' colours at the vertices. World space, metres, as glTF has it.
 ///
+/// Two attributes are osp's own, floats at each vertex: `_TIMESTAMP`, seconds from the session's beginning until the polygon
+/// was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke, -1 for polygons without one.
+///
 /// glTF has neither textures that grow with a stroke nor light that is added: cut-out brushes are exported whole, and those
 /// of light as emissive surfaces that what is behind shines through.
 ///
@@ -126,12 +138,31 @@ pub fn write_glb(
     scene: &Scene,
     name: &str,
     options: &ExportOptions,
-    mut out: impl Write,
+    out: impl Write,
 ) -> Result<GltfCounts, ExportError> {
+    write_glb_watched(scene, name, options, out, &|_| true)
+}
+
+/// [`write_glb`]; `go_on` is asked from time to time, with the number of polygons that were looked at.
+///
+/// # Errors
+/// As there, and `go_on` said no.
+pub fn write_glb_watched(
+    scene: &Scene,
+    name: &str,
+    options: &ExportOptions,
+    mut out: impl Write,
+    go_on: &dyn Fn(u64) -> bool,
+) -> Result<GltfCounts, ExportError> {
+    /// Polygons after which it is asked: a few milliseconds.
+    const ASKED_AFTER: usize = 4096;
     let mut counts = GltfCounts::default();
     let mut objects = BTreeMap::<u64, Object>::new();
     let mut materials = Vec::<Material>::new();
-    for id in scene.visible_ids() {
+    for (number, id) in scene.visible_ids().enumerate() {
+        if number % ASKED_AFTER == 0 && !go_on(number as u64) {
+            return Err(ExportError::Cancelled);
+        }
         let surface = scene.surface(id);
         let polygon = match options.eye_in_world {
             Some(eye) => scene.polygon_from(id, eye, Vec3::Y),
@@ -154,7 +185,11 @@ pub fn write_glb(
         let (key, object_name) = object_of(id, stroke, options);
         let object =
             objects.entry(key).or_insert_with(|| Object { name: object_name(), parts: BTreeMap::new() });
-        object.parts.entry(material).or_default().add(&polygon, &surface, linear_color(stroke.color()));
+        let secs = options.times.as_ref().map_or(0.0, |times| times.secs(id.index()));
+        // Numbers from 2^24 on are rounded: the format has no attribute of 32-bit integers.
+        let number = stroke.id().map_or(-1.0, |stroke| stroke.0 as f32);
+        let color = linear_color(stroke.color());
+        object.parts.entry(material).or_default().add(&polygon, &surface, color, [secs, number]);
         counts.polygons += 1;
         counts.turned += u64::from(surface.is_facing());
         counts.triangles += polygon.vertices().len() as u64 - 2;
@@ -163,7 +198,8 @@ pub fn write_glb(
     counts.objects = objects.len() as u64;
     let parts = || objects.iter().flat_map(|object| object.parts.values());
     let binary_bytes: usize = parts().map(Part::bytes).sum();
-    let mut json = document(name, &objects, &materials, binary_bytes).to_string().into_bytes();
+    let mut json =
+        document(name, &objects, &materials, options.times.is_some(), binary_bytes).to_string().into_bytes();
     // Chunks are multiples of four bytes; JSON is filled up with spaces.
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary_chunk = if binary_bytes > 0 { 8 + binary_bytes as u64 } else { 0 };
@@ -176,6 +212,9 @@ pub fn write_glb(
         out.write_all(&(binary_bytes as u32).to_le_bytes())?;
         out.write_all(&BIN_CHUNK.to_le_bytes())?;
         for part in parts() {
+            if !go_on(counts.polygons) {
+                return Err(ExportError::Cancelled);
+            }
             out.write_all(&part.vertices)?;
             for index in &part.indices {
                 out.write_all(&index.to_le_bytes())?;

@@ -21,7 +21,13 @@ pub(super) struct Object {
 }
 
 /// The JSON of a file whose binary chunk holds the parts of all objects one after the other, vertices before indices.
-pub(super) fn document(name: &str, objects: &[Object], materials: &[Material], binary_bytes: usize) -> Value {
+pub(super) fn document(
+    name: &str,
+    objects: &[Object],
+    materials: &[Material],
+    has_times: bool,
+    binary_bytes: usize,
+) -> Value {
     let asset = json!({ "version": "2.0", "generator": concat!("osp ", env!("CARGO_PKG_VERSION")) });
     if objects.is_empty() {
         // Empty lists are not allowed.
@@ -30,7 +36,7 @@ pub(super) fn document(name: &str, objects: &[Object], materials: &[Material], b
     let (mut views, mut accessors, mut offset) = (Vec::new(), Vec::new(), 0);
     let mut mesh = |object: &Object| {
         let primitives = object.parts.iter().map(|(material, part)| {
-            let primitive = primitive(*material, part, offset, &mut views, &mut accessors);
+            let primitive = primitive(*material, part, has_times, offset, &mut views, &mut accessors);
             offset += part.bytes();
             primitive
         });
@@ -65,6 +71,7 @@ pub(super) fn document(name: &str, objects: &[Object], materials: &[Material], b
 fn primitive(
     material: usize,
     part: &Part,
+    has_times: bool,
     offset: usize,
     views: &mut Vec<Value>,
     accessors: &mut Vec<Value>,
@@ -97,9 +104,14 @@ fn primitive(
     accessors.push(json!({
         "bufferView": view + 1, "componentType": UNSIGNED_INT, "count": part.indices.len(), "type": "SCALAR",
     }));
-    json!({
-        "attributes": { "POSITION": first, "NORMAL": first + 1, "COLOR_0": first + 2, "TEXCOORD_0": first + 3 },
-        "indices": first + 4,
-        "material": material,
-    })
+    let mut attributes =
+        json!({ "POSITION": first, "NORMAL": first + 1, "COLOR_0": first + 2, "TEXCOORD_0": first + 3 });
+    let own = [("_TIMESTAMP", 40, has_times), ("_STROKE", 44, true)];
+    for (name, offset, _) in own.into_iter().filter(|(_, _, is_there)| *is_there) {
+        attributes[name] = json!(accessors.len());
+        accessors.push(json!({
+            "bufferView": view, "byteOffset": offset, "componentType": FLOAT, "count": count, "type": "SCALAR",
+        }));
+    }
+    json!({ "attributes": attributes, "indices": first + 4, "material": material })
 }

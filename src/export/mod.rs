@@ -5,5 +5,7 @@
 mod gltf;
 mod gltf_json;
 mod gltf_material;
+mod times;
 
-pub use gltf::{ExportError, ExportOptions, GltfCounts, Objects, write_glb};
+pub use gltf::{ExportError, ExportOptions, GltfCounts, Objects, write_glb, write_glb_watched};
+pub use times::PolygonTimes;

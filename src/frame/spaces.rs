@@ -37,6 +37,8 @@ struct Space {
     /// Half the largest extent of a polygon along each axis, so far.
     largest_half_m: Vec3,
     place: SpacePlace,
+    /// The box around its polygons in the world, as of the last commit.
+    world_bounds: Aabb,
     has_changed: bool,
 }
 
@@ -51,6 +53,7 @@ impl Space {
             polygons: 0,
             largest_half_m: Vec3::ZERO,
             place,
+            world_bounds: Aabb::EMPTY,
             has_changed: false,
         }
     }
@@ -234,8 +237,9 @@ impl Spaces {
             let id = PolygonId(number);
             let _ = tops.remove(id);
             if space.polygons > 0 {
+                space.world_bounds = space.place.world_box(space.mesh.bounds());
                 // Finite, so it is taken.
-                let _ = tops.insert(id, &space.place.world_box(space.mesh.bounds()));
+                let _ = tops.insert(id, &space.world_bounds);
             }
         }
         tops.commit();
@@ -258,7 +262,7 @@ impl Spaces {
             let space = &self.spaces[number.index()];
             let before = visible.len();
             work.boxes += 1;
-            if frustum.classify(&space.place.world_box(space.mesh.bounds())) == Containment::Inside {
+            if frustum.classify(&space.world_bounds) == Containment::Inside {
                 space.all().for_each(|(block, mask)| visible.insert_block(block, mask));
             } else {
                 let [wide, narrow] = space.outer_and_inner(frustum);

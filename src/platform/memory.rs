@@ -6,13 +6,15 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     ffi::OsStr,
     io::{self, ErrorKind, Read, Seek, SeekFrom, Write},
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, SystemTime},
 };
+
+use super::fs::without_dots;
 
 /// The files, by their names without `.` and `..`.
 static FILES: Mutex<Files> =
@@ -60,19 +62,6 @@ impl Files {
     }
 }
 
-/// A path without `.` and `..`.
-fn plain(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir if plain.file_name().is_some() => drop(plain.pop()),
-            part => plain.push(part),
-        }
-    }
-    plain
-}
-
 fn missing() -> io::Error {
     io::Error::new(ErrorKind::NotFound, "there is no such file")
 }
@@ -104,7 +93,7 @@ pub(crate) fn take_changes() -> Vec<Change> {
 /// Puts a file there: one that was kept, or that a person has chosen.
 pub(crate) fn put(path: &Path, bytes: Vec<u8>) {
     let kept = bytes.len();
-    lock(&FILES).make(plain(path), bytes, kept);
+    lock(&FILES).make(without_dots(path), bytes, kept);
 }
 
 /// The bytes of a file.
@@ -117,7 +106,7 @@ pub(crate) fn read(path: &Path) -> io::Result<Vec<u8>> {
 /// Replaces a file, or makes it.
 pub(crate) fn write(path: &Path, bytes: Vec<u8>) {
     let mut files = lock(&FILES);
-    let name = plain(path);
+    let name = without_dots(path);
     files.changed.insert(name.clone());
     files.make(name, bytes, 0);
 }
@@ -125,7 +114,7 @@ pub(crate) fn write(path: &Path, bytes: Vec<u8>) {
 /// Removes a file.
 pub(crate) fn remove_file(path: impl AsRef<Path>) -> io::Result<()> {
     let mut files = lock(&FILES);
-    let name = plain(path.as_ref());
+    let name = without_dots(path.as_ref());
     files.by_name.remove(&name).ok_or_else(missing)?;
     files.changed.insert(name);
     Ok(())
@@ -139,12 +128,12 @@ pub(crate) fn create_dir_all(_: impl AsRef<Path>) -> io::Result<()> {
 
 pub(crate) fn canonicalize(path: impl AsRef<Path>) -> io::Result<PathBuf> {
     metadata(&path)?;
-    Ok(plain(path.as_ref()))
+    Ok(without_dots(path.as_ref()))
 }
 
 pub(crate) fn metadata(path: impl AsRef<Path>) -> io::Result<Metadata> {
     let files = lock(&FILES);
-    let name = plain(path.as_ref());
+    let name = without_dots(path.as_ref());
     if let Some(node) = files.by_name.get(&name) {
         return Ok(Metadata::of(node));
     }
@@ -155,7 +144,7 @@ pub(crate) fn metadata(path: impl AsRef<Path>) -> io::Result<Metadata> {
 
 /// What lies in a folder, files only.
 pub(crate) fn read_dir(path: impl AsRef<Path>) -> io::Result<impl Iterator<Item = io::Result<DirEntry>>> {
-    let folder = plain(path.as_ref());
+    let folder = without_dots(path.as_ref());
     let inside = |path: &&PathBuf| path.parent() == Some(&folder);
     let entries: Vec<_> =
         lock(&FILES).by_name.keys().filter(inside).map(|path| Ok(DirEntry(path.clone()))).collect();
@@ -269,7 +258,7 @@ impl OpenOptions {
 
     pub(crate) fn open(&self, path: impl AsRef<Path>) -> io::Result<File> {
         let mut files = lock(&FILES);
-        let name = plain(path.as_ref());
+        let name = without_dots(path.as_ref());
         let node = match files.by_name.get(&name) {
             Some(_) if self.create_new => {
                 return Err(io::Error::new(ErrorKind::AlreadyExists, "it is there already"));
@@ -461,13 +450,13 @@ mod tests {
         file.write_all(b"two\n").expect("written");
         assert!(file.metadata().and_then(|data| data.modified()).expect("a time") > before);
         assert_eq!(read(path).expect("there"), b"one\ntwo\n");
-        let tail = Change { path: plain(path), from: 4, bytes: Some(b"two\n".to_vec()) };
+        let tail = Change { path: without_dots(path), from: 4, bytes: Some(b"two\n".to_vec()) };
         assert_eq!(mine(take_changes()), [tail]);
         // What was kept and then cut off is told anew from there.
         file.set_len(2).expect("cut");
         file.rewind().expect("the start");
         file.write_all(b"O").expect("written");
-        let whole = Change { path: plain(path), from: 0, bytes: Some(b"On".to_vec()) };
+        let whole = Change { path: without_dots(path), from: 0, bytes: Some(b"On".to_vec()) };
         assert_eq!(mine(take_changes()), [whole]);
 
         file.try_lock().expect("free");
@@ -480,10 +469,10 @@ mod tests {
         assert!(File::options().create_new(true).open(path).is_err());
         assert_eq!(
             read_dir("/mine").expect("a folder").flatten().map(|entry| entry.path()).collect::<Vec<_>>(),
-            [plain(path)]
+            [without_dots(path)]
         );
         remove_file(path).expect("there");
-        assert_eq!(mine(take_changes()), [Change { path: plain(path), from: 0, bytes: None }]);
+        assert_eq!(mine(take_changes()), [Change { path: without_dots(path), from: 0, bytes: None }]);
         assert!(metadata("/mine").is_err());
     }
 }

@@ -12,7 +12,20 @@ pub(crate) mod fs {
     pub(crate) use super::memory::*;
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) use std::fs::*;
-    use std::path::Path;
+    use std::path::{Component, Path, PathBuf};
+
+    /// A path without `.` and `..`.
+    pub(crate) fn without_dots(path: &Path) -> PathBuf {
+        let mut found = PathBuf::new();
+        for part in path.components() {
+            match part {
+                Component::CurDir => {}
+                Component::ParentDir if found.file_name().is_some() => drop(found.pop()),
+                part => found.push(part),
+            }
+        }
+        found
+    }
 
     /// As [`Path::is_file`].
     pub(crate) fn is_file(path: &Path) -> bool {

@@ -2,13 +2,13 @@ use std::{
     collections::BTreeMap,
     ffi::OsStr,
     io::{self, Cursor, Read, Seek, SeekFrom},
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
     sync::Arc,
 };
 
 use super::{OpenOptions, RecordingError, Session, open};
 use crate::{
-    platform::fs::{self, File},
+    platform::fs::{self, File, without_dots},
     small_file::open_regular,
 };
 
@@ -29,7 +29,7 @@ impl MemoryFiles {
 
     /// Adds a file, or replaces the one of this name.
     pub fn insert(&mut self, name: impl AsRef<Path>, bytes: impl Into<Arc<[u8]>>) {
-        self.files.insert(plain(name.as_ref()), bytes.into());
+        self.files.insert(without_dots(name.as_ref()), bytes.into());
     }
 
     /// Opens one of them as [`open`](super::open) opens a file: what it contains decides about its format, then its name.
@@ -41,27 +41,14 @@ impl MemoryFiles {
     }
 
     fn get(&self, path: &Path) -> Option<&Arc<[u8]>> {
-        self.files.get(&plain(path))
+        self.files.get(&without_dots(path))
     }
 
     fn is_folder(&self, path: &Path) -> bool {
-        let folder = plain(path);
+        let folder = without_dots(path);
         let is_below = |file: &PathBuf| file.starts_with(&folder) && *file != folder;
         folder.file_name() != Some(OsStr::new("")) && self.files.keys().any(is_below)
     }
-}
-
-/// A path without `.` and `..`.
-fn plain(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir if plain.file_name().is_some() => drop(plain.pop()),
-            part => plain.push(part),
-        }
-    }
-    plain
 }
 
 /// Opens a session whose file is in memory. `name` decides about the format where the bytes do not, and is what errors call it.

@@ -23,6 +23,7 @@ mod ron_scan;
 mod ron_writer;
 mod source;
 mod synth;
+mod tally;
 mod unknown_brushes;
 #[cfg(feature = "formats")]
 mod unpacked;
@@ -49,3 +50,5 @@ pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
 pub use source::{EventSource, Notes, Session};
 pub use synth::{ParseSynthKindError, SynthKind, synthesize};
+#[cfg(feature = "window")]
+pub(crate) use tally::Tally;

@@ -15,20 +15,11 @@ use osp::{
 };
 
 use crate::{
-    drawing::{Table, across},
+    drawing::{Table, across, ribbons},
     panel::{drag, sketch},
 };
 
 const RED: [f32; 4] = [1.0, 0.0, 0.0, 1.0];
-
-fn ribbons(heights: &[f32]) -> (Table, Vec<StrokeId>) {
-    let mut table = Table::new();
-    for &y in heights {
-        table.drag(Button::Primary, &across(y));
-    }
-    let ids = table.studio.scene().strokes().iter().filter_map(|stroke| stroke.id()).collect();
-    (table, ids)
-}
 
 fn select(table: &mut Table, heights: &[f32]) {
     table.studio.command(Command::Tool(ToolChoice::Select));

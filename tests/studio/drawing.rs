@@ -7,7 +7,7 @@ use osp::{
     frame::AutoBasis,
     glam::{Vec2, Vec3},
     occlusion::Occlusion,
-    recording::{self, Event, OpenOptions, Pace, Tool},
+    recording::{self, Event, OpenOptions, Pace, StrokeId, Tool},
     replay::CameraChoice,
     rivals::IndexKind,
 };
@@ -80,6 +80,16 @@ impl Table {
 /// A line across the window at this height, -1 to 1.
 pub(crate) fn across(height: f32) -> Vec<(f32, f32)> {
     (0..20).map(|i| (-0.5 + i as f32 * 0.05, height)).collect()
+}
+
+/// A table with ribbons, from the highest down, and their numbers.
+pub(crate) fn ribbons(heights: &[f32]) -> (Table, Vec<StrokeId>) {
+    let mut table = Table::new();
+    for &y in heights {
+        table.drag(Button::Primary, &across(y));
+    }
+    let ids = table.studio.scene().strokes().iter().filter_map(|stroke| stroke.id()).collect();
+    (table, ids)
 }
 
 fn events_in(path: &Path) -> Vec<Event> {
@@ -159,6 +169,30 @@ fn touching_a_stroke_erases_it_and_nothing_else() {
 }
 
 /// A pointer is often exactly on the seam of two polygons: strokes have a seam at every place where it once was.
+#[test]
+fn what_one_way_of_the_eraser_takes_is_brought_back_by_one_undo() {
+    let (mut table, ids) = ribbons(&[0.6, 0.3, 0.0, -0.3]);
+    let all = table.visible();
+    table.studio.command(Command::Tool(ToolChoice::Erase));
+    table.drag(Button::Primary, &[(0.0, 0.7), (0.0, 0.15)]);
+    let is_there = |table: &Table| {
+        ids.iter().filter(|id| table.studio.scene().stroke(**id).expect("a stroke").is_visible()).count()
+    };
+    assert_eq!(is_there(&table), 2);
+    table.drag(Button::Primary, &[(0.0, 0.1), (0.0, -0.1)]);
+    assert_eq!(is_there(&table), 1);
+    table.studio.command(Command::Undo);
+    assert_eq!(is_there(&table), 2);
+    table.studio.command(Command::Undo);
+    table.frame();
+    assert_eq!((is_there(&table), table.visible()), (4, all));
+    // A way that meets nothing is no step.
+    table.studio.command(Command::Tool(ToolChoice::Erase));
+    table.drag(Button::Primary, &[(0.9, 0.9), (0.9, 0.8)]);
+    table.studio.command(Command::Undo);
+    assert_eq!(is_there(&table), 3);
+}
+
 #[test]
 fn a_stroke_has_no_gaps_to_point_through() {
     let mut table = Table::new();

@@ -10,19 +10,9 @@ use osp::{
 };
 
 use crate::{
-    drawing::{Table, across},
+    drawing::{Table, ribbons},
     panel::{drag, sketch},
 };
-
-/// A table with ribbons, from the highest down, and their numbers.
-fn ribbons(heights: &[f32]) -> (Table, Vec<StrokeId>) {
-    let mut table = Table::new();
-    for &y in heights {
-        table.drag(Button::Primary, &across(y));
-    }
-    let ids = table.studio.scene().strokes().iter().filter_map(|stroke| stroke.id()).collect();
-    (table, ids)
-}
 
 fn bounds(table: &Table, stroke: StrokeId) -> Aabb {
     let scene = table.studio.scene();

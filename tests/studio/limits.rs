@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::drawing::Table;
+use crate::drawing::{Table, across};
 use osp::{
-    app::{Answer, Command, Document, OpenError, Opening, Player},
+    app::{Answer, Button, Command, Document, OpenError, Opening, Player, Subject},
     recording::{Limits, OpenOptions, Pace},
     replay::CameraChoice,
 };
@@ -55,4 +55,46 @@ fn a_session_beyond_the_limit_is_not_drawn_on_but_a_copy_of_what_was_read() {
     table.studio.command(Command::Open(path));
     table.frame();
     assert_eq!(table.visible(), 20, "{:?}", table.studio.messages());
+}
+
+/// Whether a session is opened again that was drawn here within limits.
+fn is_opened_again(table: &Table, limits: Limits) -> bool {
+    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
+    let options = OpenOptions { limits, ..OpenOptions::default() };
+    let session = osp::recording::open(document.journal().path(), &options).expect("a session");
+    session.into_iter().all(|event| event.is_ok())
+}
+
+#[test]
+fn copies_that_no_reader_would_take_are_not_made() {
+    let mut table = Table::new();
+    // A quarter of the polygons is the most strokes.
+    let limits = Limits { polygons: 400, ..Limits::DEFAULT };
+    table.studio.set_limits(limits);
+    for i in 0..30 {
+        table.drag(Button::Primary, &[(-0.5, i as f32 * 0.02), (-0.4, i as f32 * 0.02)]);
+    }
+    table.studio.command(Command::SelectAll);
+    table.studio.command(Command::Copy);
+    for _ in 0..8 {
+        table.studio.command(Command::Paste);
+    }
+    let strokes = table.studio.scene().strokes().len();
+    assert!((90..=100).contains(&strokes), "{strokes} strokes");
+    assert!(is_opened_again(&table, limits));
+    let said = table.studio.messages().last().expect("a message").clone();
+    assert!(said.contains("100 strokes in all"), "{said}");
+    // What is drawn by hand is kept all the same, and it is said how it is opened.
+    for i in 0..30 {
+        table.drag(Button::Primary, &across(-0.5 - i as f32 * 0.01));
+    }
+    assert!(table.studio.scene().strokes().len() >= 120);
+    assert!(!is_opened_again(&table, limits));
+    let told = table.studio.messages().iter().filter(|said| said.contains("--max-polygons 800"));
+    assert_eq!(told.count(), 1, "{:?}", table.studio.messages());
+    // Erasing is always possible.
+    table.studio.command(Command::SelectAll);
+    table.studio.command(Command::EraseSelected);
+    table.frame();
+    assert_eq!(table.visible(), 0);
 }

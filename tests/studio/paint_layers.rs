@@ -3,13 +3,18 @@
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::kittest::Queryable;
 use osp::{
-    app::{Altering, Button, Command, Held, LayerEdit, LayerRow, Subject, ToolChoice},
-    recording::{StrokeId, Tool},
+    app::{
+        Altering, Button, Command, Held, LayerEdit, LayerRow, Placing, Subject, ToolChoice,
+        tracker::TrackerOptions,
+    },
+    glam::Vec3,
+    recording::{GroupId, StrokeId, Tool},
 };
 
 use crate::{
     drawing::{Table, across},
     panel::{across as line, drag, sketch},
+    tracker::{listen, sender, wait_until},
 };
 
 fn layer(table: &mut Table, edit: LayerEdit) {
@@ -167,4 +172,65 @@ fn the_list_and_the_keys_do_it_too() {
     harness.key_press_modifiers(Modifiers::COMMAND, Key::L);
     harness.run_steps(4);
     assert_eq!(harness.state().studio.scene().counts().visible, 0, "on the hidden layer");
+}
+
+#[test]
+fn what_comes_from_a_closed_layer_is_pasted_on_the_one_that_is_drawn_on() {
+    let mut table = Table::new();
+    let stroke = draw(&mut table, 0.5);
+    table.studio.command(Command::SelectAll);
+    table.studio.command(Command::Copy);
+    layer(&mut table, LayerEdit::New);
+    layer(&mut table, LayerEdit::Lock(0, true));
+    table.studio.command(Command::Paste);
+    let copy = *table.studio.selection().strokes().first().expect("what was pasted is selected");
+    assert_ne!(copy, stroke);
+    assert_eq!(layer_of(&table, copy), 1);
+    // With no layer open nothing is pasted, and it is said why.
+    layer(&mut table, LayerEdit::Lock(1, true));
+    let visible = table.visible();
+    table.studio.command(Command::Paste);
+    assert_eq!(table.visible(), visible);
+    assert!(table.studio.messages().last().expect("a message").contains("layer 2 is locked"));
+}
+
+#[test]
+fn a_group_with_strokes_of_a_locked_layer_stays_where_it_is() {
+    let mut table = Table::new();
+    let loose = draw(&mut table, 0.5);
+    layer(&mut table, LayerEdit::New);
+    draw(&mut table, 0.0);
+    table.studio.command(Command::SelectAll);
+    table.studio.command(Command::GroupSelected);
+    let group = table.studio.scene().free_group().map_or(0, |group| group.0 - 1);
+    let bounds = |table: &Table| {
+        let scene = table.studio.scene();
+        scene.bounds(scene.stroke(loose).expect("a stroke").polygon_ids().next().expect("polygons"))
+    };
+    let before = bounds(&table);
+    layer(&mut table, LayerEdit::Lock(1, true));
+    let up = Placing { by: Vec3::Y, ..Placing::STAY };
+    table.studio.command(Command::PlaceGroup(GroupId(group), up));
+    table.frame();
+    assert_eq!(bounds(&table), before);
+    assert!(table.studio.messages().last().expect("a message").contains("locked layer"));
+    layer(&mut table, LayerEdit::Lock(1, false));
+    table.studio.command(Command::PlaceGroup(GroupId(group), up));
+    table.frame();
+    assert_ne!(bounds(&table), before);
+}
+
+#[test]
+fn what_a_tracker_draws_is_kept_on_a_hidden_layer() {
+    let mut table = Table::new();
+    table.studio.set_tracker(listen(&TrackerOptions::default()));
+    layer(&mut table, LayerEdit::ToggleHidden);
+    let tracker = table.studio.tracker().expect("a tracker");
+    let socket = sender(tracker);
+    socket.send(b"hand 0 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 0\n").expect("sent");
+    wait_until("the datagram", || tracker.counts().messages == 3);
+    table.frame();
+    assert_eq!(table.studio.scene().strokes().len(), 1);
+    let messages = table.studio.messages();
+    assert!(messages.iter().any(|said| said.contains("layer 1 is hidden: a tracker draws")), "{messages:?}");
 }

@@ -1,4 +1,5 @@
 use std::{
+    cell::Cell,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
 };
@@ -68,6 +69,9 @@ pub enum OpenError {
     /// Another window draws on it.
     #[error(transparent)]
     Held(OpenElsewhere),
+    /// Somebody did not want to wait.
+    #[error("{}: opening it was cancelled", .0.display())]
+    Cancelled(PathBuf),
 }
 
 impl OpenError {
@@ -113,7 +117,8 @@ impl Document {
                 }
             };
             let mut recovered = Opened { is_recovered: true, ..Opened::default() };
-            match Self::go_on(&path, limits, file, autosaves, &mut recovered, SessionFile::leave) {
+            let all = &|_| true;
+            match Self::go_on(&path, limits, file, autosaves, &mut recovered, SessionFile::leave, all) {
                 Ok(mut document) => {
                     document.journal.forget_name();
                     opened.remarks.push(format!("brought back {}", path.display()));
@@ -144,6 +149,36 @@ impl Document {
     /// # Errors
     /// As there; a session that is opened read-only or as a copy may be open in another window.
     pub fn open_as(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<(Self, Opened), OpenError> {
+        Self::open_watched(path, autosaves, how, &|_| true)
+    }
+
+    /// [`Document::open_as`]; `go_on` is asked from time to time, with the number of events that were read.
+    ///
+    /// # Errors
+    /// As there, and `go_on` said no.
+    pub fn open_watched(
+        path: &Path,
+        autosaves: &Autosaves,
+        how: Opening,
+        go_on: &dyn Fn(u64) -> bool,
+    ) -> Result<(Self, Opened), OpenError> {
+        let was_cancelled = Cell::new(false);
+        let watch = |events| {
+            let goes_on = go_on(events);
+            was_cancelled.set(!goes_on);
+            goes_on
+        };
+        let outcome = Self::open_asking(path, autosaves, how, &watch);
+        // The reader's error is that it was interrupted.
+        if was_cancelled.get() { Err(OpenError::Cancelled(path.to_owned())) } else { outcome }
+    }
+
+    fn open_asking(
+        path: &Path,
+        autosaves: &Autosaves,
+        how: Opening,
+        go_on: &dyn Fn(u64) -> bool,
+    ) -> Result<(Self, Opened), OpenError> {
         let may_begin = how.access == Access::Write && is_ron(path);
         let is_new = match fs::metadata(path) {
             Ok(data) => data.is_file() && data.len() == 0,
@@ -154,7 +189,7 @@ impl Document {
             return Ok((Self::begin(path, autosaves)?, Opened::default()));
         }
         if how.access == Access::ReadOnly {
-            return Ok(Self::look_at(path, autosaves, how)?);
+            return Ok(Self::look_at_asking(path, autosaves, how, go_on)?);
         }
         let session = recording::open(path, &how.options())?;
         let why_copied = match how.access {
@@ -163,8 +198,11 @@ impl Document {
         };
         let mut opened = Opened::default();
         let document = match why_copied {
-            Some(why) => Self::copy(session, path, why, autosaves, &mut opened)?,
-            None => Self::go_on(path, how.limits, take(path)?, autosaves, &mut opened, SessionFile::release)?,
+            Some(why) => Self::copy(session, path, why, autosaves, &mut opened, go_on)?,
+            None => {
+                let file = take(path)?;
+                Self::go_on(path, how.limits, file, autosaves, &mut opened, SessionFile::release, go_on)?
+            }
         };
         Ok((document, opened))
     }
@@ -178,6 +216,15 @@ impl Document {
         autosaves: &Autosaves,
         how: Opening,
     ) -> Result<(Self, Opened), RecordingError> {
+        Self::look_at_asking(path, autosaves, how, &|_| true)
+    }
+
+    fn look_at_asking(
+        path: &Path,
+        autosaves: &Autosaves,
+        how: Opening,
+        go_on: &dyn Fn(u64) -> bool,
+    ) -> Result<(Self, Opened), RecordingError> {
         if fs::metadata(path).map_or(true, |data| data.is_file() && data.len() == 0) {
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             let journal = Journal::of_reader(path, our_header(&stem), autosaves)?;
@@ -187,7 +234,7 @@ impl Document {
         let journal = Journal::of_reader(path, session.header.clone(), autosaves)?;
         let mut opened = Opened::default();
         opened.remarks.push(format!("{}: opened read-only", path.display()));
-        let document = Self::of_session(session, journal, &mut opened).map_err(|(error, _)| error)?;
+        let document = Self::of_session(session, journal, &mut opened, go_on).map_err(|(error, _)| error)?;
         Ok((document, opened))
     }
 
@@ -222,12 +269,13 @@ impl Document {
         autosaves: &Autosaves,
         opened: &mut Opened,
         give_back: fn(SessionFile),
+        go_on: &dyn Fn(u64) -> bool,
     ) -> Result<Self, OpenError> {
         // Nothing may be appended behind damage: it would not be read again.
         match recording::open(path, &OpenOptions { lenient: false, limits }) {
             Ok(session) => {
                 let journal = Journal::named(file, session.header.clone(), autosaves)?;
-                Self::of_session(session, journal, opened).map_err(|(error, journal)| {
+                Self::of_session(session, journal, opened, go_on).map_err(|(error, journal)| {
                     journal.give_back(give_back);
                     error.into()
                 })
@@ -246,12 +294,13 @@ impl Document {
         why: &str,
         autosaves: &Autosaves,
         opened: &mut Opened,
+        go_on: &dyn Fn(u64) -> bool,
     ) -> Result<Self, OpenError> {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let source = format!("{}, from {}: {}", our_header("").source, path.display(), session.header.source);
         let header = Header { source, format: FORMAT_VERSION, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
-        let document = Self::of_session(session, journal, opened).map_err(|(error, journal)| {
+        let document = Self::of_session(session, journal, opened, go_on).map_err(|(error, journal)| {
             journal.give_back(SessionFile::release);
             error
         })?;
@@ -263,9 +312,10 @@ impl Document {
         session: Session,
         journal: Journal,
         opened: &mut Opened,
+        go_on: &dyn Fn(u64) -> bool,
     ) -> Result<Self, (RecordingError, Box<Journal>)> {
         let mut document = Self::around(journal);
-        match document.read_whole(session, opened).and_then(|()| document.journal.start()) {
+        match document.read_whole(session, opened, go_on).and_then(|()| document.journal.start()) {
             Ok(()) => {
                 document.end_open_strokes();
                 Ok(document)
@@ -274,8 +324,13 @@ impl Document {
         }
     }
 
-    fn read_whole(&mut self, mut session: Session, opened: &mut Opened) -> Result<(), RecordingError> {
-        self.read(&mut *session.events)?;
+    fn read_whole(
+        &mut self,
+        mut session: Session,
+        opened: &mut Opened,
+        go_on: &dyn Fn(u64) -> bool,
+    ) -> Result<(), RecordingError> {
+        self.read(&mut *session.events, go_on)?;
         let notes = session.events.notes();
         opened.remarks.extend(notes.warnings);
         if notes.skipped > 0 {

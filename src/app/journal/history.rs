@@ -48,13 +48,18 @@ impl History {
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
         let start = self.bytes();
         self.lines.write(event)?;
-        if let Event::Begin { stroke, .. }
-        | Event::Point { stroke, .. }
-        | Event::End { stroke, .. }
-        | Event::Polygon { stroke: Some(stroke), .. } = event
-        {
-            let end = self.bytes();
-            self.strokes.entry(*stroke).or_insert((start, end)).1 = end;
+        let end = self.bytes();
+        match event {
+            Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } => {
+                self.strokes.entry(*stroke).or_insert((start, end)).1 = end;
+            }
+            // Those of strokes that never began, as damaged files have them by the million, take no memory.
+            Event::Point { stroke, .. } | Event::End { stroke, .. } => {
+                if let Some(lines) = self.strokes.get_mut(stroke) {
+                    lines.1 = end;
+                }
+            }
+            _ => {}
         }
         Ok(())
     }
@@ -262,13 +267,24 @@ impl BufRead for TextReader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{EventSource, StrokeId};
+    use crate::recording::{EventSource, NormalRule, Tool};
+
+    fn begin(stroke: u32) -> Event {
+        Event::Begin {
+            t: f64::from(stroke),
+            stroke: StrokeId(stroke),
+            tool: Tool::Ribbon,
+            width: 0.01,
+            color: (1.0, 1.0, 1.0, 1.0),
+            paint: None,
+            thinnest: 1.0,
+            normal: NormalRule::default(),
+        }
+    }
 
     fn history(events: u32) -> History {
         let mut history = History::new(Header::new("a", "a test")).expect("a header");
-        for stroke in 0..events {
-            history.push(&Event::End { t: f64::from(stroke), stroke: StrokeId(stroke) }).expect("an event");
-        }
+        (0..events).for_each(|stroke| history.push(&begin(stroke)).expect("an event"));
         history
     }
 
@@ -305,7 +321,7 @@ mod tests {
         let mut reader = history.read().expect("a header");
         for expected in 0..10_000 {
             let event = reader.next_event().expect("an event").expect("one more");
-            assert_eq!(event, Event::End { t: f64::from(expected), stroke: StrokeId(expected) });
+            assert_eq!(event, begin(expected));
         }
         assert_eq!(reader.next_event().expect("the end"), None);
     }
@@ -320,12 +336,16 @@ mod tests {
             color: (1.0, 1.0, 1.0, 1.0),
         };
         history.push(&event).expect("an event");
-        let end = |stroke: u32| Event::End { t: f64::from(stroke), stroke: StrokeId(stroke) };
+        let stray = Event::End { t: 2.0, stroke: StrokeId(40_000) };
+        history.push(&stray).expect("an event");
+        let end = Event::End { t: 2.0, stroke: StrokeId(7) };
+        history.push(&end).expect("an event");
         let of = |strokes: &[u32]| {
             history.events_of(&strokes.iter().map(|&stroke| StrokeId(stroke)).collect()).expect("memory")
         };
-        assert_eq!(of(&[7, 19_999]), [end(7), end(19_999)]);
-        assert_eq!(of(&[5, 6, 40_000]), [end(5), end(6), event]);
+        assert_eq!(of(&[7, 19_999]), [begin(7), begin(19_999), end]);
+        assert_eq!(of(&[5, 6, 40_000]), [begin(5), begin(6), event]);
+        assert_eq!(history.strokes.len(), 20_000);
         assert_eq!(of(&[]), []);
     }
 

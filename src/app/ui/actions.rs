@@ -43,7 +43,7 @@ pub enum Action {
     ToggleHelp,
     /// Fill the screen, or be a window again.
     ToggleFullscreen,
-    /// Close what is on top: the help; else select nothing; else leave the full screen.
+    /// Close what is on top: the help; else end the work beside the window; else select nothing; else leave the full screen.
     Escape,
 }
 
@@ -117,6 +117,7 @@ impl Action {
             Self::ToggleHelp => wishes.help = !wishes.help,
             Self::ToggleFullscreen => wishes.fullscreen = !wishes.fullscreen,
             Self::Escape if wishes.help => wishes.help = false,
+            Self::Escape if studio.is_working() => wishes.commands.push(Command::CancelWork),
             Self::Escape if !studio.selection().is_empty() => wishes.commands.push(Command::SelectNone),
             Self::Escape => wishes.fullscreen = false,
         }

@@ -154,6 +154,7 @@ impl Interface {
             if let Subject::Replay(player) = studio.subject() {
                 replay_bar::show(ui, player, studio.follows_replay_camera(), &mut wishes);
             }
+            work(ui, studio, &mut wishes);
             status(ui, studio);
         });
         let area = ui.available_rect_before_wrap();
@@ -322,6 +323,21 @@ fn flight(ui: &Ui) -> Vec3 {
         };
         Vec3::new(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::S, Key::W))
     })
+}
+
+/// What is read or written beside the window.
+fn work(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let Some(shown) = studio.work_shown() else { return };
+    ui.horizontal(|ui| {
+        match shown.part {
+            Some(part) => ui.add(egui::ProgressBar::new(part).desired_width(120.0).show_percentage()),
+            None => ui.spinner(),
+        };
+        if ui.button("Cancel").clicked() {
+            wishes.commands.push(Command::CancelWork);
+        }
+        ui.label(shown.text);
+    });
 }
 
 fn status(ui: &mut Ui, studio: &Studio) {

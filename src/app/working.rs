@@ -1,0 +1,242 @@
+//! Work beside the window: a session that is read, a model that is written. Where there are no threads, it is done at once.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicU64, Ordering::Relaxed},
+        mpsc::{self, Receiver, TryRecvError},
+    },
+    time::Duration,
+};
+
+use super::{
+    document::{Document, OpenError, Opened, Opening},
+    studio::Studio,
+    subject::Subject,
+};
+use crate::{
+    atomic_file::AtomicFile,
+    export::{ExportError, ExportOptions, GltfCounts, write_glb_watched},
+    output_file::{OutputKind, check_output},
+    platform::{self, time::Instant},
+};
+
+const EVENTS: &str = "events";
+
+/// Work that is over sooner is not shown: the window would only flicker.
+const SHOWN_AFTER: Duration = Duration::from_millis(200);
+
+/// How far some work has come, and whether it is to end.
+#[derive(Debug, Default)]
+struct Progress {
+    done: AtomicU64,
+    is_cancelled: AtomicBool,
+}
+
+impl Progress {
+    /// Notes how much is done; returns whether to go on.
+    fn note(&self, done: u64) -> bool {
+        self.done.store(done, Relaxed);
+        !self.is_cancelled.load(Relaxed)
+    }
+}
+
+/// What came of it.
+#[derive(Debug)]
+enum Done {
+    Opened { path: PathBuf, how: Opening, is_new: bool, outcome: Result<Box<(Document, Opened)>, OpenError> },
+    Exported { path: PathBuf, outcome: Result<GltfCounts, ExportError> },
+}
+
+/// Work that is being done beside the window.
+#[derive(Debug)]
+pub(super) struct Working {
+    /// What is done, for people.
+    what: String,
+    /// Of what so many are done.
+    unit: &'static str,
+    /// So many in all, if that is known.
+    of: Option<u64>,
+    progress: Arc<Progress>,
+    done: Receiver<Done>,
+    since: Instant,
+}
+
+/// Work beside the window as it is shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkShown {
+    /// What is done, and how far it has come.
+    pub text: String,
+    /// The part that is done, 0 to 1, if that is known.
+    pub part: Option<f32>,
+}
+
+impl Studio {
+    /// Reads and writes beside the window from now on; until then a command has done what it says when it returns.
+    pub fn work_beside(&mut self) {
+        self.works_beside = true;
+    }
+
+    /// The work that has been going on for a while.
+    pub fn work_shown(&self) -> Option<WorkShown> {
+        let work = self.working.as_ref().filter(|work| work.since.elapsed() >= SHOWN_AFTER)?;
+        let done = work.progress.done.load(Relaxed);
+        let of = work.of.map_or(String::new(), |of| format!(" of {of}"));
+        let text = format!("{}: {done}{of} {}", work.what, work.unit);
+        Some(WorkShown { text, part: work.of.map(|of| (done as f32 / of.max(1) as f32).min(1.0)) })
+    }
+
+    /// Whether something is done beside the window.
+    pub fn is_working(&self) -> bool {
+        self.working.is_some()
+    }
+
+    /// Ends the work beside the window; what it has written so far is removed.
+    pub(super) fn cancel_work(&mut self) {
+        if let Some(work) = &self.working {
+            work.progress.is_cancelled.store(true, Relaxed);
+        }
+    }
+
+    /// Takes the outcome of the work beside the window, if it is there.
+    pub(super) fn take_work(&mut self) -> bool {
+        let Some(work) = &self.working else { return false };
+        match work.done.try_recv() {
+            Err(TryRecvError::Empty) => return false,
+            Ok(done) => {
+                self.working = None;
+                self.take_done(done);
+            }
+            Err(TryRecvError::Disconnected) => {
+                let what = self.working.take().map(|work| work.what).unwrap_or_default();
+                self.tell_of_file(Err(format!("{what}: it failed")));
+            }
+        }
+        true
+    }
+
+    /// Waits for a model that is being written, and for a session that is being read to be given back.
+    pub(super) fn end_work(&mut self) {
+        let Some(work) = self.working.take() else { return };
+        if work.unit == EVENTS {
+            work.progress.is_cancelled.store(true, Relaxed);
+        }
+        if let Ok(Done::Opened { outcome: Ok(opened), .. }) = work.done.recv() {
+            // It was opened after all; nothing was drawn in it.
+            let _ = opened.0.close();
+        }
+    }
+
+    fn start(
+        &mut self,
+        (what, unit, of): (String, &'static str, Option<u64>),
+        work: impl FnOnce(&Progress) -> Done + Send + 'static,
+    ) {
+        if !self.works_beside {
+            let done = work(&Progress::default());
+            self.take_done(done);
+            return;
+        }
+        if let Some(other) = &self.working {
+            let busy = format!("{}: wait until this is done, or cancel it", other.what);
+            self.tell_of_file(Err(busy));
+            return;
+        }
+        let (send, done) = mpsc::channel();
+        let progress = Arc::new(Progress::default());
+        let of_thread = Arc::clone(&progress);
+        // A window that is gone hears nothing any more.
+        let started = platform::beside("work", move || drop(send.send(work(&of_thread))));
+        match started {
+            Ok(()) => {
+                self.working = Some(Working { what, unit, of, progress, done, since: Instant::now() });
+            }
+            Err(error) => self.tell_of_file(Err(format!("{what}: {error}"))),
+        }
+        // Where there are no threads it is done.
+        self.take_work();
+    }
+
+    fn take_done(&mut self, done: Done) {
+        match done {
+            Done::Opened { path, how, is_new, outcome } => self.take_opened(&path, how, is_new, outcome),
+            Done::Exported { path, outcome } => self.take_exported(&path, outcome),
+        }
+    }
+
+    /// Opens a session instead of the current one; on an error the current one stays.
+    pub(super) fn open_beside(&mut self, path: &Path, how: Opening) {
+        let (path, how) = (path.to_owned(), Opening { limits: self.limits, ..how });
+        let autosaves = self.autosaves.clone();
+        let what = format!("reading {}", path.display());
+        self.start((what, EVENTS, None), move |progress| {
+            let is_new = !platform::fs::is_there(&path);
+            let opened = Document::open_watched(&path, &autosaves, how, &|done| progress.note(done));
+            Done::Opened { path, how, is_new, outcome: opened.map(Box::new) }
+        });
+    }
+
+    fn take_opened(
+        &mut self,
+        path: &Path,
+        how: Opening,
+        is_new: bool,
+        outcome: Result<Box<(Document, Opened)>, OpenError>,
+    ) {
+        match outcome {
+            Ok(both) => {
+                let (document, opened) = *both;
+                self.tell(opened);
+                self.replace(Subject::Sketch(Box::new(document)));
+                let text = if is_new {
+                    format!("{}: there was no such file: an empty session begins there", path.display())
+                } else {
+                    String::new()
+                };
+                self.tell_of_file(Ok(text));
+            }
+            Err(error) => self.tell_not_opened(path, how, error),
+        }
+    }
+
+    pub(super) fn export_gltf(&mut self, path: &Path) {
+        // A model may replace a model and no other file.
+        if let Err(error) = check_output(path, OutputKind::Glb, false) {
+            self.tell_of_file(Err(error.to_string()));
+            return;
+        }
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let times = match &self.subject {
+            Subject::Sketch(document) => document.polygon_times().clone(),
+            Subject::Replay(player) => player.polygon_times(),
+        };
+        let eye_in_world = Some(self.navigator.eye());
+        let options = ExportOptions { times: Some(times), eye_in_world, ..ExportOptions::default() };
+        let (scene, path) = (self.scene().clone(), path.to_owned());
+        let what = format!("writing {}", path.display());
+        self.start((what, "polygons", Some(scene.counts().visible)), move |progress| {
+            let export = || {
+                let mut file = AtomicFile::create(&path)?;
+                let counts =
+                    write_glb_watched(&scene, &name, &options, &mut file, &|done| progress.note(done))?;
+                file.commit()?;
+                Ok(counts)
+            };
+            let outcome = export();
+            Done::Exported { path, outcome }
+        });
+    }
+
+    fn take_exported(&mut self, path: &Path, outcome: Result<GltfCounts, ExportError>) {
+        match outcome {
+            Ok(counts) => {
+                self.tell_of_file(Ok(format!("{} polygons exported to {}", counts.polygons, path.display())));
+                if counts.not_finite > 0 {
+                    self.say(format!("{} polygons at infinity were left out", counts.not_finite));
+                }
+            }
+            Err(error) => self.tell_of_file(Err(format!("{}: {error}", path.display()))),
+        }
+    }
+}

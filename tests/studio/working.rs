@@ -1,0 +1,152 @@
+//! What is read and written beside the window: the picture goes on meanwhile, and it can be ended.
+
+use std::{fmt::Write, fs, path::PathBuf, time::Duration};
+
+use osp::app::{Answer, Button, Command, Subject};
+
+use crate::{
+    drawing::{Table, across},
+    tracker::wait_until,
+};
+
+/// A session of so many strokes of ten samples.
+fn long_session(table: &Table, strokes: u32) -> PathBuf {
+    let mut text = String::from("Header(format:1,name:\"long\",source:\"osp sketch 0.1.0\")\n");
+    for stroke in 0..strokes {
+        let y = stroke % 100;
+        let _ = writeln!(text, "Begin(t:0,stroke:{stroke},tool:Ribbon,width:0.01,color:(1,0,0,1))");
+        for x in 0..10 {
+            let _ = writeln!(text, "Point(t:0,stroke:{stroke},p:({x},{y},{}))", stroke / 100);
+        }
+        let _ = writeln!(text, "End(t:0,stroke:{stroke})");
+    }
+    let path = table.folder.path().join("long.ron");
+    fs::write(&path, text).expect("written");
+    path
+}
+
+fn shown(table: &Table) -> PathBuf {
+    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
+    document.journal().path().to_owned()
+}
+
+fn wait(table: &mut Table) {
+    wait_until("the end of the work", || {
+        table.frame();
+        !table.studio.is_working()
+    });
+}
+
+#[test]
+fn one_draws_while_a_session_is_read_and_then_it_is_there() {
+    let mut table = Table::new();
+    let path = long_session(&table, 20_000);
+    table.studio.work_beside();
+    table.studio.command(Command::Open(path.clone()));
+    assert!(table.studio.is_working() && table.studio.next_frame_in().is_some());
+    table.drag(Button::Primary, &across(0.0));
+    let drawn = shown(&table);
+    assert_ne!(drawn, path);
+    assert!(table.visible() > 0);
+    // A second one has to wait.
+    table.studio.command(Command::Open(drawn.clone()));
+    table.studio.command(Command::ExportGltf(table.folder.path().join("a.glb")));
+    assert!(table.studio.messages().iter().any(|said| said.contains("wait until this is done")));
+    // How far it has come is shown, once it has taken a while.
+    std::thread::sleep(Duration::from_millis(250));
+    if let Some(work) = table.studio.work_shown() {
+        assert!(work.text.starts_with("reading ") && work.text.ends_with(" events"), "{work:?}");
+    }
+    wait(&mut table);
+    assert_eq!(shown(&table), path);
+    assert_eq!(table.visible(), 20_000 * 9);
+    // What was drawn meanwhile is in its own file.
+    let text = fs::read_to_string(drawn).expect("the drawing");
+    assert!(text.lines().filter(|line| line.starts_with("Point(")).count() > 10);
+}
+
+#[test]
+fn reading_is_ended_by_a_command_and_nothing_is_held_after_it() {
+    let mut table = Table::new();
+    let path = long_session(&table, 20_000);
+    table.drag(Button::Primary, &across(0.0));
+    let (drawn, visible) = (shown(&table), table.visible());
+    table.studio.work_beside();
+    table.studio.command(Command::Open(path.clone()));
+    table.studio.command(Command::CancelWork);
+    wait(&mut table);
+    assert_eq!((shown(&table), table.visible()), (drawn, visible));
+    let said = table.studio.messages().last().expect("a message");
+    assert!(said.contains("long.ron: opening it was cancelled"), "{said}");
+    // It can be opened at once: the lock was given back.
+    table.studio.command(Command::Open(path.clone()));
+    wait(&mut table);
+    assert_eq!(shown(&table), path, "{:?}", table.studio.messages());
+    assert!(table.studio.question().is_none());
+}
+
+#[test]
+fn a_model_is_written_beside_the_window_whole_or_not_at_all() {
+    let mut table = Table::new();
+    let path = long_session(&table, 5_000);
+    table.studio.command(Command::Open(path));
+    let (whole, here, cancelled) =
+        ["one.glb", "two.glb", "cancelled.glb"].map(|name| table.folder.path().join(name)).into();
+    table.studio.command(Command::ExportGltf(here.clone()));
+    table.studio.work_beside();
+    table.studio.command(Command::ExportGltf(whole.clone()));
+    // What is drawn from now on is not in it.
+    table.drag(Button::Primary, &across(0.0));
+    wait(&mut table);
+    assert!(table.studio.messages().iter().any(|said| said.starts_with("45000 polygons exported to")));
+    // The name of the model is the only difference.
+    let bytes = |path: &PathBuf| fs::metadata(path).expect("a model").len();
+    assert_eq!(bytes(&whole).abs_diff(bytes(&here)), 0);
+    table.studio.command(Command::ExportGltf(cancelled.clone()));
+    table.studio.command(Command::CancelWork);
+    wait(&mut table);
+    assert!(
+        !cancelled.exists() || table.studio.messages().iter().filter(|s| s.contains("exported")).count() == 3
+    );
+    let left = fs::read_dir(table.folder.path()).expect("a folder");
+    let unfinished = left.filter(|entry| {
+        entry.as_ref().is_ok_and(|entry| entry.file_name().to_string_lossy().starts_with(".unfinished"))
+    });
+    assert_eq!(unfinished.count(), 0);
+}
+
+#[test]
+fn a_window_that_is_closed_waits_for_its_model_and_gives_back_what_it_reads() {
+    let table = Table::new();
+    let path = long_session(&table, 20_000);
+    let mut studio = table.studio;
+    studio.work_beside();
+    studio.command(Command::Open(path.clone()));
+    studio.close().expect("nothing was unwritten");
+    let folder = table.folder;
+    let autosaves = osp::app::Autosaves::new(Some(folder.path().join("auto")));
+    let (document, _) = osp::app::Document::open(&path, &autosaves).expect("nobody holds it");
+    let subject = Subject::Sketch(Box::new(document));
+    let mut studio = osp::app::Studio::new(subject, autosaves, osp::rivals::IndexKind::Osp);
+    studio.work_beside();
+    let model = folder.path().join("a.glb");
+    studio.command(Command::ExportGltf(model.clone()));
+    studio.close().expect("nothing was unwritten");
+    assert!(fs::metadata(&model).expect("a model").len() > 1_000_000);
+}
+
+#[test]
+fn a_damaged_session_is_asked_about_once_it_was_read() {
+    let mut table = Table::new();
+    let path = table.folder.path().join("damaged.ron");
+    let face = "Polygon(vertices:[(0,0,0),(1,0,0),(0,1,0)],color:(1,1,1,1))\n";
+    fs::write(&path, format!("Header(format:1,name:\"x\",source:\"osp sketch 0\")\n{face}Poly(\n{face}"))
+        .expect("written");
+    table.studio.work_beside();
+    table.studio.command(Command::Open(path));
+    wait(&mut table);
+    assert!(table.studio.question().is_some());
+    table.studio.command(Command::Answer(Answer::Lenient));
+    wait(&mut table);
+    assert_eq!(table.visible(), 2, "{:?}", table.studio.messages());
+}
