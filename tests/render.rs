@@ -16,6 +16,9 @@ mod identity;
 mod large;
 #[path = "render/margins.rs"]
 mod margins;
+#[cfg(feature = "cli")]
+#[path = "render/opengl.rs"]
+mod opengl;
 #[path = "render/order.rs"]
 mod order;
 #[path = "render/painted.rs"]

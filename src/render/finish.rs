@@ -28,7 +28,8 @@ pub(super) struct Octaves {
     resolved: wgpu::BindGroup,
     octaves: [Octave; HEIGHTS.len()],
     all: wgpu::BindGroup,
-    samples: wgpu::BindGroup,
+    /// None where samples cannot be read.
+    samples: Option<wgpu::BindGroup>,
 }
 
 /// A small picture, and another for half of its blur.
@@ -77,8 +78,9 @@ impl Finish {
             })
         };
         let of_source = layout("one picture", &[Some(&source_layout)]);
-        let of_octaves =
-            layout("finish", &[Some(&source_layout), Some(&octaves_layout), Some(&samples_layout)]);
+        let (spread, of_samples) =
+            if gpu.reads_samples() { ("spread", Some(&samples_layout)) } else { ("spread_mean", None) };
+        let of_octaves = layout("finish", &[Some(&source_layout), Some(&octaves_layout), of_samples]);
         let pipeline = |entry, layout: &wgpu::PipelineLayout, format: wgpu::TextureFormat| {
             of_whole_picture(gpu, &module, layout, entry, format.into())
         };
@@ -87,7 +89,7 @@ impl Finish {
             blur_across: pipeline("blur_across", &of_source, COLOR_FORMAT),
             blur_down: pipeline("blur_down", &of_source, COLOR_FORMAT),
             cut_off: pipeline("cut_off", &of_source, PICTURE_FORMAT),
-            spread: pipeline("spread", &of_octaves, PICTURE_FORMAT),
+            spread: pipeline(spread, &of_octaves, PICTURE_FORMAT),
             sampler: device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("octaves"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -128,7 +130,9 @@ impl Finish {
         pass.set_bind_group(0, &of_target.resolved, &[]);
         if spreads {
             pass.set_bind_group(1, &of_target.all, &[]);
-            pass.set_bind_group(2, &of_target.samples, &[]);
+            if let Some(samples) = &of_target.samples {
+                pass.set_bind_group(2, samples, &[]);
+            }
         }
         pass.draw(0..3, 0..1);
     }
@@ -167,14 +171,17 @@ impl Finish {
             layout: &self.octaves_layout,
             entries: &entries,
         });
-        let samples = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("samples"),
-            layout: &self.samples_layout,
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: wgpu::BindingResource::TextureView(target.samples()),
-            }],
-        });
+        let samples = || {
+            gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("samples"),
+                layout: &self.samples_layout,
+                entries: &[wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::TextureView(target.samples()),
+                }],
+            })
+        };
+        let samples = gpu.reads_samples().then(samples);
         Octaves { resolved: source(target.resolved()), octaves, all, samples }
     }
 }

@@ -117,6 +117,11 @@ impl Gpu {
         self.adapter.get_info().backend == wgpu::Backend::BrowserWebGpu
     }
 
+    /// Whether shaders can read each sample of a pixel. With OpenGL, wgpu makes no texture for that.
+    pub(super) fn reads_samples(&self) -> bool {
+        self.adapter.get_info().backend != wgpu::Backend::Gl
+    }
+
     /// Finds out what takes a wait elsewhere, so that nothing has to wait later.
     ///
     /// # Errors

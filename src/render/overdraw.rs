@@ -21,6 +21,10 @@ impl Overdraw {
 
 /// Adds up what a pass has counted in a target's samples.
 pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError> {
+    if !gpu.reads_samples() {
+        let lacks = "shaders that read each sample of a pixel (drive it by Vulkan, not OpenGL)";
+        return Err(RenderError::Lacks { adapter: gpu.name(), lacks });
+    }
     let device = gpu.device();
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("overdraw"),

@@ -53,8 +53,9 @@ impl Target {
             })
         };
         let sampled = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
-        let samples = texture("samples", COLOR_FORMAT, SAMPLES, sampled);
-        let depth = texture("depth", DEPTH_FORMAT, SAMPLES, sampled);
+        let of_samples = if gpu.reads_samples() { sampled } else { wgpu::TextureUsages::RENDER_ATTACHMENT };
+        let samples = texture("samples", COLOR_FORMAT, SAMPLES, of_samples);
+        let depth = texture("depth", DEPTH_FORMAT, SAMPLES, of_samples);
         let resolved = texture("resolved", COLOR_FORMAT, 1, sampled);
         let picture = texture("picture", PICTURE_FORMAT, 1, sampled | wgpu::TextureUsages::COPY_SRC);
         gpu.check()?;

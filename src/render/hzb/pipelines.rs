@@ -130,6 +130,9 @@ fn missing(gpu: &Gpu) -> Option<&'static str> {
     if !flags.contains(wgpu::DownlevelFlags::INDIRECT_EXECUTION) {
         return Some("indirect draw calls");
     }
+    if !gpu.reads_samples() {
+        return Some("shaders that read the depth of each sample (drive it by Vulkan, not OpenGL)");
+    }
     if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
         return Some("seven storage buffers in a compute shader");
     }

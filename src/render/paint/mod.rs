@@ -69,6 +69,7 @@ impl Paint {
             wgpu::BindingResource::TextureView(&textures),
             wgpu::BindingResource::Sampler(&sampler("repeating", wgpu::AddressMode::Repeat)),
             wgpu::BindingResource::Sampler(&sampler("clamping", wgpu::AddressMode::ClampToEdge)),
+            wgpu::BindingResource::TextureView(&textures),
         ];
         let entries: Vec<_> = resources
             .into_iter()
@@ -164,7 +165,7 @@ fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         multisampled: false,
     };
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-    let entries = [uniform, uniform, texture, sampler, sampler];
+    let entries = [uniform, uniform, texture, sampler, sampler, texture];
     let entries: Vec<_> = entries
         .into_iter()
         .enumerate()

@@ -82,18 +82,29 @@ fn cut_off(in: Corner) -> @location(0) vec4<f32> {
     return vec4(saturate(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb), 1.0);
 }
 
+fn with_octaves(c: vec3<f32>, uv: vec2<f32>) -> vec4<f32> {
+    let octaves = 0.5 * textureSampleLevel(octave_0, smooth_sampler, uv, 0.0).rgb
+        + 0.6 * textureSampleLevel(octave_1, smooth_sampler, uv, 0.0).rgb
+        + 0.6 * textureSampleLevel(octave_2, smooth_sampler, uv, 0.0).rgb
+        + 0.45 * textureSampleLevel(octave_3, smooth_sampler, uv, 0.0).rgb;
+    return vec4(saturate(mix(c, 0.34 * octaves, SPREAD)), 1.0);
+}
+
 // The picture with what spreads. A stroke that is brighter than the screen makes every pixel white that it covers half of:
 // thin strokes of light are as bold as in the program that the brushes come from, but not ragged.
 @fragment
 fn spread(in: Corner) -> @location(0) vec4<f32> {
-    let octaves = 0.5 * textureSampleLevel(octave_0, smooth_sampler, in.uv, 0.0).rgb
-        + 0.6 * textureSampleLevel(octave_1, smooth_sampler, in.uv, 0.0).rgb
-        + 0.6 * textureSampleLevel(octave_2, smooth_sampler, in.uv, 0.0).rgb
-        + 0.45 * textureSampleLevel(octave_3, smooth_sampler, in.uv, 0.0).rgb;
     var sum = vec3(0.0);
     let count = i32(textureNumSamples(samples));
     for (var i = 0; i < count; i++) {
         sum += min(cut(textureLoad(samples, vec2<i32>(in.position.xy), i).rgb), vec3(HALF_IS_WHITE));
     }
-    return vec4(saturate(mix(sum / f32(count), 0.34 * octaves, SPREAD)), 1.0);
+    return with_octaves(sum / f32(count), in.uv);
+}
+
+// The same where samples cannot be read: by the mean of a pixel's samples, so edges of bright light are ragged.
+@fragment
+fn spread_mean(in: Corner) -> @location(0) vec4<f32> {
+    let mean = cut(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb);
+    return with_octaves(min(mean, vec3(HALF_IS_WHITE)), in.uv);
 }

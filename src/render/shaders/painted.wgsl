@@ -32,6 +32,8 @@ struct Surroundings {
 @group(2) @binding(2) var textures: texture_2d_array<f32>;
 @group(2) @binding(3) var repeating: sampler;
 @group(2) @binding(4) var clamping: sampler;
+// The same once more: OpenGL has one sampler for a texture.
+@group(2) @binding(5) var clamped_textures: texture_2d_array<f32>;
 
 const UV_LIMIT: f32 = 8.0;
 const NO_TEXTURE: u32 = 0xffffffffu;
@@ -150,7 +152,7 @@ fn texture_of(material: Material, layer: u32, uv: vec2<f32>, gradients: Gradient
         return vec4(1.0);
     }
     if (material.kinds.x & IS_CLAMPED) != 0u {
-        return textureSampleGrad(textures, clamping, uv, layer, gradients.x, gradients.y);
+        return textureSampleGrad(clamped_textures, clamping, uv, layer, gradients.x, gradients.y);
     }
     return textureSampleGrad(textures, repeating, uv, layer, gradients.x, gradients.y);
 }
