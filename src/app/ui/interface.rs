@@ -132,6 +132,13 @@ impl Interface {
                 menu::show(ui, studio, &mut self.settings, &mut wishes);
             });
         });
+        Panel::bottom("status").resizable(false).show(ui, |ui| {
+            if let Subject::Replay(player) = studio.subject() {
+                replay_bar::show(ui, player, studio.follows_replay_camera(), &mut wishes);
+            }
+            work(ui, studio, &mut wishes);
+            status(ui, studio);
+        });
         if self.shows_tools || !is_narrow {
             Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {
@@ -150,13 +157,6 @@ impl Interface {
                     .show(ui, |ui| numbers::show(ui, studio, &self.history, &self.adapter, &mut wishes));
             });
         }
-        Panel::bottom("status").resizable(false).show(ui, |ui| {
-            if let Subject::Replay(player) = studio.subject() {
-                replay_bar::show(ui, player, studio.follows_replay_camera(), &mut wishes);
-            }
-            work(ui, studio, &mut wishes);
-            status(ui, studio);
-        });
         let area = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(area, Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "model"));
