@@ -72,8 +72,12 @@ static void any_matrix(float *matrix) {
     }
 }
 
+/* How often each status was answered. */
+static unsigned answered[OSP_STATUS_NOT_COMMITTED + 1];
+
 static OspStatus sane(OspStatus status) {
     EXPECT(status >= OSP_STATUS_OK && status <= OSP_STATUS_NOT_COMMITTED);
+    answered[status]++;
     return status;
 }
 
@@ -243,4 +247,10 @@ void run_fuzz(unsigned calls) {
         }
         EXPECT_OK(osp_scene_free(scene));
     }
+    /* No kind of answer is left out; pointers and counts are wrong in errors.c only. */
+    for (int status = OSP_STATUS_OK; status <= OSP_STATUS_NOT_COMMITTED; status++) {
+        int is_of_pointers = status >= OSP_STATUS_NULL_POINTER && status <= OSP_STATUS_TOO_MANY;
+        EXPECT(is_of_pointers ? answered[status] == 0 : answered[status] > calls / 1000);
+    }
+    EXPECT(answered[OSP_STATUS_OK] > calls / 3);
 }

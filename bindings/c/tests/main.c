@@ -9,7 +9,7 @@ int main(int count, char **arguments) {
     EXPECT(osp_version() == OSP_VERSION);
     EXPECT(osp_last_error()[0] == 0);
     int answers = run_conformance(arguments[1]);
-    EXPECT(answers > 300);
+    EXPECT(answers > 150);
     run_errors();
     run_occlusion();
     run_threads();

@@ -34,6 +34,18 @@ static int is_visible(uint32_t id) {
     return 0;
 }
 
+/* One of the wall's two triangles, so much higher up. */
+static void move_triangle(uint32_t id, int which, float up) {
+    float corners[9];
+    for (int k = 0; k < 3; k++) {
+        const float *corner = WALL + 3 * CORNERS[3 * which + k];
+        corners[3 * k] = corner[0];
+        corners[3 * k + 1] = corner[1] + up;
+        corners[3 * k + 2] = corner[2];
+    }
+    EXPECT_OK(osp_scene_update_triangle(scene, id, corners));
+}
+
 static void run(int32_t method) {
     OspSceneConfig config = {{{0, 0, 0}, 16, 1024}, method, 100000};
     OspBox boxes[BEHIND + 1];
@@ -73,21 +85,13 @@ static void run(int32_t method) {
     EXPECT(hit.id == OSP_NO_ID);
     /* It is moved out of the way: all is seen in the same frame. */
     for (int i = 0; i < 2; i++) {
-        float corners[9];
-        for (int k = 0; k < 9; k++) {
-            corners[k] = WALL[3 * CORNERS[3 * i + k / 3] + k % 3] + (k % 3 == 1 ? 50 : 0);
-        }
-        EXPECT_OK(osp_scene_update_triangle(scene, wall[i], corners));
+        move_triangle(wall[i], i, 50);
     }
     frames(1, 1);
     EXPECT(count == BEHIND + 1);
     /* Back, still opaque; then it goes, and a box comes under one of its ids. */
     for (int i = 0; i < 2; i++) {
-        float corners[9];
-        for (int k = 0; k < 9; k++) {
-            corners[k] = WALL[3 * CORNERS[3 * i + k / 3] + k % 3];
-        }
-        EXPECT_OK(osp_scene_update_triangle(scene, wall[i], corners));
+        move_triangle(wall[i], i, 0);
     }
     frames(FRAMES, 1);
     EXPECT(!hides || count == 3);
