@@ -37,8 +37,9 @@ pub(crate) struct Index {
 
 impl Index {
     pub(crate) fn new(config: Option<OspIndexConfig>) -> Outcome<Self> {
-        let index = Osp::new(&index_config(config)?);
-        Ok(Self { index, boxes: Vec::new(), free: Vec::new(), is_committed: true })
+        let config = index_config(config)?;
+        let boxes = Vec::with_capacity(config.capacity);
+        Ok(Self { index: Osp::new(&config), boxes, free: Vec::new(), is_committed: true })
     }
 
     /// Inserts all boxes.

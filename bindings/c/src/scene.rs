@@ -42,7 +42,8 @@ impl Scene {
         let capacity = index.capacity;
         let pipeline = Pipeline::new(Box::new(Osp::new(&index)), capacity, StageClock::default());
         let pipeline = pipeline.with_occlusion(pass);
-        Ok(Self { things: Things::default(), pipeline, changes: Vec::new(), is_loaded: false })
+        let (things, changes) = (Things::with_capacity(capacity), Vec::with_capacity(capacity));
+        Ok(Self { things, pipeline, changes, is_loaded: false })
     }
 
     pub(crate) fn insert(&mut self, things: Vec<Thing>) -> Outcome<Vec<u32>> {

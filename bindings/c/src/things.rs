@@ -60,6 +60,10 @@ pub(crate) struct Things {
 }
 
 impl Things {
+    pub(crate) fn with_capacity(capacity: usize) -> Self {
+        Self { slots: Vec::with_capacity(capacity), touched: Vec::with_capacity(capacity), ..Self::default() }
+    }
+
     pub(crate) fn count(&self) -> usize {
         self.count
     }

@@ -265,7 +265,28 @@ static void errors_of_scene(void) {
     EXPECT_OK(osp_scene_free(scene));
 }
 
+/* What the header says of OspIndexConfig.capacity. */
+static void memory_for_a_million(void) {
+    OspSceneConfig config = {{{0, 0, 0}, 100, 1000000}, OSP_OCCLUSION_NONE, 10};
+    OspIndex *index;
+    OspScene *scene;
+    size_t empty, bytes;
+    EXPECT_OK(osp_index_new(NULL, &index));
+    EXPECT_OK(osp_index_memory(index, &empty));
+    EXPECT(empty > 1000000 && empty < 2000000);
+    EXPECT_OK(osp_index_free(index));
+    EXPECT_OK(osp_index_new(&config.index, &index));
+    EXPECT_OK(osp_index_memory(index, &bytes));
+    EXPECT(bytes > 65000000 && bytes < 75000000);
+    EXPECT_OK(osp_index_free(index));
+    EXPECT_OK(osp_scene_new(&config, &scene));
+    EXPECT_OK(osp_scene_memory(scene, &bytes));
+    EXPECT(bytes > 95000000 && bytes < 115000000);
+    EXPECT_OK(osp_scene_free(scene));
+}
+
 void run_errors(void) {
+    memory_for_a_million();
     errors_of_index();
     errors_of_scene();
 }
