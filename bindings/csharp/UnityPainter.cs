@@ -1,5 +1,6 @@
 // How a painter in Unity calls osp: each stroke is a mesh that grows while it is drawn, and the camera draws those that it may
-// see. A sample to start from: it was not compiled with Unity, and nothing was measured there.
+// see. A sample to start from: it was compiled with stand-ins for Unity's names only (test/UnityNames.cs), never
+// with Unity, and nothing was measured there.
 //
 // Put Osp.cs and this file into a folder of Assets with an assembly definition that allows unsafe code, and the library
 // (osp_c.dll, libosp_c.so, libosp_c.dylib) into Assets/Plugins. Add this component to the camera.

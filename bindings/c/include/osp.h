@@ -104,7 +104,7 @@ enum OspStatus
      */
     OSP_STATUS_POISONED = 12,
     /**
-     * A fault inside of osp, which should be reported. It has not passed the border.
+     * A fault inside of osp, which should be reported; it is also written to standard error.
      */
     OSP_STATUS_INTERNAL = 13,
 };
@@ -509,7 +509,8 @@ OspStatus osp_scene_commit(OspScene *scene);
 
 /**
  * A frame: takes the changes over and culls each view by its frustum and by what is hidden. osp_scene_visible then tells what to
- * draw. The first frame also looks for large walls among all triangles, which takes up to 130 ms.
+ * draw. The first frame (or osp_scene_commit) also looks for walls of small triangles among all that is there by then, for up to
+ * 130 ms: so insert a level before it.
  *
  * clip_from_world are sixteen numbers for each view, as osp_index_frustum takes them, but perspectives only: for others there is
  * osp_scene_frustum. view_count is from 1 to OSP_MAX_VIEWS: two eyes, the screens of a room. frame may be NULL.

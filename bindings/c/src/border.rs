@@ -210,10 +210,10 @@ mod tests {
         let fault = border(|| {
             let mut number = object.change()?;
             *number += 1;
-            panic!("a test with a zero\0 in it");
+            panic!("a zero\0 and an é");
         });
         assert_eq!(fault, OspStatus::Internal);
-        assert_eq!(message(), "a fault inside of osp: a test with a zero in it");
+        assert_eq!(message(), "a fault inside of osp: a zero? and an ?");
         assert_eq!(border(|| object.read().map(drop)), OspStatus::Poisoned);
         assert_eq!(border(|| object.change().map(drop)), OspStatus::Poisoned);
         assert_eq!(border(|| Ok(())), OspStatus::Ok);

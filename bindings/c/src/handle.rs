@@ -29,3 +29,13 @@ fn refusal<T>(error: &TryLockError<T>, busy: &str) -> Failure {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn what_stands_behind_a_handle_may_be_shared_between_threads() {
+        fn shared<T: Send + Sync>() {}
+        shared::<crate::OspIndex>();
+        shared::<crate::OspScene>();
+    }
+}

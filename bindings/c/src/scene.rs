@@ -6,7 +6,7 @@ use osp::{
     index::Osp,
     math::{Aabb, Frustum},
     occlusion::Occlusion,
-    polygon::{Change, PolygonId, VisibleBlocks},
+    polygon::{Change, PolygonId},
     view::View,
 };
 
@@ -25,6 +25,8 @@ pub(crate) struct Scene {
     changes: Vec<Change>,
     /// Whether the pipeline has taken the first things.
     is_loaded: bool,
+    /// Views of the last frame.
+    views: usize,
 }
 
 impl Scene {
@@ -43,7 +45,7 @@ impl Scene {
         let pipeline = Pipeline::new(Box::new(Osp::new(&index)), capacity, StageClock::default());
         let pipeline = pipeline.with_occlusion(pass);
         let (things, changes) = (Things::with_capacity(capacity), Vec::with_capacity(capacity));
-        Ok(Self { things, pipeline, changes, is_loaded: false })
+        Ok(Self { things, pipeline, changes, is_loaded: false, views: 0 })
     }
 
     pub(crate) fn insert(&mut self, things: Vec<Thing>) -> Outcome<Vec<u32>> {
@@ -72,7 +74,7 @@ impl Scene {
         self.pipeline.bytes() + self.things.bytes() + self.changes.capacity() * size_of::<Change>()
     }
 
-    /// Lets the pipeline take the first things; whether it did not have to.
+    /// Lets the pipeline take the first things, which it does in another way than changes.
     fn load(&mut self) {
         if !self.is_loaded {
             self.is_loaded = true;
@@ -92,6 +94,7 @@ impl Scene {
 
     pub(crate) fn frame(&mut self, views: &[View]) -> OspFrame {
         self.load();
+        self.views = views.len();
         self.things.take_changes(&mut self.changes);
         let record: FrameRecord = self.pipeline.frame_of_views(&self.things, &self.changes, views);
         OspFrame {
@@ -107,12 +110,11 @@ impl Scene {
 
     /// What the last frame has left of a view.
     pub(crate) fn visible(&self, view: u32, answer: &Answer) -> Outcome<()> {
-        let lists: &[VisibleBlocks] = if self.is_loaded { self.pipeline.draw_lists() } else { &[] };
-        let Some(list) = lists.get(view as usize) else {
-            let message =
-                format!("view: expected one of the {} of the last frame, found {view}", lists.len());
-            return Err(Failure::new(OspStatus::InvalidArgument, message));
-        };
+        let list = self.pipeline.draw_lists().get(view as usize).filter(|_| (view as usize) < self.views);
+        let list = list.ok_or_else(|| {
+            let message = format!("view: expected one of the {} of the last frame, found {view}", self.views);
+            Failure::new(OspStatus::InvalidArgument, message)
+        })?;
         answer.write(list.len(), list.ids().map(|id| id.0))
     }
 

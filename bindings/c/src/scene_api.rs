@@ -200,7 +200,8 @@ pub unsafe extern "C" fn osp_scene_commit(scene: *mut OspScene) -> OspStatus {
 }
 
 /// A frame: takes the changes over and culls each view by its frustum and by what is hidden. osp_scene_visible then tells what to
-/// draw. The first frame also looks for large walls among all triangles, which takes up to 130 ms.
+/// draw. The first frame (or osp_scene_commit) also looks for walls of small triangles among all that is there by then, for up to
+/// 130 ms: so insert a level before it.
 ///
 /// clip_from_world are sixteen numbers for each view, as osp_index_frustum takes them, but perspectives only: for others there is
 /// osp_scene_frustum. view_count is from 1 to OSP_MAX_VIEWS: two eyes, the screens of a room. frame may be NULL.

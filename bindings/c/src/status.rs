@@ -36,7 +36,7 @@ pub enum OspStatus {
     Busy = 11,
     /// An earlier call that changed this object has failed inside of osp: only free it.
     Poisoned = 12,
-    /// A fault inside of osp, which should be reported. It has not passed the border.
+    /// A fault inside of osp, which should be reported; it is also written to standard error.
     Internal = 13,
 }
 
@@ -68,8 +68,8 @@ thread_local! {
 
 /// Keeps the message of a failure for this thread.
 pub(crate) fn keep_message(message: String) {
-    let mut bytes = message.into_bytes();
-    bytes.retain(|&byte| byte != 0);
+    let ascii = |letter: char| if letter.is_ascii() && letter != '\0' { letter as u8 } else { b'?' };
+    let bytes: Vec<u8> = message.chars().map(ascii).collect();
     // While the thread ends there may be no place left for it.
     let _ = LAST.try_with(|last| *last.borrow_mut() = CString::new(bytes).unwrap_or_default());
 }

@@ -245,6 +245,8 @@ static void errors_of_scene(void) {
     EXPECT(count == 2);
 
     /* Views. */
+    EXPECT_OK(osp_scene_commit(scene));
+    REFUSED(INVALID_ARGUMENT, osp_scene_visible(scene, 0, ids, 4, &count));
     REFUSED(INVALID_ARGUMENT, osp_scene_frame(scene, perspective, 0, 0, &frame));
     REFUSED(INVALID_ARGUMENT, osp_scene_frame(scene, perspective, OSP_MAX_VIEWS + 1, 0, &frame));
     REFUSED(INVALID_ARGUMENT, osp_scene_frame(scene, perspective, SIZE_MAX, 0, &frame));

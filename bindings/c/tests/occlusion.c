@@ -17,7 +17,10 @@ static uint32_t visible[512];
 static size_t count;
 static OspFrame frame;
 
-static void frames(int how_many, size_t views) {
+static void frames(int how_many, size_t views, int is_committed) {
+    if (is_committed) {
+        EXPECT_OK(osp_scene_commit(scene));
+    }
     for (int i = 0; i < how_many; i++) {
         EXPECT_OK(osp_scene_frame(scene, AHEAD, views, OSP_DEPTH_ZERO_TO_ONE, &frame));
     }
@@ -46,7 +49,8 @@ static void move_triangle(uint32_t id, int which, float up) {
     EXPECT_OK(osp_scene_update_triangle(scene, id, corners));
 }
 
-static void run(int32_t method) {
+/* The changes are taken over by the frame, or before it. */
+static void run(int32_t method, int is_committed) {
     OspSceneConfig config = {{{0, 0, 0}, 16, 1024}, method, 100000};
     OspBox boxes[BEHIND + 1];
     uint32_t behind[BEHIND + 1], wall[2], again[2];
@@ -61,18 +65,18 @@ static void run(int32_t method) {
     EXPECT_OK(osp_scene_insert_boxes(scene, boxes, BEHIND + 1, behind));
     /* Glass. */
     EXPECT_OK(osp_scene_insert_triangles(scene, WALL, 4, CORNERS, 2, 0, wall));
-    frames(FRAMES, 1);
+    frames(FRAMES, 1, is_committed);
     EXPECT(count == BEHIND + 3);
     /* Bricks, under the same ids. */
     EXPECT_OK(osp_scene_remove(scene, wall[0]));
     EXPECT_OK(osp_scene_remove(scene, wall[1]));
     EXPECT_OK(osp_scene_insert_triangles(scene, WALL, 4, CORNERS, 2, 1, again));
     EXPECT(again[0] == wall[1] && again[1] == wall[0]);
-    frames(FRAMES, 1);
+    frames(FRAMES, 1, is_committed);
     EXPECT(is_visible(wall[0]) && is_visible(wall[1]) && is_visible(behind[BEHIND]));
     EXPECT(!hides || (count == 3 && frame.in_view == BEHIND + 3 && frame.occluders > 0));
     /* Each of two views is culled for itself. */
-    frames(FRAMES, 2);
+    frames(FRAMES, 2, is_committed);
     EXPECT(!hides || count == 3);
     EXPECT_OK(osp_scene_visible(scene, 1, visible, 512, &count));
     EXPECT(count == 0);
@@ -87,25 +91,26 @@ static void run(int32_t method) {
     for (int i = 0; i < 2; i++) {
         move_triangle(wall[i], i, 50);
     }
-    frames(1, 1);
+    frames(1, 1, is_committed);
     EXPECT(count == BEHIND + 1);
     /* Back, still opaque; then it goes, and a box comes under one of its ids. */
     for (int i = 0; i < 2; i++) {
         move_triangle(wall[i], i, 0);
     }
-    frames(FRAMES, 1);
+    frames(FRAMES, 1, is_committed);
     EXPECT(!hides || count == 3);
     EXPECT_OK(osp_scene_remove(scene, wall[0]));
     EXPECT_OK(osp_scene_remove(scene, wall[1]));
     EXPECT_OK(osp_scene_insert_boxes(scene, boxes, 1, again));
     EXPECT(again[0] == wall[1]);
-    frames(1, 1);
+    frames(1, 1, is_committed);
     EXPECT(count == BEHIND + 2 && is_visible(wall[1]));
     EXPECT_OK(osp_scene_free(scene));
 }
 
 void run_occlusion(void) {
     for (int32_t method = OSP_OCCLUSION_NONE; method <= OSP_OCCLUSION_AUTO; method++) {
-        run(method);
+        run(method, 0);
+        run(method, 1);
     }
 }
