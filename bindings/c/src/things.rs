@@ -44,8 +44,6 @@ struct Slot {
     thing: Option<Thing>,
     /// Whether the pipeline knows it.
     is_known: bool,
-    /// Whether what the pipeline knows was removed since, whatever came in its place.
-    is_replaced: bool,
     is_touched: bool,
 }
 
@@ -111,7 +109,6 @@ impl Things {
         let slot = self.slots.get_mut(id as usize).filter(|slot| slot.thing.is_some());
         let slot = slot.ok_or_else(|| unknown(id))?;
         slot.thing = None;
-        slot.is_replaced |= slot.is_known;
         self.free.push(id);
         self.count -= 1;
         self.touch(id);
@@ -136,13 +133,14 @@ impl Things {
         for id in self.touched.drain(..) {
             let slot = &mut self.slots[id as usize];
             let (was, is, id) = (slot.is_known, slot.thing.is_some(), PolygonId(id));
-            if was && (slot.is_replaced || !is) {
-                changes.push(Change::Remove(id));
-            }
-            if is {
-                changes.push(if was && !slot.is_replaced { Change::Update(id) } else { Change::Insert(id) });
-            }
-            (slot.is_known, slot.is_replaced, slot.is_touched) = (is, false, false);
+            // What came in the place of another thing is another shape of it.
+            changes.extend(match (was, is) {
+                (false, true) => Some(Change::Insert(id)),
+                (true, true) => Some(Change::Update(id)),
+                (true, false) => Some(Change::Remove(id)),
+                (false, false) => None,
+            });
+            (slot.is_known, slot.is_touched) = (is, false);
         }
     }
 }

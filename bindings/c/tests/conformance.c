@@ -126,6 +126,14 @@ static void view(const float *matrix) {
             osp_index_frustum(index_of_case, matrix, OSP_DEPTH_ZERO_TO_ONE, &untouched, answered > 1, &needed);
         EXPECT(needed == answered && (answered == 1 || (status == OSP_STATUS_BUFFER_TOO_SMALL && untouched == 77)));
     }
+    /* The same view as OpenGL has it. */
+    float opengl[16];
+    memcpy(opengl, matrix, sizeof opengl);
+    for (int column = 0; column < 4; column++) {
+        opengl[4 * column + 2] = 2 * matrix[4 * column + 2] - matrix[4 * column + 3];
+    }
+    EXPECT_OK(osp_index_frustum(index_of_case, opengl, OSP_DEPTH_MINUS_ONE_TO_ONE, found, MOST_ANSWER, &count));
+    EXPECT(count == answered && memcmp(found, answer, count * sizeof *found) == 0);
     names_of_file();
     EXPECT_OK(osp_scene_frustum(scene_of_case, matrix, OSP_DEPTH_ZERO_TO_ONE, found, MOST_ANSWER, &count));
     compare_with_scene(found, count);

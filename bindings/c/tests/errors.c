@@ -158,7 +158,18 @@ static void errors_of_index(void) {
     size_t bytes;
     EXPECT_OK(osp_index_memory(index, &bytes));
     EXPECT(bytes > 0);
+    REFUSED(NOT_COMMITTED, osp_index_box_query(index, &good, ids, 4, &count));
+    EXPECT_OK(osp_index_commit(index));
+    EXPECT_OK(osp_index_update(index, &id, &good, 1));
+    REFUSED(NOT_COMMITTED, osp_index_box_query(index, &good, ids, 4, &count));
+    EXPECT_OK(osp_index_commit(index));
+    EXPECT_OK(osp_index_box_query(index, &good, ids, 4, &count));
+    EXPECT(count == 3);
+    EXPECT_OK(osp_index_remove(index, 0));
+    REFUSED(NOT_COMMITTED, osp_index_box_query(index, &good, ids, 4, &count));
+    EXPECT_OK(osp_index_commit(index));
     EXPECT_OK(osp_index_clear(index));
+    REFUSED(NOT_COMMITTED, osp_index_box_query(index, &good, ids, 4, &count));
     EXPECT_OK(osp_index_commit(index));
     EXPECT_OK(osp_index_frustum(index, IDENTITY, 0, NULL, 0, &count));
     EXPECT(count == 0);
