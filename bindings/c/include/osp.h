@@ -72,11 +72,11 @@ enum OspStatus
      */
     OSP_STATUS_TOO_MANY = 4,
     /**
-     * A box has a number that is none or infinite, or min > max.
+     * A box has NaN or an infinite number in it, or min > max; or, in a scene, a coordinate beyond 1e15.
      */
     OSP_STATUS_INVALID_BOX = 5,
     /**
-     * A corner has a number that is none, or larger than 1e15, or an index names no vertex.
+     * A corner has NaN in it or a coordinate beyond 1e15, or an index names no vertex.
      */
     OSP_STATUS_INVALID_TRIANGLE = 6,
     /**
@@ -84,7 +84,7 @@ enum OspStatus
      */
     OSP_STATUS_UNKNOWN_ID = 7,
     /**
-     * The matrix shows no view that the function can take, or a plane has a number that is none.
+     * A matrix or plane has NaN or an infinite number in it, or the matrix has no inverse or is no view that the function takes.
      */
     OSP_STATUS_INVALID_VIEW = 8,
     /**

@@ -20,13 +20,13 @@ pub enum OspStatus {
     MisalignedPointer = 3,
     /// A count is larger than memory, or than the ids that there are (OSP_MAX_IDS).
     TooMany = 4,
-    /// A box has a number that is none or infinite, or min > max.
+    /// A box has NaN or an infinite number in it, or min > max; or, in a scene, a coordinate beyond 1e15.
     InvalidBox = 5,
-    /// A corner has a number that is none, or larger than 1e15, or an index names no vertex.
+    /// A corner has NaN in it or a coordinate beyond 1e15, or an index names no vertex.
     InvalidTriangle = 6,
     /// No box or triangle has this id, or it is of the other kind.
     UnknownId = 7,
-    /// The matrix shows no view that the function can take, or a plane has a number that is none.
+    /// A matrix or plane has NaN or an infinite number in it, or the matrix has no inverse or is no view that the function takes.
     InvalidView = 8,
     /// Another argument is out of its range.
     InvalidArgument = 9,
