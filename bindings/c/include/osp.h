@@ -13,7 +13,8 @@
  * that takes another one changes the object: if it meets another call with that handle, one of the two answers OSP_STATUS_BUSY and
  * has done nothing. Nobody waits. Only free must not meet any other call. Messages are kept for each thread.
  *
- * Space. World space; right-handed or left-handed, in any unit (times and sizes that are named in metres are for metres).
+ * Space. World space, right-handed or left-handed, in metres; another unit of a like size does as well (two points that are closer
+ * than 1e-7 may count as one where osp looks for occluders).
  */
 
 #ifndef OSP_H
