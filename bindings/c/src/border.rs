@@ -1,0 +1,255 @@
+//! The border to C: no panic passes it, and every pointer is read or written here.
+//!
+//! What cannot be checked is the caller's part, and stands in the header: a pointer that is not NULL points to as much memory
+//! as the function says, which nobody changes during the call, and a handle has not been freed.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::status::{Failure, OspStatus, Outcome, keep_message};
+
+/// Runs a call of C.
+pub(crate) fn border(call: impl FnOnce() -> Outcome<()>) -> OspStatus {
+    // What a panic leaves half done is behind a lock that is poisoned by it.
+    let outcome = catch_unwind(AssertUnwindSafe(call));
+    match outcome.unwrap_or_else(|panic| Err(Failure::panicked(&*panic))) {
+        Ok(()) => OspStatus::Ok,
+        Err(Failure { status, message }) => {
+            keep_message(message);
+            status
+        }
+    }
+}
+
+/// Whether a pointer may be read and written for `count` values.
+fn check<T>(pointer: *const T, count: usize, name: &str) -> Outcome<()> {
+    let failure = |status, what: &str| Err(Failure::new(status, format!("{name}: {what}")));
+    if pointer.is_null() {
+        return failure(OspStatus::NullPointer, "expected a pointer, found NULL");
+    }
+    if !pointer.is_aligned() {
+        let align = align_of::<T>();
+        return failure(
+            OspStatus::MisalignedPointer,
+            &format!("expected an address that {align} divides, found {pointer:p}"),
+        );
+    }
+    let bytes = count.checked_mul(size_of::<T>()).filter(|&bytes| isize::try_from(bytes).is_ok());
+    if bytes.and_then(|bytes| pointer.addr().checked_add(bytes)).is_none() {
+        return failure(OspStatus::TooMany, &format!("{count} values are more than memory holds"));
+    }
+    Ok(())
+}
+
+/// An object that C holds a handle of.
+///
+/// # Safety
+/// The handle is NULL, misaligned, or of an object that lives for `'a`.
+pub(crate) unsafe fn object<'a, T>(handle: *const T, name: &str) -> Outcome<&'a T> {
+    check(handle, 1, name)?;
+    // SAFETY: checked as far as it can be; the rest is the caller's part.
+    Ok(unsafe { &*handle })
+}
+
+/// A value.
+///
+/// # Safety
+/// See the module.
+pub(crate) unsafe fn value<T: Copy>(pointer: *const T, name: &str) -> Outcome<T> {
+    check(pointer, 1, name)?;
+    // SAFETY: checked as far as it can be; the rest is the caller's part.
+    Ok(unsafe { pointer.read() })
+}
+
+/// `N` numbers.
+///
+/// # Safety
+/// See the module.
+pub(crate) unsafe fn numbers<const N: usize>(pointer: *const f32, name: &str) -> Outcome<[f32; N]> {
+    check(pointer, N, name)?;
+    // SAFETY: checked as far as it can be; the rest is the caller's part. An array is aligned as its numbers are.
+    Ok(unsafe { pointer.cast::<[f32; N]>().read() })
+}
+
+/// A copy of a list; its pointer may be NULL if it is empty. Copied, because what is written may lie in the same memory.
+///
+/// # Safety
+/// See the module.
+pub(crate) unsafe fn list<T: Copy>(
+    pointer: *const T,
+    count: usize,
+    most: usize,
+    name: &str,
+) -> Outcome<Vec<T>> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    check(pointer, count, name)?;
+    if count > most {
+        let message = format!("{name}: expected at most {most} values, found {count}");
+        return Err(Failure::new(OspStatus::TooMany, message));
+    }
+    let mut copy = Vec::new();
+    if copy.try_reserve_exact(count).is_err() {
+        let message = format!("{name}: no memory for {count} values");
+        return Err(Failure::new(OspStatus::TooMany, message));
+    }
+    // SAFETY: checked as far as it can be; the rest is the caller's part.
+    copy.extend_from_slice(unsafe { std::slice::from_raw_parts(pointer, count) });
+    Ok(copy)
+}
+
+/// A place for one value.
+pub(crate) struct Out<T>(*mut T);
+
+impl<T: Copy> Out<T> {
+    /// # Safety
+    /// See the module.
+    pub(crate) unsafe fn new(pointer: *mut T, name: &str) -> Outcome<Self> {
+        check(pointer, 1, name)?;
+        Ok(Self(pointer))
+    }
+
+    pub(crate) fn set(&self, value: T) {
+        // SAFETY: whoever made this has promised it.
+        unsafe { self.0.write(value) }
+    }
+}
+
+/// A place for a list: the caller's, or none.
+pub(crate) struct OutList<T> {
+    pointer: *mut T,
+    room: usize,
+}
+
+impl<T: Copy> OutList<T> {
+    /// `pointer` may be NULL if there is room for nothing.
+    ///
+    /// # Safety
+    /// See the module.
+    pub(crate) unsafe fn new(pointer: *mut T, room: usize, name: &str) -> Outcome<Self> {
+        if room > 0 {
+            check(pointer, room, name)?;
+        }
+        Ok(Self { pointer, room })
+    }
+
+    /// Writes values until there is no room.
+    pub(crate) fn write(&self, values: impl Iterator<Item = T>) {
+        for (at, value) in values.take(self.room).enumerate() {
+            // SAFETY: whoever made this has promised it; `at` is less than `room`.
+            unsafe { self.pointer.add(at).write(value) }
+        }
+    }
+}
+
+/// The caller's place for an answer: ids, and how many there are.
+pub(crate) struct Answer {
+    ids: OutList<u32>,
+    count: Out<usize>,
+}
+
+impl Answer {
+    /// # Safety
+    /// See the module.
+    pub(crate) unsafe fn new(ids: *mut u32, room: usize, count: *mut usize) -> Outcome<Self> {
+        // SAFETY: the caller's part.
+        let answer =
+            unsafe { Self { count: Out::new(count, "count")?, ids: OutList::new(ids, room, "ids")? } };
+        answer.count.set(0);
+        Ok(answer)
+    }
+
+    /// Writes all `count` ids, or none.
+    pub(crate) fn write(&self, count: usize, ids: impl Iterator<Item = u32>) -> Outcome<()> {
+        let room = self.ids.room;
+        if count <= room {
+            self.ids.write(ids);
+        }
+        self.count.set(count);
+        if count <= room {
+            return Ok(());
+        }
+        Err(Failure::new(OspStatus::BufferTooSmall, format!("ids: expected room for {count}, found {room}")))
+    }
+}
+
+/// Gives an object to C.
+pub(crate) fn give<T>(object: T, out: &Out<*mut T>) {
+    out.set(Box::into_raw(Box::new(object)));
+}
+
+/// Takes an object back and frees it; NULL is none.
+///
+/// # Safety
+/// The handle is NULL, misaligned, or of an object that [`give`] gave, which is not used from now on.
+pub(crate) unsafe fn free<T>(handle: *mut T, name: &str) -> Outcome<()> {
+    if handle.is_null() {
+        return Ok(());
+    }
+    check(handle, 1, name)?;
+    // SAFETY: the caller's part.
+    drop(unsafe { Box::from_raw(handle) });
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::CStr;
+
+    use super::*;
+    use crate::{handle::Guarded, status::osp_last_error};
+
+    fn message() -> String {
+        // SAFETY: never NULL, and valid until the next failure.
+        unsafe { CStr::from_ptr(osp_last_error()) }.to_str().expect("plain text").to_owned()
+    }
+
+    #[test]
+    fn a_panic_becomes_a_status_and_poisons_what_it_changed() {
+        let object = Guarded::new(1);
+        let fault = border(|| {
+            let mut number = object.change()?;
+            *number += 1;
+            panic!("a zero\0 and an é");
+        });
+        assert_eq!(fault, OspStatus::Internal);
+        assert_eq!(message(), "a fault inside of osp: a zero? and an ?");
+        assert_eq!(border(|| object.read().map(drop)), OspStatus::Poisoned);
+        assert_eq!(border(|| object.change().map(drop)), OspStatus::Poisoned);
+        assert_eq!(border(|| Ok(())), OspStatus::Ok);
+    }
+
+    #[test]
+    fn two_threads_are_refused_where_one_of_them_changes() {
+        let object = Guarded::new(1);
+        let on_another = |is_change: bool| {
+            std::thread::scope(|scope| {
+                let call =
+                    || border(|| if is_change { object.change().map(drop) } else { object.read().map(drop) });
+                scope.spawn(call).join().expect("no panic passes the border")
+            })
+        };
+        let reading = object.read().expect("it is free");
+        assert_eq!(on_another(false), OspStatus::Ok);
+        assert_eq!(on_another(true), OspStatus::Busy);
+        drop(reading);
+        let changing = object.change().expect("it is free");
+        assert_eq!(on_another(false), OspStatus::Busy);
+        assert_eq!(on_another(true), OspStatus::Busy);
+        drop(changing);
+        assert_eq!(on_another(true), OspStatus::Ok);
+    }
+
+    #[test]
+    fn pointers_and_counts_are_checked() {
+        let numbers = [1.0f32; 4];
+        let status = |outcome: Outcome<()>| outcome.map_or_else(|failure| failure.status, |()| OspStatus::Ok);
+        let at = |bytes: usize| numbers.as_ptr().wrapping_byte_add(bytes);
+        assert_eq!(status(check(at(0), 4, "x")), OspStatus::Ok);
+        assert_eq!(status(check(std::ptr::null::<f32>(), 0, "x")), OspStatus::NullPointer);
+        assert_eq!(status(check(at(1), 1, "x")), OspStatus::MisalignedPointer);
+        for count in [usize::MAX, usize::MAX / 4 + 1, isize::MAX as usize / 4 + 1] {
+            assert_eq!(status(check(at(0), count, "x")), OspStatus::TooMany, "{count}");
+        }
+    }
+}

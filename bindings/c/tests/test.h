@@ -1,0 +1,32 @@
+/* What the tests share. */
+#ifndef OSP_TEST_H
+#define OSP_TEST_H
+
+#include "osp.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#define EXPECT(condition)                                                                                  \
+    do {                                                                                                   \
+        if (!(condition)) {                                                                                \
+            fprintf(stderr, "%s:%d: expected %s; the last message is \"%s\"\n", __FILE__, __LINE__,        \
+                    #condition, osp_last_error());                                                         \
+            exit(1);                                                                                       \
+        }                                                                                                  \
+    } while (0)
+
+#define EXPECT_OK(call) EXPECT((call) == OSP_STATUS_OK)
+
+/* Runs the cases on an index and on a scene; how many answers were compared. */
+int run_conformance(const char *path);
+/* Wrong arguments of every function. */
+void run_errors(void);
+/* Random arguments, good and bad, from a seed. */
+void run_fuzz(unsigned calls);
+/* What a wall hides, by every method; changes between frames. */
+void run_occlusion(void);
+/* Several threads with one handle. */
+void run_threads(void);
+
+#endif
