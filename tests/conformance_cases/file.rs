@@ -1,0 +1,127 @@
+//! The file of cases: one line, one step. `bindings/conformance.txt` begins with what each kind of line means.
+
+use std::fmt;
+
+use osp::{
+    glam::{Mat4, Vec3},
+    math::{Aabb, Ray, Sphere},
+};
+
+/// A step: a change, a question, or the answer that the question before it must get.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Step {
+    Case(String),
+    Box(u32, Aabb),
+    Remove(u32),
+    View(Mat4),
+    Visible(Vec<u32>),
+    BoxQuery(Aabb),
+    Sphere(Sphere),
+    Found(Vec<u32>),
+    Ray { ray: Ray, t_max: f32 },
+    Hit(Option<(u32, f32)>),
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ids = |f: &mut fmt::Formatter<'_>, ids: &[u32]| ids.iter().try_for_each(|id| write!(f, " {id}"));
+        match self {
+            Self::Case(name) => write!(f, "case {name}"),
+            Self::Box(id, bounds) => write!(f, "box {id}{}", Numbers(&corners(bounds))),
+            Self::Remove(id) => write!(f, "remove {id}"),
+            Self::View(clip_from_world) => write!(f, "view{}", Numbers(&clip_from_world.to_cols_array())),
+            Self::Visible(found) => f.write_str("visible").and_then(|()| ids(f, found)),
+            Self::BoxQuery(bounds) => write!(f, "boxquery{}", Numbers(&corners(bounds))),
+            Self::Sphere(Sphere { center, radius_m }) => {
+                write!(f, "sphere{}", Numbers(&[center.x, center.y, center.z, *radius_m]))
+            }
+            Self::Found(found) => f.write_str("found").and_then(|()| ids(f, found)),
+            Self::Ray { ray: Ray { origin: o, direction: d, .. }, t_max } => {
+                write!(f, "ray{}", Numbers(&[o.x, o.y, o.z, d.x, d.y, d.z, *t_max]))
+            }
+            Self::Hit(None) => f.write_str("hit none"),
+            Self::Hit(Some((id, t))) => write!(f, "hit {id}{}", Numbers(&[*t])),
+        }
+    }
+}
+
+fn corners(bounds: &Aabb) -> [f32; 6] {
+    let (low, high) = (bounds.min, bounds.max);
+    [low.x, low.y, low.z, high.x, high.y, high.z]
+}
+
+struct Numbers<'a>(&'a [f32]);
+
+impl fmt::Display for Numbers<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|number| {
+            // Without the sign of a zero.
+            let text = (number + 0.0).to_string();
+            // Some readers have 64 bits only and round what they have read.
+            let rounded_twice = text.parse::<f64>().map_or(f32::NAN, |number| number as f32);
+            assert_eq!(rounded_twice, *number, "{text} is read as another number");
+            write!(f, " {text}")
+        })
+    }
+}
+
+/// The steps of a file with the numbers of their lines.
+pub(crate) fn read(text: &str) -> Result<Vec<(usize, Step)>, String> {
+    let lines = text.lines().enumerate().map(|(at, line)| (at + 1, line.trim()));
+    let steps = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    steps.map(|(at, line)| step(line).map(|step| (at, step)).map_err(|e| format!("line {at}: {e}"))).collect()
+}
+
+fn step(line: &str) -> Result<Step, String> {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let (kind, words) = words.split_first().ok_or("expected a word")?;
+    let step = match *kind {
+        "case" => Step::Case(words.join(" ")),
+        "box" => {
+            let (id, words) = words.split_first().ok_or("expected an id")?;
+            Step::Box(parsed(id)?, bounds(words)?)
+        }
+        "remove" => {
+            let [id] = numbers(words)?;
+            Step::Remove(id)
+        }
+        "view" => Step::View(Mat4::from_cols_array(&numbers(words)?)),
+        "visible" => Step::Visible(all_ids(words)?),
+        "boxquery" => Step::BoxQuery(bounds(words)?),
+        "sphere" => {
+            let [x, y, z, radius_m] = numbers(words)?;
+            Step::Sphere(Sphere { center: Vec3::new(x, y, z), radius_m })
+        }
+        "found" => Step::Found(all_ids(words)?),
+        "ray" => {
+            let [ox, oy, oz, dx, dy, dz, t_max] = numbers(words)?;
+            Step::Ray { ray: Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)), t_max }
+        }
+        "hit" => match words {
+            ["none"] => Step::Hit(None),
+            [id, t] => Step::Hit(Some((parsed(id)?, parsed(t)?))),
+            _ => return Err(format!("expected `none` or an id and a t, found {words:?}")),
+        },
+        other => return Err(format!("no line begins with {other:?}")),
+    };
+    Ok(step)
+}
+
+fn parsed<T: std::str::FromStr>(word: &str) -> Result<T, String> {
+    word.parse().map_err(|_| format!("expected a number, found {word:?}"))
+}
+
+fn numbers<T: std::str::FromStr, const N: usize>(words: &[&str]) -> Result<[T; N], String> {
+    let numbers = words.iter().map(|word| parsed(word)).collect::<Result<Vec<T>, _>>()?;
+    numbers.try_into().map_err(|found: Vec<T>| format!("expected {N} numbers, found {}", found.len()))
+}
+
+fn bounds(words: &[&str]) -> Result<Aabb, String> {
+    let [ax, ay, az, bx, by, bz] = numbers(words)?;
+    Ok(Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)))
+}
+
+fn all_ids(words: &[&str]) -> Result<Vec<u32>, String> {
+    let ids = words.iter().map(|word| parsed(word)).collect::<Result<Vec<u32>, _>>()?;
+    if ids.is_sorted_by(|a, b| a < b) { Ok(ids) } else { Err("expected ids in ascending order".into()) }
+}
