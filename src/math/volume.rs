@@ -99,6 +99,16 @@ impl Frustum {
     /// Gil Gribb and Klaus Hartmann, "Fast Extraction of Viewing Frustum Planes from the World-View-Projection Matrix"
     /// (2001).
     pub fn from_matrix(clip_from_space: &Mat4) -> Self {
+        Self::from_matrix_of_depth(clip_from_space, 0.0)
+    }
+
+    /// [`Frustum::from_matrix`] for the clip space of OpenGL, where z goes from -w to w, in either direction.
+    pub fn from_opengl_matrix(clip_from_space: &Mat4) -> Self {
+        Self::from_matrix_of_depth(clip_from_space, -1.0)
+    }
+
+    /// `lowest` is the least depth, after the division by w; the largest is 1.
+    fn from_matrix_of_depth(clip_from_space: &Mat4, lowest: f64) -> Self {
         let row = |i| clip_from_space.row(i).as_dvec4();
         let (x, y, z, w) = (row(0), row(1), row(2), row(3));
         // What is left of a plane at infinity is rounding.
@@ -109,9 +119,9 @@ impl Frustum {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(clip_x, clip_y)| space_from_clip * DVec4::new(clip_x, clip_y, clip_z, 1.0))
         };
-        let corners = Corners { near: corners_at(0.0), far: corners_at(1.0), depth: w };
+        let corners = Corners { near: corners_at(lowest), far: corners_at(1.0), depth: w };
         Self::new(
-            [w + x, w - x, w + y, w - y, z, w - z]
+            [w + x, w - x, w + y, w - y, z - w * lowest, w - z]
                 .map(|side| if is_plane(side) { corners.plane(side) } else { EVERYTHING }),
         )
     }

@@ -153,6 +153,8 @@ fn ask(
     match (question, answer) {
         (Question::View(matrix), Step::Visible(expected)) => {
             same("its planes", &in_frustum(index, &Frustum::from_matrix(matrix))?, expected)?;
+            let opengl = Frustum::from_opengl_matrix(&with_opengl_depth(matrix));
+            same("its planes with OpenGL's depth", &in_frustum(index, &opengl)?, expected)?;
             if is_perspective(matrix) {
                 let view =
                     View::from_matrix(matrix, ClipDepth::ZeroToOne).ok_or("no view has this matrix")?;
@@ -193,6 +195,13 @@ fn ask(
         }
         _ => Err(format!("{answer} answers another question")),
     }
+}
+
+/// The same view with depth from -1 to 1. What the numbers lose by it is far below the distances that the cases keep.
+fn with_opengl_depth(clip_from_world: &Mat4) -> Mat4 {
+    let mut rows = clip_from_world.transpose();
+    rows.z_axis = rows.z_axis * 2.0 - rows.w_axis;
+    rows.transpose()
 }
 
 /// The boxes that a frustum may see, found in three ways.
