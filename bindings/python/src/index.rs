@@ -167,7 +167,7 @@ impl Index {
     /// beside a corner of the frustum may be reported, as boxes are tested against one plane after the other.)
     ///
     /// `view` is a `View`, or a matrix with its `depth` as `View.from_matrix` takes them. A matrix may also be a parallel
-    /// projection (with depths from zero to one), as the maps of a sun's shadows have.
+    /// projection, as the maps of a sun's shadows have.
     ///
     /// `ValueError`: as for `View.from_matrix`.
     #[pyo3(signature = (view, depth=None))]

@@ -190,12 +190,10 @@ impl View {
             let matrix = arrays::matrix(view, "view")?;
             let is_parallel = matrix.row(3).truncate() == Vec3::ZERO && matrix.determinant() != 0.0;
             if is_parallel && matrix.row(3).w > 0.0 {
-                return match clip_depth(depth.unwrap_or("zero-to-one"))? {
-                    ClipDepth::ZeroToOne => Ok(Frustum::from_matrix(&matrix)),
-                    ClipDepth::MinusOneToOne => Err(PyValueError::new_err(
-                        "view: expected depths from zero to one of a parallel projection: (row 2 + row 3) / 2 instead of row 2",
-                    )),
-                };
+                return Ok(match clip_depth(depth.unwrap_or("zero-to-one"))? {
+                    ClipDepth::ZeroToOne => Frustum::from_matrix(&matrix),
+                    ClipDepth::MinusOneToOne => Frustum::from_opengl_matrix(&matrix),
+                });
             }
         }
         Ok(Self::of(view, depth)?.frustum())

@@ -18,9 +18,9 @@ def with_opengl_depth(matrix):
 
 def check_view(index, matrix, expected):
     assert index.frustum(matrix).tolist() == expected
+    assert index.frustum(with_opengl_depth(matrix), "minus-one-to-one").tolist() == expected
     if matrix[3, :3].any():
         assert index.frustum(osp.View.from_matrix(matrix)).tolist() == expected
-        assert index.frustum(with_opengl_depth(matrix), "minus-one-to-one").tolist() == expected
 
 
 def check_ray(index, ray, expected):

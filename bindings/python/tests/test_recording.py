@@ -1,5 +1,6 @@
 """Recordings as arrays."""
 
+import io
 import pathlib
 import zipfile
 
@@ -121,11 +122,11 @@ def test_errors_name_the_file_and_the_place(session, tmp_path):
 
 def test_a_damaged_tilt_names_the_byte(tmp_path):
     path = tmp_path / "a.tilt"
-    with path.open("wb") as file:
-        file.write(b"tilT" + bytes([16, 0, 1, 0]) + bytes(8))
-        with zipfile.ZipFile(file, "a") as archive:
-            archive.writestr("metadata.json", '{"BrushIndex": []}')
-            archive.writestr("data.sketch", b"\x12\x34\x56\x78\0\0")
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.writestr("metadata.json", '{"BrushIndex": []}')
+        archive.writestr("data.sketch", b"\x12\x34\x56\x78\0\0")
+    path.write_bytes(b"tilT" + bytes([16, 0, 1, 0]) + bytes(8) + packed.getvalue())
     with pytest.raises(osp.RecordingError, match=r"a\.tilt/data\.sketch, byte \d+: expected") as damage:
         osp.open(path)
     assert damage.value.byte is not None and damage.value.line is None
