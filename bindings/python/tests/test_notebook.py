@@ -33,7 +33,7 @@ def test_the_notebook_answers_for_a_shipped_recording(monkeypatch, tmp_path):
     monkeypatch.setenv("OSP_NOTEBOOK_CHART", str(chart))
     printed = run(monkeypatch)
     verdict = re.search(
-        r"portrait\.ron: take ([\w-]+): ([\d.]+) µs a frame .* over (\d+) frames, .* next is ([\w-]+) with ([\d.]+) µs, "
+        r"portrait\.ron: take ([\w-]+)(?: \(or [\w, -]+ %\))?: ([\d.]+) µs a frame .* over (\d+) frames, .* next is ([\w-]+) with ([\d.]+) µs, "
         r"and brute-force takes ([\d.]+) µs\.",
         printed,
     )
