@@ -14,6 +14,9 @@ use pyo3::{
 
 use crate::{arrays, errors, view::View};
 
+/// A column of an answer.
+type Column<'py, T> = Bound<'py, PyArray1<T>>;
+
 /// A spatial index of boxes: they come, move and go at any time, and nothing is ever rebuilt.
 ///
 /// Each box has an id: a whole number that you choose, or that `insert` counts up. Small ids without gaps cost the least
@@ -86,7 +89,7 @@ impl Index {
         boxes: &Bound<'py, PyAny>,
         maxs: Option<&Bound<'py, PyAny>>,
         ids: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    ) -> PyResult<Column<'py, u32>> {
         let boxes = arrays::boxes(boxes, maxs)?;
         let ids = ids.map(arrays::ids).transpose()?;
         let ids = py.detach(|| self.change(|inner| inner.insert(ids, &boxes)))?;
@@ -145,7 +148,7 @@ impl Index {
 
     /// All ids, ascending.
     #[getter]
-    fn ids<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    fn ids<'py>(&self, py: Python<'py>) -> PyResult<Column<'py, u32>> {
         let ids = py.detach(|| {
             let inner = self.read()?;
             let in_use = (0..inner.boxes.len() as u32).map(PolygonId);
@@ -176,7 +179,7 @@ impl Index {
         py: Python<'py>,
         view: &Bound<'py, PyAny>,
         depth: Option<&str>,
-    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    ) -> PyResult<Column<'py, u32>> {
         let frustum = View::frustum_of(view, depth)?;
         self.ask(py, |inner| {
             let mut visible = VisibleBlocks::new();
@@ -192,7 +195,7 @@ impl Index {
         py: Python<'py>,
         min: &Bound<'py, PyAny>,
         max: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    ) -> PyResult<Column<'py, u32>> {
         let bounds = arrays::one_box(min, max)?;
         self.ask(py, |inner| {
             let mut ids = Vec::new();
@@ -207,7 +210,7 @@ impl Index {
         py: Python<'py>,
         center: &Bound<'py, PyAny>,
         radius_m: f64,
-    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    ) -> PyResult<Column<'py, u32>> {
         let center = arrays::vector(center, "center")?;
         let radius_m = arrays::round_up(radius_m);
         if !(radius_m >= 0.0 && radius_m.is_finite()) {
@@ -249,7 +252,7 @@ impl Index {
         origins: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
         t_max: f64,
-    ) -> PyResult<(Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f32>>)> {
+    ) -> PyResult<(Column<'py, i64>, Column<'py, f32>)> {
         let (origins, directions) =
             (arrays::vectors(origins, "origins")?, arrays::vectors(directions, "directions")?);
         if origins.len() != directions.len() {
@@ -279,7 +282,7 @@ impl Index {
         py: Python<'py>,
         point: &Bound<'py, PyAny>,
         count: usize,
-    ) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<f32>>)> {
+    ) -> PyResult<(Column<'py, u32>, Column<'py, f32>)> {
         let point = arrays::vector(point, "point")?;
         let found = py.detach(|| {
             let inner = self.read()?;
@@ -324,7 +327,7 @@ impl Index {
         &self,
         py: Python<'py>,
         query: impl Fn(&Inner) -> Vec<PolygonId> + Send + Sync,
-    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    ) -> PyResult<Column<'py, u32>> {
         let ids = py.detach(|| {
             let inner = self.read()?;
             let mut ids = query(&inner);
@@ -448,6 +451,6 @@ fn limit(t_max: f64) -> PyResult<f32> {
     Err(PyValueError::new_err(format!("t_max: expected a number, 0 or more; found {t_max}")))
 }
 
-fn numbers(py: Python<'_>, ids: Vec<PolygonId>) -> Bound<'_, PyArray1<u32>> {
+fn numbers(py: Python<'_>, ids: Vec<PolygonId>) -> Column<'_, u32> {
     ids.into_iter().map(|id| id.0).collect::<Vec<_>>().into_pyarray(py)
 }

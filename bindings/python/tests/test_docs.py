@@ -3,6 +3,8 @@
 import doctest
 import inspect
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -51,3 +53,9 @@ def test_examples_are_true(name, recordings, monkeypatch):
 def test_there_are_examples():
     assert sum(">>>" in (text or "") for text in EXAMPLES.values()) >= 10
     assert osp.__version__ == "0.1.0"
+
+
+def test_the_example_of_many_boxes():
+    script = HERE / "examples" / "million_boxes.py"
+    ran = subprocess.run([sys.executable, str(script), "20000"], capture_output=True, text=True, check=True)
+    assert "20,000 boxes: inserted in" in ran.stdout and "numpy takes" in ran.stdout
