@@ -1,16 +1,16 @@
-use std::sync::Mutex;
+use std::sync::OnceLock;
 
 use numpy::{IntoPyArray, PyArray1, PyArray3};
 use osp::{
     glam::Vec3,
     index::{IndexConfig, Osp, SpatialIndex},
     math::Aabb,
-    occlusion::{Occlusion, OcclusionConfig, OcclusionStage, SelectConfig},
+    occlusion::{CullConfig, OccluderPool, Occlusion, OcclusionVisitor, PoolConfig, SelectConfig, Selector},
     polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
 
-use crate::{arrays, errors, names, view::View};
+use crate::{arrays, names, view::View};
 
 /// Occluders of a view, if the caller names no number.
 const OCCLUDERS: usize = 64;
@@ -39,20 +39,14 @@ pub(crate) struct Mesh {
     triangles: Triangles,
     /// Not in the object itself: Python's memory is aligned to 16 bytes only.
     index: Box<Osp>,
-    /// The candidates for occluders, as the last call has used them.
-    stage: Mutex<Option<Box<Stage>>>,
+    /// The candidates for occluders, found when a method first asks for them.
+    pool: OnceLock<Box<OccluderPool>>,
 }
 
 impl std::fmt::Debug for Mesh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Mesh").field("triangles", &self.triangles.corners.len()).finish_non_exhaustive()
     }
-}
-
-struct Stage {
-    method: Occlusion,
-    occluders: usize,
-    stage: OcclusionStage,
 }
 
 /// Triangles as osp asks for them.
@@ -130,11 +124,10 @@ impl Mesh {
             return Err(PyValueError::new_err(message));
         }
         let mask = py.detach(|| {
-            let drawn = self.cull(&view, method, occluders)?;
             let mut mask = vec![false; self.triangles.corners.len()];
-            drawn.ids().for_each(|id| mask[id.index()] = true);
-            Ok::<_, PyErr>(mask)
-        })?;
+            self.cull(&view, method, occluders).iter().for_each(|id| mask[id.index()] = true);
+            mask
+        });
         Ok(mask.into_pyarray(py))
     }
 
@@ -168,31 +161,37 @@ impl Mesh {
             inserted.map_err(|error| PyValueError::new_err(error.to_string()))?;
         }
         index.commit();
-        Ok(Self { triangles, index, stage: Mutex::new(None) })
+        Ok(Self { triangles, index, pool: OnceLock::new() })
     }
 
-    /// What is in view and, if a method is given, not found to be hidden.
-    fn cull(&self, view: &View, method: Option<Occlusion>, occluders: usize) -> PyResult<VisibleBlocks> {
+    /// What is in view and, if a method is given, not found to be hidden. Nothing is remembered from view to view, so that the
+    /// answer depends on the view alone.
+    fn cull(&self, view: &View, method: Option<Occlusion>, occluders: usize) -> Vec<PolygonId> {
         let frustum = view.frustum();
-        let mut in_view = VisibleBlocks::new();
-        self.index.frustum_cull_blocks(&frustum, &mut in_view);
-        let (Some(method), Some(window)) = (method, view.view.window()) else { return Ok(in_view) };
+        let mut drawn = Vec::new();
+        let (Some(method), Some(window)) = (method, view.view.window()) else {
+            let mut in_view = VisibleBlocks::new();
+            self.index.frustum_cull_blocks(&frustum, &mut in_view);
+            return in_view.to_vec();
+        };
+        let mut selector = Selector::new(SelectConfig { occluders, ..SelectConfig::default() });
+        selector.select(self.pool(), &self.triangles, &window);
+        let mut culler = method.create(occluders);
+        culler.build(&window, selector.chosen());
+        let tests = CullConfig::default();
+        let mut visitor = OcclusionVisitor::new(&*culler, &self.triangles, tests, &mut drawn);
+        self.index.traverse(&frustum, &mut visitor);
+        drawn
+    }
 
-        let mut kept = self.stage.lock().map_err(|_| errors::broken())?;
-        if kept.as_ref().is_none_or(|kept| (kept.method, kept.occluders) != (method, occluders)) {
-            let select = SelectConfig { occluders, ..SelectConfig::default() };
-            let mut stage =
-                OcclusionStage::new(method, OcclusionConfig { select, ..OcclusionConfig::default() });
+    fn pool(&self) -> &OccluderPool {
+        self.pool.get_or_init(|| {
+            let mut pool = Box::new(OccluderPool::new(PoolConfig::default()));
             let changes = ids(&self.triangles).map(Change::Insert).collect::<Vec<_>>();
-            stage.load(&self.triangles, &changes);
-            *kept = Some(Box::new(Stage { method, occluders, stage }));
-        }
-        let Some(Stage { stage, .. }) = kept.as_deref_mut() else { return Ok(in_view) };
-        stage.select(&self.triangles, &window);
-        stage.build(&window);
-        let mut drawn = VisibleBlocks::new();
-        stage.thin_out(&*self.index, &self.triangles, &frustum, &in_view, &mut drawn);
-        Ok(drawn)
+            pool.follow(&self.triangles, &changes);
+            pool.join_walls(&self.triangles);
+            pool
+        })
     }
 }
 

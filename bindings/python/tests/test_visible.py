@@ -1,5 +1,7 @@
 """What a camera sees of a mesh, against rays."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import osp
 import pytest
@@ -101,14 +103,19 @@ def test_a_mesh_of_trimesh():
 
 
 def test_the_same_view_gives_the_same_answer_whatever_came_before(rng):
-    triangles = np.concatenate([wall(-3, 1.5), crowd(rng, 400, (-4, -4, -9), (4, 4, -1), 0.3)])
+    walls = [wall(-2 - i / 4, 0.4) + np.float32([rng.uniform(-3, 3), rng.uniform(-2, 2), 0]) for i in range(60)]
+    triangles = np.concatenate([*walls, crowd(rng, 400, (-8, -4, -30), (8, 4, -18), 0.3)]).astype(np.float32)
     mesh = osp.Mesh(triangles)
-    views = [osp.View.look_at((x, 0, 0), (0, 0, -6)) for x in (-1, 0, 1)]
-    alone = [osp.visible(view, triangles, "msvbsp") for view in views]
-    for method in ["depth", "msvbsp", None, "msvbsp"]:
-        for view, answer in zip(views, alone):
-            seen = mesh.visible(view, method)
-            assert method != "msvbsp" or (seen == answer).all()
+    views = [osp.View.look_at(rng.uniform(-1, 1, 3), (0, 0, -20)) for _ in range(12)]
+    for method in ["depth", "msvbsp"]:
+        alone = [osp.visible(view, triangles, method, occluders=8) for view in views]
+        assert sum(int((mesh.visible(view) & ~seen).sum()) for view, seen in zip(views, alone)) > 50
+        for _ in range(2):
+            for view, answer in zip(views, alone):
+                assert (mesh.visible(view, method, occluders=8) == answer).all()
+    with ThreadPoolExecutor(4) as pool:
+        again = pool.map(lambda view: mesh.visible(view, "msvbsp", occluders=8), views)
+        assert all((seen == answer).all() for seen, answer in zip(again, alone))
 
 
 def test_strange_meshes():
