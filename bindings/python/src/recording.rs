@@ -227,7 +227,8 @@ impl Recording {
                 strokes.push(stroke.id().map_or(-1, |id| i64::from(id.0)));
                 counts.push(vertices.len() as u8);
                 colors.push([r, g, b, a]);
-                opaque.push(self.scene.may_occlude(id));
+                // A brush with holes hides by a part of the polygon only.
+                opaque.push(self.scene.occluder(id) == Some(polygon));
             }
         });
         let table = PyDict::new(py);

@@ -62,6 +62,24 @@ def test_a_session_is_read_to_its_arrays(session):
     assert np.allclose(sketch.bounds[1], sketch.triangles.max(axis=(0, 1)))
 
 
+def test_only_opaque_paint_hides(tmp_path):
+    """A quad before the eye, of several kinds, and a small one behind it."""
+    corners = "[(-1.0,-1.0,-2.0),(1.0,-1.0,-2.0),(1.0,1.0,-2.0),(-1.0,1.0,-2.0)]"
+    behind = "Polygon(t:2.0,vertices:[(-0.1,0.0,-4.0),(0.1,0.0,-4.0),(0.0,0.1,-4.0)],color:(1.0,0.0,0.0,1.0))"
+    view = osp.View.look_at((0, 0, 0), (0, 0, -1))
+    # Plain paint, the same half transparent, a brush with holes, light that is added.
+    for brush, alpha, hides in [("", 1, True), ("", 0.5, False), ("CelVinyl", 1, False), ("Light", 1, False)]:
+        paint = f',paint:Some((brush:"{brush}"))' if brush else ""
+        begin = BEGIN.format(1, "Ribbon", paint).replace("1.0,0.5,0.25,1.0", f"1.0,0.5,0.25,{alpha:.1f}")
+        front = f"Polygon(t:1.0,stroke:1,vertices:{corners},color:(0.0,0.0,1.0,{alpha:.1f}))"
+        path = tmp_path / "a.ron"
+        path.write_text("\n".join(['Header(format:2)', begin, front, "End(t:1.5,stroke:1)", behind]) + "\n")
+        sketch = osp.open(path)
+        assert sketch.polygons["opaque"].tolist() == [hides, True]
+        assert sketch.mesh.visible(view).all()
+        assert sketch.mesh.visible(view, "msvbsp").tolist() == [True, True, not hides]
+
+
 def test_tables_become_data_frames(session):
     sketch = osp.open(session)
     frame = sketch.points.to_pandas()

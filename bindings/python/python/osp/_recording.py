@@ -50,7 +50,7 @@ class Recording:
     >>> sketch = osp.open(recordings / "portrait.ron")
     >>> sketch.strokes["tool"][:3].tolist()
     ['ribbon', 'ribbon', 'ribbon']
-    >>> seen = osp.visible(sketch.whole_view(), sketch.triangles, "msvbsp")
+    >>> seen = sketch.mesh.visible(sketch.whole_view(), "msvbsp")
     >>> 0 < len(sketch.triangles[seen]) <= len(sketch.triangles)
     True
     """
@@ -134,13 +134,13 @@ class Recording:
     @cached_property
     def polygons(self) -> Table:
         """A row for each polygon of the model at the end: `polygon` (its number), `stroke` (-1 if it has none), `corners`
-        (n, 4, 3), where a triangle repeats its last corner, `corner_count` (3 or 4), `color` (n, 4), `opaque` (whether it
-        hides what is behind it)."""
+        (n, 4, 3), where a triangle repeats its last corner, `corner_count` (3 or 4), `color` (n, 4), `opaque` (whether
+        all of it hides what is behind it). Particles, which turn to the eye, lie as they are stored."""
         return Table(self._model["polygons"])
 
     @property
     def triangles(self) -> NDArray[np.float32]:
-        """The model at the end as triangles, of the shape (n, 3, 3): for `osp.visible` and `osp.Mesh`."""
+        """The model at the end as triangles, of the shape (n, 3, 3)."""
         triangles: NDArray[np.float32] = self._model["triangles"]
         return triangles
 
@@ -149,6 +149,12 @@ class Recording:
         """For each triangle the row of its polygon: `polygons["color"][polygon_of_triangle]` are their colours."""
         rows: NDArray[np.uint32] = self._model["polygon_of_triangle"]
         return rows
+
+    @cached_property
+    def mesh(self) -> _native.Mesh:
+        """The triangles as an `osp.Mesh`, in which only opaque paint hides what is behind it:
+        `sketch.mesh.visible(view, "msvbsp")` has a truth value for each of them."""
+        return _native.Mesh(self.triangles, opaque=self.polygons["opaque"][self.polygon_of_triangle])
 
     @property
     def time_span_secs(self) -> Optional[Tuple[float, float]]:
