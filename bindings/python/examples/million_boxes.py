@@ -1,0 +1,46 @@
+"""A million boxes: times of the index, and of numpy that tests every box. The answers are compared, too.
+
+python million_boxes.py [COUNT]
+"""
+
+import sys
+import time
+
+import numpy as np
+
+import osp
+
+
+def fastest_ms(work, repeats=5):
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        answer = work()
+        times.append(time.perf_counter() - start)
+    return 1000 * min(times), answer
+
+
+def in_frustum(planes, boxes):
+    seen = np.ones(len(boxes), dtype=bool)
+    for nx, ny, nz, d in planes:
+        # The corner that lies farthest along the normal.
+        x, y, z = (boxes[:, axis + 3 * (n >= 0)] for axis, n in enumerate((nx, ny, nz)))
+        seen &= ((nx * x + ny * y) + nz * z) + d >= 0
+    return np.flatnonzero(seen)
+
+
+count = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
+rng = np.random.default_rng(1)
+mins = rng.uniform(-50, 50, (count, 3)).astype(np.float32)
+boxes = np.hstack([mins, mins + np.float32(0.1)])
+index = osp.Index(root_center=(0, 0, 0), root_size_m=100, capacity=count)
+
+insert_ms, ids = fastest_ms(lambda: index.insert(boxes), repeats=1)
+view = osp.View.look_at(eye=(0, 0, 0), target=(0, 0, -1))
+osp_ms, seen = fastest_ms(lambda: index.frustum(view))
+numpy_ms, expected = fastest_ms(lambda: in_frustum(view.frustum_planes, boxes))
+assert np.array_equal(seen, expected)
+moved = boxes[:1000] + np.float32(0.5)
+update_ms, _ = fastest_ms(lambda: index.update(ids[:1000], moved))
+print(f"{count:,} boxes: inserted in {insert_ms:,.0f} ms, 1,000 moved in {update_ms:.2f} ms")
+print(f"frustum: {len(seen):,} found in {osp_ms:.2f} ms; numpy takes {numpy_ms:.1f} ms for the same answer")

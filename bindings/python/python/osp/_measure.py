@@ -1,0 +1,187 @@
+"""Recordings through spatial structures and occlusion culling, measured."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Dict, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _native
+from ._table import Table
+
+_INDEXES = ("brute-force", "osp-paper", "osp", "octree-rebuild")
+_METHODS = tuple(_native.OCCLUSION_METHODS)
+
+
+def _names(names: Union[str, Sequence[str]]) -> Sequence[str]:
+    return [names] if isinstance(names, str) else list(names)
+
+
+class Replay(Table):
+    """What `osp.replay` measures: a row for each frame of each index.
+
+    | column | what it is |
+    | --- | --- |
+    | `index`, `occlusion` | names of the structure and of the method of occlusion culling |
+    | `frame` | number of the frame, from 0 |
+    | `inserted`, `removed`, `updated` | polygons that came, went and moved in this frame |
+    | `polygons`, `visible`, `drawn` | polygons in the model, in the frustum, and left to draw by occlusion culling |
+    | `boxes_tested` | boxes that the frustum was tested against |
+    | `insert_ns`, `cull_ns`, `occlusion_ns`, `frame_ns` | time to follow the changes (with a rebuild), to cull by the frustum, by occlusion, and of all three, nanoseconds |
+    | `timed` | False: frames before this one were skipped (`budget_secs`), so that its times are not its own |
+    | `fingerprint` | a hash of the polygons in the frustum, uint64: equal for equal sets |
+    """
+
+    summary: Table
+    """A row for each index (and method): `index`, `occlusion`, `frames` (measured), `insert_us`, `cull_us` (medians),
+    `frame_us_p50`, `frame_us_p95`, `frame_us_p99`, `frame_us_max`, `visible`, `drawn` (means), `memory_bytes`, `fingerprint`
+    (of the session, 16 hexadecimal digits, as `osp replay` prints it; empty if frames were left out)."""
+
+    agree: bool
+    """Whether all structures saw the same polygons in every frame."""
+
+    def __init__(self, columns: Dict[str, Any], about: Dict[str, Any]) -> None:
+        runs = columns.pop("run")
+        names = {key: np.array(about[key], dtype=str) for key in ("index", "occlusion")}
+        super().__init__({key: of_runs[runs] for key, of_runs in names.items()})
+        self.update(columns)
+        self["frame_ns"] = self["insert_ns"] + self["cull_ns"] + self["occlusion_ns"]
+        self.agree = _is_one_value_a_frame(self["frame"], self["fingerprint"])
+        self.summary = Table(names)
+        rows = [self._summary_row(runs == run) for run in range(len(names["index"]))]
+        for key in rows[0]:
+            self.summary[key] = np.array([row[key] for row in rows])
+        self.summary["memory_bytes"] = np.array(about["bytes"], dtype=np.uint64)
+        self.summary["fingerprint"] = np.array([value or "" for value in about["fingerprint"]], dtype=str)
+
+    def _summary_row(self, of_run: np.ndarray[Any, Any]) -> Dict[str, float]:
+        timed = of_run & self["timed"]
+
+        def percentile(column: str, percent: float) -> float:
+            values = self[column][timed]
+            return float(np.percentile(values, percent)) / 1000 if len(values) else float("nan")
+
+        def mean(column: str) -> float:
+            return float(self[column][of_run].mean()) if of_run.any() else float("nan")
+
+        frame_us = {f"frame_us_{name}": percentile("frame_ns", q) for name, q in _PERCENTILES.items()}
+        medians = {"insert_us": percentile("insert_ns", 50), "cull_us": percentile("cull_ns", 50)}
+        return {
+            "frames": int(of_run.sum()),
+            **medians,
+            **frame_us,
+            "visible": mean("visible"),
+            "drawn": mean("drawn"),
+        }
+
+
+_PERCENTILES = {"p50": 50, "p95": 95, "p99": 99, "max": 100}
+
+
+def _is_one_value_a_frame(frames: np.ndarray[Any, Any], values: np.ndarray[Any, Any]) -> bool:
+    if len(frames) == 0:
+        return True
+    order = np.argsort(frames, kind="stable")
+    starts = np.flatnonzero(np.diff(frames[order], prepend=frames[order][0] + 1) != 0)
+    least, largest = (pick.reduceat(values[order], starts) for pick in (np.minimum, np.maximum))
+    return bool((least == largest).all())
+
+
+def replay(
+    path: Union[str, os.PathLike[str]],
+    indexes: Union[str, Sequence[str]] = _INDEXES,
+    *,
+    occlusion: Union[str, Sequence[str]] = (),
+    pace: str = "samples:16",
+    camera: str = "auto",
+    budget_secs: float = 10.0,
+    lenient: bool = False,
+    max_polygons: Optional[int] = None,
+) -> Replay:
+    """Plays a recording frame by frame through several structures, with the same polygons and the same view for each.
+
+    `indexes` are names of `osp.INDEXES`. With `occlusion` (`none`, `auto`, `depth-last` or one of `osp.OCCLUSION_METHODS`;
+    several are compared) each structure also culls what is hidden. `pace` is `samples:N`, N samples of the hand a frame, or
+    `recorded`, by the time stamps. `camera` is `auto` (the recorded head, else the session's own camera, else `orbit`),
+    `orbit`, `follow` or `inside`. An index is timed for `budget_secs` at most, on evenly spaced parts of the session. `lenient`
+    and `max_polygons` are as in `osp.open`.
+
+    Times are of this machine, on one thread; fingerprints are the same everywhere. Errors are those of `osp.open`, and
+    `ValueError` for an unknown name or a number out of its range.
+
+    >>> table = osp.replay(recordings / "room.ron", ["brute-force", "osp"], pace="samples:64")
+    >>> table.agree
+    True
+    >>> table.summary["fingerprint"][0] == table.summary["fingerprint"][1]
+    True
+    >>> import pandas
+    >>> pandas.DataFrame(table).groupby("index")["visible"].max().tolist() == [table["visible"].max()] * 2
+    True
+    """
+    columns, about = _native.replay_frames(
+        path, _names(indexes), _names(occlusion), pace, camera, budget_secs, lenient, max_polygons
+    )
+    return Replay(columns, about)
+
+
+class Verification(Table):
+    """What `osp.verify` finds: a row for each method of occlusion culling and number of occluders, summed over the views.
+
+    | column | what it is |
+    | --- | --- |
+    | `occlusion`, `occluders` | name of the method, most occluders in a view |
+    | `conservative` | whether it promises to hide nothing that can be seen |
+    | `views` | views that were compared |
+    | `false_culls` | polygons that can be seen and were left out: 0 for a conservative method |
+    | `misreported` | polygons reported twice, or that are not in view |
+    | `hidden`, `hidden_culled`, `hidden_culled_percent` | polygons in view that cannot be seen, and those of them that were found |
+    | `drawn` | polygons that were left to draw |
+    | `select_ns`, `build_ns`, `query_ns` | time to choose occluders, to build from them, to test, nanoseconds |
+    | `failed` | whether the method broke its promise |
+    """
+
+    seen: Dict[str, int]
+    """Sums over the views that do not depend on a method: `views`, `in_view` (polygons in the frustum), `visible` and `hidden`
+    (of these, what can and cannot be seen), `lost` (polygons in view that the frustum left out: 0)."""
+
+    ok: bool
+    """Whether no method broke its promise and the frustum left out nothing."""
+
+    def __init__(self, columns: Dict[str, Any], seen: Dict[str, int]) -> None:
+        super().__init__(columns)
+        self.seen = dict(seen)
+        self.ok = self.seen["lost"] == 0 and not self["failed"].any()
+
+
+def verify(
+    path: Union[str, os.PathLike[str]],
+    occlusion: Union[str, Sequence[str]] = _METHODS,
+    *,
+    occluders: Union[int, Sequence[int]] = 64,
+    views: int = 8,
+    pixels: Tuple[int, int] = (1280, 720),
+    whole: bool = False,
+    pace: str = "samples:16",
+    camera: str = "auto",
+    lenient: bool = False,
+    max_polygons: Optional[int] = None,
+) -> Verification:
+    """Compares occlusion culling with what can really be seen, polygon by polygon.
+
+    `occlusion` names methods: those of `osp.OCCLUSION_METHODS`, and `msvbsp-paper` and `depth-centers`, which are not
+    conservative. `occluders` is one number or several to compare. `views` are spread over the session; with `whole` each looks
+    at the finished model. What can be seen is found by a picture of `pixels` (width, height) and by rays to polygons that own
+    no pixel. Other arguments and errors are as in `osp.replay`.
+
+    >>> table = osp.verify(recordings / "room.ron", ["msvbsp", "depth"], views=1, pixels=(320, 180))
+    >>> table.ok
+    True
+    >>> table["false_culls"].tolist()
+    [0, 0]
+    """
+    counts = [occluders] if isinstance(occluders, int) else list(occluders)
+    columns, seen = _native.verify_methods(
+        path, _names(occlusion), counts, views, pixels, whole, pace, camera, lenient, max_polygons
+    )
+    return Verification(columns, seen)

@@ -1,0 +1,173 @@
+"""The part of osp that is compiled. Import from `osp`."""
+
+import os
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "View",
+    "Index",
+    "Mesh",
+    "Recording",
+    "open_recording",
+    "replay_frames",
+    "verify_methods",
+    "RecordingError",
+    "__version__",
+    "INDEXES",
+    "OCCLUSION_METHODS",
+]
+
+__version__: str
+INDEXES: List[str]
+OCCLUSION_METHODS: List[str]
+
+class RecordingError(ValueError):
+    path: str
+    line: Optional[int]
+    byte: Optional[int]
+
+@final
+class View:
+    @staticmethod
+    def look_at(
+        eye: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike = (0.0, 1.0, 0.0),
+        fov_y_degrees: float = 60.0,
+        aspect: float = ...,
+        near_m: float = 0.1,
+        far_m: float = 1000.0,
+    ) -> View: ...
+    @staticmethod
+    def from_matrix(clip_from_world: ArrayLike, depth: str = "zero-to-one") -> View: ...
+    @property
+    def eye(self) -> NDArray[np.float32]: ...
+    @property
+    def forward(self) -> NDArray[np.float32]: ...
+    @property
+    def near_m(self) -> float: ...
+    @property
+    def far_m(self) -> float: ...
+    @property
+    def clip_from_world(self) -> NDArray[np.float32]: ...
+    @property
+    def frustum_planes(self) -> NDArray[np.float32]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
+@final
+class Index:
+    def __new__(
+        cls,
+        root_center: ArrayLike = (0.0, 1.5, 0.0),
+        root_size_m: float = 4.0,
+        capacity: int = 0,
+    ) -> Index: ...
+    def insert(
+        self,
+        boxes: ArrayLike,
+        maxs: Optional[ArrayLike] = None,
+        *,
+        ids: Optional[ArrayLike] = None,
+    ) -> NDArray[np.uint32]: ...
+    def update(self, ids: ArrayLike, boxes: ArrayLike, maxs: Optional[ArrayLike] = None) -> None: ...
+    def remove(self, ids: ArrayLike) -> None: ...
+    def clear(self) -> None: ...
+    def boxes(self, ids: ArrayLike) -> NDArray[np.float32]: ...
+    @property
+    def ids(self) -> NDArray[np.uint32]: ...
+    @property
+    def memory_bytes(self) -> int: ...
+    def frustum(self, view: Union[View, ArrayLike], depth: Optional[str] = None) -> NDArray[np.uint32]: ...
+    def box(self, min: ArrayLike, max: ArrayLike) -> NDArray[np.uint32]: ...
+    def sphere(self, center: ArrayLike, radius_m: float) -> NDArray[np.uint32]: ...
+    def ray(
+        self, origin: ArrayLike, direction: ArrayLike, t_max: float = ...
+    ) -> Optional[Tuple[int, float]]: ...
+    def rays(
+        self, origins: ArrayLike, directions: ArrayLike, t_max: float = ...
+    ) -> Tuple[NDArray[np.int64], NDArray[np.float32]]: ...
+    def nearest(
+        self, point: ArrayLike, count: int = 1
+    ) -> Tuple[NDArray[np.uint32], NDArray[np.float32]]: ...
+    def __len__(self, /) -> int: ...
+    def __contains__(self, id: object, /) -> bool: ...
+
+@final
+class Mesh:
+    def __new__(
+        cls,
+        triangles: ArrayLike,
+        faces: Optional[ArrayLike] = None,
+        *,
+        opaque: Optional[ArrayLike] = None,
+    ) -> Mesh: ...
+    def visible(
+        self,
+        view: Union[View, ArrayLike],
+        occlusion: Optional[str] = None,
+        *,
+        occluders: Optional[int] = None,
+    ) -> NDArray[np.bool_]: ...
+    @property
+    def triangles(self) -> NDArray[np.float32]: ...
+    def __len__(self, /) -> int: ...
+
+@final
+class Recording:
+    @property
+    def path(self) -> Path: ...
+    @property
+    def format(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def source(self) -> str: ...
+    @property
+    def layers(self) -> List[str]: ...
+    @property
+    def left_out(self) -> List[str]: ...
+    @property
+    def warnings(self) -> List[str]: ...
+    @property
+    def skipped(self) -> int: ...
+    @property
+    def events(self) -> int: ...
+    @property
+    def bounds(self) -> Optional[NDArray[np.float32]]: ...
+    def whole_view(self, aspect: float) -> View: ...
+    def strokes(self) -> Dict[str, NDArray[Any]]: ...
+    def points(self) -> Dict[str, NDArray[Any]]: ...
+    def heads(self) -> Dict[str, NDArray[Any]]: ...
+    def polygons(self) -> Dict[str, Any]: ...
+
+def open_recording(
+    path: Union[str, os.PathLike[str]], lenient: bool = False, max_polygons: Optional[int] = None
+) -> Recording: ...
+def replay_frames(
+    path: Union[str, os.PathLike[str]],
+    indexes: Sequence[str],
+    occlusion: Sequence[str],
+    pace: str,
+    camera: str,
+    budget_secs: float,
+    lenient: bool,
+    max_polygons: Optional[int],
+) -> Tuple[Dict[str, NDArray[Any]], Dict[str, Any]]: ...
+def verify_methods(
+    path: Union[str, os.PathLike[str]],
+    occlusion: Sequence[str],
+    occluders: Sequence[int],
+    views: int,
+    pixels: Tuple[int, int],
+    whole: bool,
+    pace: str,
+    camera: str,
+    lenient: bool,
+    max_polygons: Optional[int],
+) -> Tuple[Dict[str, NDArray[Any]], Dict[str, int]]: ...

@@ -1,0 +1,68 @@
+//! osp's errors as exceptions.
+
+use osp::recording;
+use pyo3::{
+    create_exception,
+    exceptions::{PyOSError, PyRuntimeError, PyValueError},
+    prelude::*,
+};
+
+create_exception!(
+    osp,
+    RecordingError,
+    PyValueError,
+    "A recording is damaged, too large, or of a format that osp does not read.\n\n\
+     The message names the file, the line or byte, and what was expected there. The attributes `path`, `line` (from 1) and\n\
+     `byte` (from 0) have the same for programs; `line` and `byte` are None where the place is no line or no byte."
+);
+
+/// The exception of an error of a reader. What the system refuses becomes an `OSError` such as `FileNotFoundError`.
+pub(crate) fn of_recording(error: &recording::RecordingError) -> PyErr {
+    use recording::{Excess, Place, RecordingError as Error};
+    let (path, place) = match error {
+        Error::Io { path, cause } => return of_io(path, cause),
+        Error::Line { path, line, .. } => (path, Place::Line(*line)),
+        Error::Byte { path, offset, .. } => (path, Place::Byte(*offset)),
+        Error::Limit(excess) => (&excess.path, excess.place),
+        Error::Unknown { path, .. } => (path, Place::File),
+    };
+    let (line, byte) = match place {
+        Place::File => (None, None),
+        Place::Line(line) => (Some(line), None),
+        Place::Byte(byte) => (None, Some(byte)),
+    };
+    let text = match error {
+        // The option has another name here.
+        Error::Limit(excess) if excess.option.starts_with("--max-polygons") => {
+            Excess { option: "max_polygons=N", ..(**excess).clone() }.to_string()
+        }
+        _ => error.to_string(),
+    };
+    Python::attach(|py| {
+        let exception = RecordingError::new_err(text);
+        let value = exception.value(py);
+        let told = value
+            .setattr("path", path.as_os_str())
+            .and_then(|()| value.setattr("line", line))
+            .and_then(|()| value.setattr("byte", byte));
+        told.err().unwrap_or(exception)
+    })
+}
+
+fn of_io(path: &std::path::Path, cause: &std::io::Error) -> PyErr {
+    let text = match cause.raw_os_error() {
+        // Python writes the file's name behind this text, and chooses the exception by the number.
+        Some(number) => {
+            let text = cause.to_string();
+            let text = text.strip_suffix(&format!(" (os error {number})")).unwrap_or(&text).to_owned();
+            return PyOSError::new_err((number, text, path.as_os_str().to_owned()));
+        }
+        None => format!("{}: {cause}", path.display()),
+    };
+    PyOSError::new_err(text)
+}
+
+/// A lock that was held when a thread panicked: what it guards may be half done.
+pub(crate) fn broken() -> PyErr {
+    PyRuntimeError::new_err("an earlier call has failed in the middle of its work: make a new object")
+}

@@ -1,0 +1,200 @@
+use std::sync::OnceLock;
+
+use numpy::{IntoPyArray, PyArray1, PyArray3};
+use osp::{
+    glam::Vec3,
+    index::{IndexConfig, Osp, SpatialIndex},
+    math::Aabb,
+    occlusion::{CullConfig, OccluderPool, Occlusion, OcclusionVisitor, PoolConfig, SelectConfig, Selector},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
+};
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+use crate::{arrays, names, view::View};
+
+/// Occluders of a view, if the caller names no number.
+const OCCLUDERS: usize = 64;
+/// Most occluders of a view: what is built from them grows faster than they do.
+const MOST_OCCLUDERS: usize = 4096;
+
+/// Triangles that are looked at from several views: they are filed once.
+///
+/// `triangles` are the corners, an array of the shape (n, 3, 3); or, with `faces`, vertices of the shape (n, 3) that the faces
+/// name by their numbers (m, 3), as trimesh has them (`osp.Mesh(mesh.vertices, mesh.faces)`). Float64 becomes float32.
+/// `opaque` is an array of truth values, one for each triangle: which of them hide what is behind them (all, if it is not
+/// given). Triangles hide from both sides.
+///
+/// `ValueError`: another shape, numbers that are not finite, a face that names no vertex. `TypeError`: no numbers.
+///
+/// >>> wall = [[-4, -4, -2], [4, -4, -2], [0, 8, -2]]
+/// >>> behind = [[-0.1, -0.1, -9], [0.1, -0.1, -9], [0, 0.1, -9]]
+/// >>> mesh = osp.Mesh([wall, behind])
+/// >>> view = osp.View.look_at((0, 0, 0), (0, 0, -1))
+/// >>> mesh.visible(view)
+/// array([ True,  True])
+/// >>> mesh.visible(view, occlusion="msvbsp")
+/// array([ True, False])
+#[pyclass(module = "osp", frozen)]
+pub(crate) struct Mesh {
+    triangles: Triangles,
+    /// Not in the object itself: Python's memory is aligned to 16 bytes only.
+    index: Box<Osp>,
+    /// The candidates for occluders, found when a method first asks for them.
+    pool: OnceLock<Box<OccluderPool>>,
+}
+
+impl std::fmt::Debug for Mesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Mesh").field("triangles", &self.triangles.corners.len()).finish_non_exhaustive()
+    }
+}
+
+/// Triangles as osp asks for them.
+struct Triangles {
+    corners: Vec<[Vec3; 3]>,
+    opaque: Option<Vec<bool>>,
+}
+
+impl Geometry for Triangles {
+    fn id_end(&self) -> usize {
+        self.corners.len()
+    }
+
+    fn is_present(&self, id: PolygonId) -> bool {
+        id.index() < self.corners.len()
+    }
+
+    fn bounds(&self, id: PolygonId) -> Aabb {
+        self.corners.get(id.index()).map_or(Aabb::EMPTY, |corners| Aabb::from_points(corners))
+    }
+
+    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
+        let &[a, b, c] = self.corners.get(id.index())?;
+        Some(ConvexPolygon::triangle(a, b, c))
+    }
+
+    fn may_occlude(&self, id: PolygonId) -> bool {
+        self.opaque.as_ref().is_none_or(|opaque| opaque.get(id.index()).is_some_and(|&opaque| opaque))
+    }
+}
+
+#[pymethods]
+impl Mesh {
+    #[new]
+    #[pyo3(signature = (triangles, faces=None, *, opaque=None))]
+    fn new(
+        py: Python<'_>,
+        triangles: &Bound<'_, PyAny>,
+        faces: Option<&Bound<'_, PyAny>>,
+        opaque: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let corners = arrays::triangles(triangles, faces)?;
+        let most = PolygonId::LIMIT as usize;
+        if corners.len() > most {
+            let message = format!("triangles: expected at most {most}; found {}", corners.len());
+            return Err(PyValueError::new_err(message));
+        }
+        let opaque = opaque.map(|opaque| arrays::mask(opaque, corners.len(), "opaque")).transpose()?;
+        py.detach(|| Self::of(Triangles { corners, opaque }))
+    }
+
+    /// Which triangles a camera sees: an array of truth values, one for each triangle. `numpy.flatnonzero` makes numbers of
+    /// it.
+    ///
+    /// `view` is a `View`, or a matrix as `View.from_matrix` takes it with the depth from zero to one. Without `occlusion`
+    /// only what lies outside of the view's frustum is left out. With it, what is hidden behind other triangles is left out,
+    /// too, as far as the method finds it: `msvbsp` (a tree of the shadows of the largest occluders), `svbsp` and `frusta`
+    /// (older forms of it) or `depth` (a depth buffer). A triangle of which any point can be seen is never left out.
+    /// `occluders` is the largest number of occluders in a view (64): more find more and take longer.
+    ///
+    /// `ValueError`: an unknown method, or another number of occluders than 1 to 4096.
+    #[pyo3(signature = (view, occlusion=None, *, occluders=None))]
+    fn visible<'py>(
+        &self,
+        py: Python<'py>,
+        view: &Bound<'py, PyAny>,
+        occlusion: Option<&str>,
+        occluders: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let view = View::of(view, None)?;
+        let method = occlusion.map(names::culler).transpose()?;
+        let occluders = occluders.unwrap_or(OCCLUDERS);
+        if !(1..=MOST_OCCLUDERS).contains(&occluders) {
+            let message = format!("occluders: expected 1 to {MOST_OCCLUDERS}; found {occluders}");
+            return Err(PyValueError::new_err(message));
+        }
+        let mask = py.detach(|| {
+            let mut mask = vec![false; self.triangles.corners.len()];
+            self.cull(&view, method, occluders).iter().for_each(|id| mask[id.index()] = true);
+            mask
+        });
+        Ok(mask.into_pyarray(py))
+    }
+
+    /// The corners, float32, of the shape (n, 3, 3).
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        arrays::cube(py, self.triangles.corners.as_flattened(), 3)
+    }
+
+    fn __len__(&self) -> usize {
+        self.triangles.corners.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<osp.Mesh of {} triangles>", self.triangles.corners.len())
+    }
+}
+
+impl Mesh {
+    fn of(triangles: Triangles) -> PyResult<Self> {
+        let all = triangles.corners.iter().map(|corners| Aabb::from_points(corners));
+        let bounds = all.fold(Aabb::EMPTY, |bounds, more| bounds.union(&more));
+        let size_m = bounds.extent().max_element() * 1.01;
+        let root = match size_m > 0.0 && size_m.is_finite() {
+            true => Aabb::cube(bounds.center(), size_m),
+            false => IndexConfig::default().root,
+        };
+        let mut index = Box::new(Osp::new(&IndexConfig { root, capacity: triangles.corners.len() }));
+        for id in ids(&triangles) {
+            let inserted = index.insert(id, &triangles.bounds(id));
+            inserted.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        }
+        index.commit();
+        Ok(Self { triangles, index, pool: OnceLock::new() })
+    }
+
+    /// What is in view and, if a method is given, not found to be hidden. Nothing is remembered from view to view, so that the
+    /// answer depends on the view alone.
+    fn cull(&self, view: &View, method: Option<Occlusion>, occluders: usize) -> Vec<PolygonId> {
+        let frustum = view.frustum();
+        let mut drawn = Vec::new();
+        let (Some(method), Some(window)) = (method, view.view.window()) else {
+            let mut in_view = VisibleBlocks::new();
+            self.index.frustum_cull_blocks(&frustum, &mut in_view);
+            return in_view.to_vec();
+        };
+        let mut selector = Selector::new(SelectConfig { occluders, ..SelectConfig::default() });
+        selector.select(self.pool(), &self.triangles, &window);
+        let mut culler = method.create(occluders);
+        culler.build(&window, selector.chosen());
+        let tests = CullConfig::default();
+        let mut visitor = OcclusionVisitor::new(&*culler, &self.triangles, tests, &mut drawn);
+        self.index.traverse(&frustum, &mut visitor);
+        drawn
+    }
+
+    fn pool(&self) -> &OccluderPool {
+        self.pool.get_or_init(|| {
+            let mut pool = Box::new(OccluderPool::new(PoolConfig::default()));
+            let changes = ids(&self.triangles).map(Change::Insert).collect::<Vec<_>>();
+            pool.follow(&self.triangles, &changes);
+            pool.join_walls(&self.triangles);
+            pool
+        })
+    }
+}
+
+fn ids(triangles: &Triangles) -> impl Iterator<Item = PolygonId> + use<> {
+    (0..triangles.corners.len() as u32).map(PolygonId)
+}

@@ -1,0 +1,50 @@
+//! Names of structures, methods and cameras, and the errors for other ones.
+
+use osp::{occlusion::Occlusion, replay::CameraChoice, rivals::IndexKind};
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+/// The structures of a replay.
+pub(crate) fn index_names() -> Vec<&'static str> {
+    IndexKind::ALL.iter().map(|kind| kind.name()).collect()
+}
+
+/// The methods of occlusion culling that never hide what can be seen and need no other frame.
+pub(crate) fn conservative_names() -> Vec<&'static str> {
+    Occlusion::conservative_cullers().into_iter().map(Occlusion::name).collect()
+}
+
+fn unknown(what: &str, name: &str, known: &[&str]) -> PyErr {
+    PyValueError::new_err(format!("{what}: expected one of {}; found {name:?}", known.join(", ")))
+}
+
+pub(crate) fn index_kind(name: &str) -> PyResult<IndexKind> {
+    IndexKind::from_name(name).ok_or_else(|| unknown("indexes", name, &index_names()))
+}
+
+/// A method that builds a culler from the occluders of one view.
+pub(crate) fn culler(name: &str) -> PyResult<Occlusion> {
+    let is_known = |method: &Occlusion| conservative_names().contains(&method.name());
+    Occlusion::from_name(name)
+        .filter(is_known)
+        .ok_or_else(|| unknown("occlusion", name, &conservative_names()))
+}
+
+/// A method that `verify` judges: also those that are not conservative.
+pub(crate) fn verified(name: &str) -> PyResult<Occlusion> {
+    let methods = Occlusion::CULLERS.iter().copied().filter(|&method| method != Occlusion::None);
+    let known = methods.clone().map(Occlusion::name).collect::<Vec<_>>();
+    methods.into_iter().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known))
+}
+
+/// A method of a replay: one that the processor runs, or none.
+pub(crate) fn replayed(name: &str) -> PyResult<Occlusion> {
+    let methods = Occlusion::all().filter(|method| !method.is_while_drawing());
+    let known = methods.clone().map(Occlusion::name).collect::<Vec<_>>();
+    methods.into_iter().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known))
+}
+
+pub(crate) fn camera(name: &str) -> PyResult<CameraChoice> {
+    let known = CameraChoice::ALL.iter().map(|choice| choice.name()).collect::<Vec<_>>();
+    let choice = CameraChoice::ALL.iter().copied().find(|choice| choice.name() == name);
+    choice.ok_or_else(|| unknown("camera", name, &known))
+}

@@ -1,0 +1,217 @@
+use std::fmt::Write;
+
+use numpy::{PyArray1, PyArray2};
+use osp::{
+    glam::{Mat4, Quat, Vec3, Vec4},
+    math::Frustum,
+    view::{self, ClipDepth, Projection},
+};
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+use crate::arrays;
+
+/// An eye in the world and what its screen shows.
+///
+/// The world is right-handed, +y up, in metres; a view looks along its own -z. Make one by `View.look_at` or
+/// `View.from_matrix`.
+///
+/// >>> view = osp.View.look_at(eye=(0, 1.6, 3), target=(0, 1, 0))
+/// >>> view
+/// View(eye=(0, 1.6, 3), near_m=0.1, far_m=1000)
+/// >>> view.frustum_planes.shape
+/// (6, 4)
+#[pyclass(module = "osp", frozen, eq, from_py_object)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct View {
+    pub(crate) view: view::View,
+}
+
+#[pymethods]
+impl View {
+    /// A view from `eye` towards `target`, each three numbers, metres. `up` is the direction that is upwards on the
+    /// screen, `fov_y_degrees` the vertical field of view (1 to 170), `aspect` the screen's width by its height. Nothing
+    /// nearer than `near_m` or farther than `far_m` (which may be `math.inf`) is shown, measured along the view.
+    ///
+    /// `ValueError`: a number is out of its range, `eye` is `target`, or `up` points along the view.
+    ///
+    /// >>> osp.View.look_at((0, 0, 0), (0, 0, -1), fov_y_degrees=90, aspect=1, near_m=1, far_m=50).far_m
+    /// 50.0
+    #[staticmethod]
+    #[pyo3(signature = (eye, target, up=None, fov_y_degrees=60.0, aspect=16.0/9.0, near_m=0.1, far_m=1000.0),
+           text_signature = "(eye, target, up=(0.0, 1.0, 0.0), fov_y_degrees=60.0, aspect=1.7777777777777777, near_m=0.1, far_m=1000.0)")]
+    fn look_at(
+        eye: &Bound<'_, PyAny>,
+        target: &Bound<'_, PyAny>,
+        up: Option<&Bound<'_, PyAny>>,
+        fov_y_degrees: f64,
+        aspect: f64,
+        near_m: f64,
+        far_m: f64,
+    ) -> PyResult<Self> {
+        let (eye, target) = (arrays::vector(eye, "eye")?, arrays::vector(target, "target")?);
+        let up = up.map_or(Ok(Vec3::Y), |up| arrays::vector(up, "up"))?;
+        let is_in = |ok: bool, what: &str, found: f64| {
+            if ok { Ok(()) } else { Err(PyValueError::new_err(format!("{what}; found {found}"))) }
+        };
+        is_in(
+            (1.0..=170.0).contains(&fov_y_degrees),
+            "fov_y_degrees: expected a number from 1 to 170",
+            fov_y_degrees,
+        )?;
+        is_in((1.0e-3..=1.0e3).contains(&aspect), "aspect: expected a number from 0.001 to 1000", aspect)?;
+        let (near, far) = (near_m as f32, far_m as f32);
+        is_in(near > 0.0 && near.is_finite(), "near_m: expected a positive number", near_m)?;
+        is_in(far > near, "far_m: expected a number larger than near_m", far_m)?;
+
+        // In f64, so that nothing overflows.
+        let along = eye.as_dvec3() - target.as_dvec3();
+        let Some(back) = along.try_normalize() else {
+            return Err(PyValueError::new_err("target: expected another point than the eye"));
+        };
+        let across = up.as_dvec3().try_normalize().map_or(along, |up| up).cross(back);
+        if across.length_squared() < 1.0e-12 || up == Vec3::ZERO {
+            return Err(PyValueError::new_err("up: expected a direction that is not along the view"));
+        }
+        let right = across.normalize();
+        let upward = back.cross(right);
+        let axes = [right, upward, back].map(|axis| axis.as_vec3());
+        let world_from_view = Quat::from_rotation_axes(axes[0], axes[1], axes[2]).normalize();
+        let projection = Projection::symmetric(fov_y_degrees as f32, aspect as f32, near, far);
+        Ok(Self { view: view::View { eye_in_world: eye, world_from_view, projection } })
+    }
+
+    /// The view that a matrix shows: from the world to clip space, of four rows as a mathematician writes it
+    /// (`clip = matrix @ [x, y, z, 1]`), perspective, on-axis or not. Many libraries store the transpose.
+    ///
+    /// `depth` says which depths are drawn, after the division by w: `"zero-to-one"` (Vulkan, Direct3D, Metal, WebGPU; also
+    /// reversed) or `"minus-one-to-one"` (OpenGL). The view is wider than the matrix by a part in a million, so that nothing
+    /// is culled that the matrix shows; the matrix is taken as float32.
+    ///
+    /// `ValueError`: another shape, numbers that are not finite, a parallel projection, a sheared or singular matrix, or an
+    /// eye so far away that float32 holds it no better than to a quarter of the near distance.
+    ///
+    /// >>> p = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0.1], [0, 0, -1, 0]])  # reversed depth, no end
+    /// >>> osp.View.from_matrix(p).far_m
+    /// inf
+    #[staticmethod]
+    #[pyo3(signature = (clip_from_world, depth="zero-to-one"))]
+    fn from_matrix(clip_from_world: &Bound<'_, PyAny>, depth: &str) -> PyResult<Self> {
+        let matrix = arrays::matrix(clip_from_world, "clip_from_world")?;
+        let view = view::View::from_matrix(&matrix, clip_depth(depth)?).ok_or_else(|| {
+            PyValueError::new_err(
+                "clip_from_world: expected a perspective from the world to clip space (is it the transpose? a parallel \
+                 projection, a shear or a singular matrix is none)",
+            )
+        })?;
+        Ok(Self { view })
+    }
+
+    /// The eye, world space, metres.
+    #[getter]
+    fn eye<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        PyArray1::from_slice(py, &self.view.eye_in_world.to_array())
+    }
+
+    /// The direction of view, world space, unit length.
+    #[getter]
+    fn forward<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        PyArray1::from_slice(py, &self.view.forward_in_world().to_array())
+    }
+
+    /// Nearest distance that is shown, metres along the view.
+    #[getter]
+    fn near_m(&self) -> f64 {
+        shortest(self.view.projection.near_m)
+    }
+
+    /// Farthest distance that is shown, metres along the view; may be infinite.
+    #[getter]
+    fn far_m(&self) -> f64 {
+        shortest(self.view.projection.far_m)
+    }
+
+    /// The matrix of four rows from the world to clip space, with reversed depth (near 1, far 0), as osp's renderer uses it.
+    #[getter]
+    fn clip_from_world<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let near_m = self.view.projection.near_m;
+        let mut matrix = self.view.clip_from_world();
+        if self.view.projection.far_m.is_infinite() {
+            // Depth is then near / distance.
+            let nearer = Projection { far_m: near_m * 2.0, ..self.view.projection };
+            let rows = view::View { projection: nearer, ..self.view }.clip_from_world().transpose();
+            let depth = Vec4::new(0.0, 0.0, 0.0, near_m);
+            matrix = Mat4::from_cols(rows.x_axis, rows.y_axis, depth, rows.w_axis).transpose();
+        }
+        arrays::table(py, &matrix.transpose().to_cols_array_2d())
+    }
+
+    /// The six planes that the index tests boxes against, float32: `nx, ny, nz, d` a row. A box is reported if for each
+    /// plane `nx * x + ny * y + nz * z + d >= 0` at the corner that lies farthest along the normal.
+    #[getter]
+    fn frustum_planes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let rows = self.frustum().planes().map(|plane| plane.normal.extend(plane.d).to_array());
+        arrays::table(py, &rows)
+    }
+
+    fn __repr__(&self) -> String {
+        let mut eye = String::new();
+        for (i, x) in self.view.eye_in_world.to_array().into_iter().enumerate() {
+            let _ = write!(eye, "{}{x}", if i > 0 { ", " } else { "" });
+        }
+        let Projection { near_m, far_m, .. } = self.view.projection;
+        format!("View(eye=({eye}), near_m={near_m}, far_m={far_m})")
+    }
+
+    fn __hash__(&self) -> u64 {
+        let bits = self.view.eye_in_world.to_array().map(|x| u64::from((x + 0.0).to_bits()));
+        bits.into_iter().fold(0, |hash, bits| (hash ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15))
+    }
+}
+
+impl View {
+    pub(crate) fn frustum(&self) -> Frustum {
+        self.view.frustum()
+    }
+
+    /// A view, or a matrix with its depth.
+    pub(crate) fn of(view: &Bound<'_, PyAny>, depth: Option<&str>) -> PyResult<Self> {
+        if let Ok(view) = view.cast::<Self>() {
+            return match depth {
+                None => Ok(*view.get()),
+                Some(_) => Err(PyValueError::new_err("depth: a View has its own; expected none beside it")),
+            };
+        }
+        Self::from_matrix(view, depth.unwrap_or("zero-to-one"))
+    }
+
+    /// As [`View::of`], and also the frustum of a parallel projection, which is a box.
+    pub(crate) fn frustum_of(view: &Bound<'_, PyAny>, depth: Option<&str>) -> PyResult<Frustum> {
+        if !view.is_instance_of::<Self>() {
+            let matrix = arrays::matrix(view, "view")?;
+            let is_parallel = matrix.row(3).truncate() == Vec3::ZERO && matrix.determinant() != 0.0;
+            if is_parallel && matrix.row(3).w > 0.0 {
+                return Ok(match clip_depth(depth.unwrap_or("zero-to-one"))? {
+                    ClipDepth::ZeroToOne => Frustum::from_matrix(&matrix),
+                    ClipDepth::MinusOneToOne => Frustum::from_opengl_matrix(&matrix),
+                });
+            }
+        }
+        Ok(Self::of(view, depth)?.frustum())
+    }
+}
+
+fn clip_depth(name: &str) -> PyResult<ClipDepth> {
+    match name {
+        "zero-to-one" => Ok(ClipDepth::ZeroToOne),
+        "minus-one-to-one" => Ok(ClipDepth::MinusOneToOne),
+        _ => {
+            let message = format!("depth: expected zero-to-one or minus-one-to-one; found {name:?}");
+            Err(PyValueError::new_err(message))
+        }
+    }
+}
+
+/// The number that Python prints as `f32` is printed: 0.1, not 0.10000000149011612.
+fn shortest(v: f32) -> f64 {
+    v.to_string().parse().unwrap_or(f64::from(v))
+}

@@ -1,0 +1,66 @@
+"""What the tests share."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+RECORDINGS = ROOT / "recordings"
+
+
+@pytest.fixture
+def recordings():
+    return RECORDINGS
+
+
+@pytest.fixture
+def corpus():
+    """The folder of real sessions, if there is one."""
+    folder = os.environ.get("OSP_CORPUS")
+    if not folder:
+        pytest.skip("OSP_CORPUS names no folder of real sessions")
+    return Path(folder)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20)
+
+
+def random_boxes(rng, count, spread=10.0, largest=1.0):
+    """Boxes as an array of (count, 6), in numbers that float32 holds exactly."""
+    mins = rng.uniform(-spread, spread, (count, 3)).astype(np.float32)
+    maxs = (mins + rng.uniform(0, largest, (count, 3))).astype(np.float32)
+    return np.hstack([mins, maxs])
+
+
+def perspective(fov_y_degrees, aspect, near, far, depth="zero-to-one"):
+    """A projection as textbooks have it, looking along -z."""
+    f = 1 / np.tan(np.radians(fov_y_degrees) / 2)
+    if depth == "zero-to-one":
+        a, b = far / (near - far), near * far / (near - far)
+    else:
+        a, b = (far + near) / (near - far), 2 * far * near / (near - far)
+    return np.array([[f / aspect, 0, 0, 0], [0, f, 0, 0], [0, 0, a, b], [0, 0, -1, 0]])
+
+
+def looking(eye, target, up=(0, 1, 0)):
+    """The matrix from the world to the view."""
+    eye, target, up = (np.asarray(v, dtype=float) for v in (eye, target, up))
+    back = (eye - target) / np.linalg.norm(eye - target)
+    right = np.cross(up, back)
+    right /= np.linalg.norm(right)
+    matrix = np.eye(4)
+    matrix[:3, :3] = [right, np.cross(back, right), back]
+    matrix[:3, 3] = -matrix[:3, :3] @ eye
+    return matrix
+
+
+def is_inside(matrix, points, depth="zero-to-one", margin=0.0):
+    """Which points a matrix shows."""
+    x, y, z, w = np.moveaxis(np.c_[points, np.ones(len(points))] @ matrix.T, -1, 0)
+    least = 0 if depth == "zero-to-one" else -w
+    in_w = w * (1 - margin)
+    return (w > 0) & (abs(x) <= in_w) & (abs(y) <= in_w) & (z >= least) & (z <= w)

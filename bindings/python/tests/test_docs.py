@@ -1,0 +1,61 @@
+"""The examples in the documentation, and that there is documentation."""
+
+import doctest
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import osp
+import pytest
+
+HERE = Path(__file__).resolve().parents[1]
+
+
+def documented():
+    """Every public name of the package with its text."""
+    yield "osp", osp.__doc__
+    for name in osp.__all__:
+        thing = getattr(osp, name)
+        if not callable(thing):
+            continue
+        yield name, thing.__doc__
+        if inspect.isclass(thing):
+            for member, value in vars(thing).items():
+                if not member.startswith("_") and (callable(value) or hasattr(value, "__get__")):
+                    yield f"{name}.{member}", inspect.getdoc(getattr(thing, member))
+
+
+ALL = dict(documented())
+EXAMPLES = {**ALL, "README.md": (HERE / "README.md").read_text()}
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_everything_public_is_described(name):
+    assert ALL[name] and len(ALL[name]) > 15
+
+
+@pytest.mark.parametrize("name", [name for name, text in EXAMPLES.items() if ">>>" in (text or "")])
+def test_examples_are_true(name, recordings, monkeypatch):
+    monkeypatch.chdir(HERE.parents[1])
+    # A fence of Markdown ends what is expected.
+    text = re.sub(r"^```.*$", "", inspect.cleandoc(EXAMPLES[name]), flags=re.MULTILINE)
+    names = {"osp": osp, "np": np, "recordings": recordings}
+    test = doctest.DocTestParser().get_doctest(text, names, name, name, 0)
+    told = []
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+    runner.run(test, out=told.append)
+    assert runner.summarize(verbose=False).failed == 0, "".join(told)
+
+
+def test_there_are_examples():
+    assert sum(">>>" in (text or "") for text in EXAMPLES.values()) >= 10
+    assert osp.__version__ == "0.1.0"
+
+
+def test_the_example_of_many_boxes():
+    script = HERE / "examples" / "million_boxes.py"
+    ran = subprocess.run([sys.executable, str(script), "20000"], capture_output=True, text=True, check=True)
+    assert "20,000 boxes: inserted in" in ran.stdout and "numpy takes" in ran.stdout
