@@ -10,7 +10,6 @@ use std::{
 use glam::Vec2;
 use winit::{
     application::ApplicationHandler,
-    dpi::LogicalSize,
     event::WindowEvent,
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy},
     window::{Fullscreen, Window, WindowId},
@@ -301,6 +300,7 @@ impl App {
         let attributes = winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
         #[cfg(not(target_arch = "wasm32"))]
         let attributes = {
+            use winit::dpi::LogicalSize;
             let (width, height) = self.options.size.unwrap_or((1280, 800));
             let size = LogicalSize::new(width, height);
             attributes.with_inner_size(size).with_min_inner_size(LogicalSize::new(480, 320))
