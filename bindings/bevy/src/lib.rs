@@ -1,0 +1,45 @@
+//! Frustum culling for [Bevy](https://bevy.org) by the index of [`osp`].
+//!
+//! In each frame and for each view, Bevy's own system tests every entity of the world. With [`OspCullingPlugin`] an index finds the few
+//! that a view may see, and only they are tested, by Bevy's own test: the visible sets are the same.
+//!
+//! ```
+//! use bevy_app::{App, TaskPoolPlugin};
+//! use bevy_osp::{OspCulling, OspCullingPlugin};
+//! # use bevy_asset::AssetPlugin;
+//! # use bevy_camera::CameraPlugin;
+//! # use bevy_mesh::MeshPlugin;
+//! # use bevy_transform::TransformPlugin;
+//!
+//! let mut app = App::new();
+//! // In a game: DefaultPlugins.
+//! app.add_plugins((TaskPoolPlugin::default(), TransformPlugin, AssetPlugin::default(), MeshPlugin, CameraPlugin));
+//! app.add_plugins(OspCullingPlugin::default());
+//! app.update();
+//! assert!(!app.world().resource::<OspCulling>().is_indexed(), "there is nothing to cull yet");
+//! ```
+//!
+//! # How a frame goes
+//!
+//! ```text
+//! change ticks, removed components ──> index follows ──> for each view: index finds ──> Bevy's test ──> ViewVisibility,
+//! (all that moved, came, went)         (OspCulling)      candidates                                    VisibleEntities
+//! ```
+//!
+//! * What has changed lately is in no index: it is *loose*, a candidate for every view, until it has rested for some frames. So nothing
+//!   is inserted and removed in every frame, whatever moves.
+//! * Where a plain pass over all entities is faster (few entities, much that moves, a view of most of the world), the system makes
+//!   one. [`OspCullingSettings`] are the limits.
+//! * What cannot be culled by a finite box is a candidate for every view.
+
+mod bounds;
+mod changes;
+mod check;
+mod culling;
+mod entities;
+mod plugin;
+mod settings;
+
+pub use culling::{OspCulling, OspCullingCounts};
+pub use plugin::{OspCullingPlugin, OspCullingSystems};
+pub use settings::OspCullingSettings;
