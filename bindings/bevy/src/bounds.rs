@@ -106,7 +106,13 @@ mod tests {
         for _ in 0..200_000 {
             // Sheared, mirrored, squeezed flat: any matrix.
             let columns = [0; 3].map(|_| vector(&mut random) * scale(&mut random));
-            let matrix = Mat3::from_cols(columns[0], columns[1], columns[2]);
+            let is_upright = random.next_u32() % 2 == 0;
+            let matrix = if is_upright {
+                // The box in the index is the same: only rounding is between the two tests.
+                Mat3::from_diagonal(vector(&mut random) * scale(&mut random))
+            } else {
+                Mat3::from_cols(columns[0], columns[1], columns[2])
+            };
             let place = vector(&mut random) * scale(&mut random);
             let transform = GlobalTransform::from(Affine3A::from_mat3_translation(matrix, place));
             let aabb = Aabb {
@@ -117,10 +123,11 @@ mod tests {
             let half_spaces = [0; 6].map(|_| {
                 let normal = vector(&mut random).normalize_or(BevyVec3::X);
                 let radius = aabb.relative_radius(&normal.into(), &transform.affine().matrix3);
-                // Through the point where the box touches it, more or less.
+                // It touches the box, within rounding or by far.
                 let touching = -BevyVec3::from(center).dot(normal) - radius;
-                let d = touching + (touching.abs() + radius) * signed(&mut random) * 1.0e-6;
-                HalfSpace::new(Vec4::from((normal, if random.next_u32() % 4 == 0 { d } else { d.abs() })))
+                let beside = if random.next_u32() % 8 == 0 { 1.0 } else { 1.0e-6 };
+                let d = touching + (touching.abs() + radius) * (signed(&mut random) + 0.8) * beside;
+                HalfSpace::new(Vec4::from((normal, d)))
             });
             let frustum = Frustum(ViewFrustum { half_spaces });
             let is_seen = frustum.intersects_obb(&aabb, &transform.affine(), true, false);
@@ -138,7 +145,7 @@ mod tests {
         }
         // The test is about something: both answers are there, and boxes at which the two tests differ.
         assert!(
-            seen > 10_000 && close > 100 && found < 190_000,
+            seen > 10_000 && close > 100 && found < 195_000,
             "{seen} seen, {found} found, {close} of them not seen"
         );
     }

@@ -286,11 +286,9 @@ mod tests {
 
     #[test]
     fn a_number_that_another_entity_gets_is_not_mixed_up() {
-        let mut world = World::new();
-        let first = world.spawn_empty().id();
-        world.despawn(first);
-        let second = world.spawn_empty().id();
-        assert_eq!(first.index(), second.index());
+        let first = World::new().spawn_empty().id();
+        let second = Entity::from_index_and_generation(first.index(), first.generation().after_versions(1));
+        assert_ne!(first, second);
 
         let mut entities = Entities::default();
         entities.note(first, true).unwrap();

@@ -1,0 +1,83 @@
+//! Apps with and without the plugin, side by side.
+
+use bevy_app::{App, Last, TaskPoolPlugin};
+use bevy_asset::AssetPlugin;
+use bevy_camera::{
+    CameraPlugin,
+    visibility::{ViewVisibility, VisibleEntities},
+};
+use bevy_ecs::{
+    change_detection::ResMut,
+    entity::Entity,
+    query::{Changed, QueryState},
+    resource::Resource,
+    system::Query,
+};
+use bevy_mesh::MeshPlugin;
+use bevy_osp::{OspCullingPlugin, OspCullingSettings};
+use bevy_transform::TransformPlugin;
+
+/// The entities whose visibility counts as changed in a frame: renderers go by that.
+#[derive(Resource, Default, PartialEq, Debug)]
+struct Changes(Vec<Entity>);
+
+fn note_changes(mut changes: ResMut<'_, Changes>, changed: Query<'_, '_, Entity, Changed<ViewVisibility>>) {
+    changes.0 = changed.iter().collect();
+    changes.0.sort_unstable();
+}
+
+/// More than there are resources and systems.
+const FIRST_ENTITY: u32 = 256;
+
+/// An app with Bevy's cameras, with the plugin if there are settings.
+pub(crate) fn new_app(settings: Option<OspCullingSettings>) -> App {
+    let mut app = App::new();
+    app.add_plugins((TaskPoolPlugin::default(), TransformPlugin, AssetPlugin::default(), MeshPlugin));
+    app.add_plugins(CameraPlugin);
+    if let Some(settings) = settings {
+        app.add_plugins(OspCullingPlugin { settings });
+    }
+    app.init_resource::<Changes>().add_systems(Last, note_changes);
+    app.finish();
+    app.cleanup();
+    app.update();
+    // Resources are entities, too, and the plugin has some: from here on, both apps give the same ids.
+    while app.world_mut().spawn_empty().id().index_u32() < FIRST_ENTITY - 1 {}
+    app
+}
+
+/// Compares two apps.
+pub(crate) struct Twins(
+    [Option<(QueryState<(Entity, &'static ViewVisibility)>, QueryState<(Entity, &'static VisibleEntities)>)>;
+        2],
+);
+
+impl Twins {
+    pub(crate) fn new() -> Self {
+        Self([None, None])
+    }
+
+    /// What each entity and each view has must be the same, bit by bit.
+    pub(crate) fn compare(&mut self, apps: &mut [App; 2], when: &str) {
+        let mut states = Vec::new();
+        for (app, queries) in apps.iter_mut().zip(&mut self.0) {
+            let world = app.world_mut();
+            let (entities, views) = queries.get_or_insert_with(|| (world.query(), world.query()));
+            let mut entities = entities.iter(world).map(|(id, seen)| (id, *seen)).collect::<Vec<_>>();
+            entities.sort_unstable_by_key(|(id, _)| *id);
+            let mut views =
+                views.iter(world).map(|(id, seen)| (id, seen.entities.clone())).collect::<Vec<_>>();
+            views.sort_unstable_by_key(|(id, _)| *id);
+            states.push((entities, views, std::mem::take(&mut world.resource_mut::<Changes>().0)));
+        }
+        let [bevy, ours] = states.try_into().unwrap();
+        assert_eq!(bevy.0.len(), ours.0.len(), "{when}");
+        for (bevy, ours) in bevy.0.iter().zip(&ours.0) {
+            assert_eq!(bevy, ours, "{when}");
+        }
+        for (bevy, ours) in bevy.1.iter().zip(&ours.1) {
+            assert_eq!(bevy, ours, "{when}");
+        }
+        assert_eq!(bevy.2, ours.2, "changes, {when}");
+    }
+}
