@@ -1,7 +1,7 @@
 //! The system that takes the place of Bevy's `check_visibility_cpu_culling`.
 
 use bevy_camera::{
-    Camera,
+    Camera, Projection,
     primitives::{Aabb, Frustum, Sphere},
     visibility::{
         InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers, SetViewVisibility, ViewVisibility,
@@ -17,10 +17,14 @@ use bevy_ecs::{
 use bevy_transform::components::GlobalTransform;
 use bevy_utils::{Parallel, TypeIdMap};
 
-use crate::{changes::Changes, culling::OspCulling, settings::OspCullingSettings};
-
-/// Fewer candidates are tested one after the other: to share them out takes longer.
-const FEW_CANDIDATES: usize = 512;
+use crate::{
+    Occluder,
+    bounds::world_box,
+    changes::Changes,
+    culling::OspCulling,
+    occlusion::{Occluders, Shadows, window},
+    settings::OspCullingSettings,
+};
 
 /// What is asked of an entity, as Bevy's system asks.
 #[derive(QueryData)]
@@ -36,9 +40,10 @@ pub(crate) struct Checked {
     transform: &'static GlobalTransform,
     no_frustum_culling: Has<NoFrustumCulling>,
     has_range: Has<VisibilityRange>,
+    is_occluder: Has<Occluder>,
 }
 
-/// What is asked of a view, as Bevy's system asks.
+/// What is asked of a view, as Bevy's system asks, and for occlusion where it is.
 type ViewData = (
     Entity,
     &'static mut VisibleEntities,
@@ -46,13 +51,15 @@ type ViewData = (
     Option<&'static RenderLayers>,
     &'static Camera,
     Has<NoCpuCulling>,
+    Option<(&'static Projection, &'static GlobalTransform)>,
 );
 
 /// The entities that a thread has found, by class.
 type Queue = TypeIdMap<Vec<Entity>>;
 
 /// Finds what each view sees: sets the `ViewVisibility` of the entities and the `VisibleEntities` of the views, to the same as
-/// Bevy's `check_visibility_cpu_culling`. The index only chooses the entities that are tested; the test is Bevy's own.
+/// Bevy's `check_visibility_cpu_culling`, less what an `Occluder` hides. The index only chooses the entities that are tested; the
+/// test is Bevy's own.
 pub(crate) fn check_visibility(
     settings: Res<'_, OspCullingSettings>,
     mut culling: ResMut<'_, OspCulling>,
@@ -60,36 +67,42 @@ pub(crate) fn check_visibility(
     mut views: Query<'_, '_, ViewData>,
     mut entities: ParamSet<'_, '_, (Changes<'_, '_>, Query<'_, '_, Checked, Without<NoCpuCulling>>)>,
     ranges: Option<Res<'_, VisibleEntityRanges>>,
+    occluders: Occluders<'_, '_>,
+    mut shadows: Local<'_, Shadows>,
 ) {
     culling.follow(&settings, &mut entities.p0());
     let ranges = ranges.as_deref();
     let mut entities = entities.p1();
 
-    for (view, mut visible, frustum, layers, camera, no_cpu_culling) in &mut views {
+    for (view, mut visible, frustum, layers, camera, no_cpu_culling, place) in &mut views {
         if !camera.is_active {
             continue;
         }
         let layers = layers.unwrap_or_default();
-        let test = ViewTest { view, frustum: (!no_cpu_culling).then_some(frustum), layers, ranges };
-        let queue = || queues.borrow_local_mut();
+        let place = place.filter(|_| !no_cpu_culling && !occluders.is_empty());
+        let window = place.and_then(|(projection, transform)| window(camera, projection, transform));
+        let has_shadows = window.is_some_and(|window| shadows.build(&window, layers, &occluders));
+        let test = ViewTest {
+            view,
+            frustum: (!no_cpu_culling).then_some(frustum),
+            layers,
+            ranges,
+            shadows: has_shadows.then_some(&*shadows),
+        };
         let candidates = if no_cpu_culling { None } else { culling.candidates(&settings, frustum) };
         match candidates {
+            Some(candidates) => {
+                candidates.for_each(&mut entities, &queues, |item, queue| test.check(item, queue));
+                culling.counts_mut().views_by_index += 1;
+            }
             None => {
+                let queue = || queues.borrow_local_mut();
                 entities.par_iter_mut().for_each_init(queue, |queue, item| test.check(item, queue));
                 culling.counts_mut().views_by_pass += 1;
             }
-            Some(candidates) => {
-                if candidates.len() <= FEW_CANDIDATES {
-                    let mut queue = queue();
-                    entities.iter_many_unique_mut(candidates).for_each(|item| test.check(item, &mut queue));
-                } else {
-                    let items = entities.par_iter_many_unique_mut(candidates);
-                    items.for_each_init(queue, |queue, item| test.check(item, queue));
-                }
-                culling.counts_mut().views_by_index += 1;
-            }
         }
         gather(&mut queues, &mut visible);
+        culling.counts_mut().occluded += shadows.take_occluded();
     }
 }
 
@@ -100,13 +113,15 @@ struct ViewTest<'a> {
     frustum: Option<&'a Frustum>,
     layers: &'a RenderLayers,
     ranges: Option<&'a VisibleEntityRanges>,
+    /// What its occluders hide.
+    shadows: Option<&'a Shadows>,
 }
 
 impl ViewTest<'_> {
     /// Notes an entity that the view sees.
     #[inline]
     fn check(&self, mut item: CheckedItem<'_, '_>, queue: &mut Queue) {
-        if !self.sees(&item) {
+        if !self.sees(&item) || self.hides(&item) {
             return;
         }
         item.view_visibility.set_visible();
@@ -139,6 +154,16 @@ impl ViewTest<'_> {
         } else {
             item.sphere.is_none_or(|sphere| frustum.intersects_sphere(sphere, false))
         }
+    }
+
+    /// Whether occluders hide all of an entity that is in view.
+    #[inline]
+    fn hides(&self, item: &CheckedItem<'_, '_>) -> bool {
+        let Some(shadows) = self.shadows else { return false };
+        if item.no_frustum_culling || item.is_occluder || item.aabb.is_none() {
+            return false;
+        }
+        world_box(item.transform, item.aabb, None).is_some_and(|bounds| shadows.hide(&bounds))
     }
 }
 

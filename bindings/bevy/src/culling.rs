@@ -3,15 +3,13 @@
 use std::ops::ControlFlow;
 
 use bevy_camera::primitives::Frustum;
-use bevy_ecs::{
-    entity::{Entity, UniqueEntitySlice},
-    resource::Resource,
-};
+use bevy_ecs::{entity::Entity, resource::Resource};
 use osp::{glam::Vec3, math::Aabb as WorldBox, polygon::VisibleBlocks};
 
 use crate::{
     bounds::osp_frustum,
     changes::{Changes, Heard},
+    distinct::Distinct,
     entities::Entities,
     settings::OspCullingSettings,
 };
@@ -54,6 +52,8 @@ pub struct OspCullingCounts {
 #[derive(Resource, Debug, Default)]
 pub struct OspCulling {
     entities: Entities,
+    /// Whether the system is in the schedule.
+    is_in_place: bool,
     is_indexed: bool,
     wait_frames: u32,
     /// Of the present wait, or with the present index.
@@ -72,6 +72,14 @@ impl OspCulling {
     /// Whether there is an index; it may still be being filled.
     pub fn is_indexed(&self) -> bool {
         self.is_indexed
+    }
+
+    pub(crate) fn is_in_place(&self) -> bool {
+        self.is_in_place
+    }
+
+    pub(crate) fn set_in_place(&mut self) {
+        self.is_in_place = true;
     }
 
     pub(crate) fn counts_mut(&mut self) -> &mut OspCullingCounts {
@@ -170,7 +178,7 @@ impl OspCulling {
         &mut self,
         settings: &OspCullingSettings,
         frustum: &Frustum,
-    ) -> Option<&UniqueEntitySlice> {
+    ) -> Option<Distinct<'_>> {
         let most = OspCullingSettings::part(settings.most_found, self.counts.entities);
         if !self.is_indexed || self.entities.loose() + self.entities.always() > most {
             return None;
@@ -181,18 +189,7 @@ impl OspCulling {
         }
         self.entities.list(&self.found, &mut self.list);
         self.counts.found += self.list.len();
-        Some(unique(&self.list))
-    }
-}
-
-/// The list as one of different entities.
-fn unique(entities: &[Entity]) -> &UniqueEntitySlice {
-    let ascend = entities.windows(2).all(|pair| pair[0].index_u32() < pair[1].index_u32());
-    assert!(ascend, "numbers of a set ascend");
-    // SAFETY: their indices ascend, so that no two of them are equal.
-    #[expect(unsafe_code, reason = "Bevy has no other way to make such a list without hashing each entity")]
-    unsafe {
-        UniqueEntitySlice::from_slice_unchecked(entities)
+        Some(Distinct::ascending(&self.list))
     }
 }
 

@@ -31,15 +31,24 @@
 //! * Where a plain pass over all entities is faster (few entities, much that moves, a view of most of the world), the system makes
 //!   one. [`OspCullingSettings`] are the limits.
 //! * What cannot be culled by a finite box is a candidate for every view.
+//!
+//! # Hidden behind walls
+//!
+//! An entity with an [`Occluder`] hides what is behind it, by the conservative occlusion culling of [`osp::occlusion`]. Without such
+//! entities the visible sets are Bevy's own.
 
 mod bounds;
 mod changes;
 mod check;
 mod culling;
+mod distinct;
 mod entities;
+mod occluder;
+mod occlusion;
 mod plugin;
 mod settings;
 
 pub use culling::{OspCulling, OspCullingCounts};
-pub use plugin::{OspCullingPlugin, OspCullingSystems};
+pub use occluder::{Occluder, OccluderError, OccluderSides};
+pub use plugin::OspCullingPlugin;
 pub use settings::OspCullingSettings;

@@ -1,6 +1,6 @@
 //! Apps with and without the plugin, side by side.
 
-use bevy_app::{App, Last, TaskPoolPlugin};
+use bevy_app::{App, Last, TaskPoolOptions, TaskPoolPlugin};
 use bevy_asset::AssetPlugin;
 use bevy_camera::{
     CameraPlugin,
@@ -32,7 +32,15 @@ const FIRST_ENTITY: u32 = 256;
 /// An app with Bevy's cameras, with the plugin if there are settings.
 pub(crate) fn new_app(settings: Option<OspCullingSettings>) -> App {
     let mut app = App::new();
-    app.add_plugins((TaskPoolPlugin::default(), TransformPlugin, AssetPlugin::default(), MeshPlugin));
+    // Two threads at least: lists that several threads have filled are compared.
+    let mut task_pool_options = TaskPoolOptions::default();
+    task_pool_options.compute.min_threads = 2;
+    app.add_plugins((
+        TaskPoolPlugin { task_pool_options },
+        TransformPlugin,
+        AssetPlugin::default(),
+        MeshPlugin,
+    ));
     app.add_plugins(CameraPlugin);
     if let Some(settings) = settings {
         app.add_plugins(OspCullingPlugin { settings });

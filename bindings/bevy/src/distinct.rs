@@ -1,0 +1,101 @@
+use bevy_ecs::{
+    entity::Entity,
+    query::{IterQueryData, QueryFilter, QueryItem},
+    system::Query,
+};
+use bevy_tasks::ComputeTaskPool;
+use bevy_utils::Parallel;
+
+/// Fewer entities are not shared out: that would take longer than to test them.
+const FEW_ENTITIES: usize = 512;
+
+/// Entities of which no two are the same.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Distinct<'a>(&'a [Entity]);
+
+impl<'a> Distinct<'a> {
+    /// Entities whose indices ascend, as those of a set do. Panics if they do not.
+    pub(crate) fn ascending(entities: &'a [Entity]) -> Self {
+        let do_ascend = entities.is_sorted_by(|a, b| a.index_u32() < b.index_u32());
+        assert!(do_ascend, "the numbers of a set ascend");
+        Self(entities)
+    }
+
+    pub(crate) fn len(self) -> usize {
+        self.0.len()
+    }
+
+    /// Hands what the query has of each of them to `check`, on the threads of the task pool, with a value that each thread keeps.
+    /// (What Bevy has for that compares each entity with each other one.)
+    pub(crate) fn for_each<D: IterQueryData, F: QueryFilter, T: Default + Send>(
+        self,
+        query: &mut Query<'_, '_, D, F>,
+        locals: &Parallel<T>,
+        check: impl Fn(QueryItem<'_, '_, D>, &mut T) + Sync,
+    ) {
+        let query = &*query;
+        let check_part = |part: &[Entity]| {
+            let mut local = locals.borrow_local_mut();
+            // SAFETY: the query is borrowed mutably, so that only this function uses it. No two entities are the same, and the parts
+            // share none: each item is fetched once.
+            #[expect(unsafe_code, reason = "there is no safe way that does not take quadratic time")]
+            let mut items = unsafe { query.iter_many_unsafe(part) };
+            while let Some(item) = items.fetch_next() {
+                check(item, &mut local);
+            }
+        };
+        let threads = ComputeTaskPool::try_get().map_or(1, |pool| pool.thread_num());
+        if self.len() <= FEW_ENTITIES || threads <= 1 {
+            check_part(self.0);
+            return;
+        }
+        let check_part = &check_part;
+        ComputeTaskPool::get().scope(|scope| {
+            for part in self.0.chunks(self.len().div_ceil(threads)) {
+                scope.spawn(async move { check_part(part) });
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy_ecs::{component::Component, system::RunSystemOnce, world::World};
+    use bevy_tasks::TaskPoolBuilder;
+
+    use super::*;
+
+    #[derive(Component, Default)]
+    struct Visits(usize);
+
+    #[test]
+    fn each_is_visited_once() {
+        ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(3).build());
+        for count in [0, 1, FEW_ENTITIES, FEW_ENTITIES + 1, 5000] {
+            let mut world = World::new();
+            let mut all = (0..count).map(|_| world.spawn(Visits(0)).id()).collect::<Vec<_>>();
+            all.sort_unstable_by_key(|id| id.index_u32());
+            // Those that have gone are left out.
+            let gone = all.iter().copied().step_by(7).collect::<Vec<_>>();
+            gone.iter().for_each(|id| drop(world.despawn(*id)));
+            let heard = all.clone();
+            let visit = move |mut query: Query<'_, '_, &mut Visits>| {
+                let mut locals = Parallel::<usize>::default();
+                Distinct::ascending(&heard).for_each(&mut query, &locals, |mut visits, local| {
+                    visits.0 += 1;
+                    *local += 1;
+                });
+                locals.iter_mut().map(|local| *local).sum::<usize>()
+            };
+            assert_eq!(world.run_system_once(visit).unwrap(), count - gone.len());
+            assert!(world.query::<&Visits>().iter(&world).all(|visits| visits.0 == 1));
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "ascend")]
+    fn twice_the_same_is_refused() {
+        let entity = World::new().spawn_empty().id();
+        Distinct::ascending(&[entity, entity]);
+    }
+}
