@@ -24,17 +24,21 @@ const MOST_WAIT_FRAMES: u32 = 1024;
 /// An index that was kept for so many frames was worth it: the next wait is a short one again.
 const KEPT_FRAMES: u32 = 512;
 
+/// The mean of what changes in a frame goes over about so many frames.
+const MEAN_FRAMES: f32 = 16.0;
+
 /// Entities that may settle in a frame at least, so that a small index is filled soon.
 const LEAST_SETTLED: usize = 64;
 
 /// What the plugin did in the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OspCullingCounts {
-    /// Entities whose visibility is checked: those with a `ViewVisibility` and without `NoCpuCulling`.
+    /// Entities whose visibility is followed: those with a `ViewVisibility` and without `NoCpuCulling`.
     pub entities: usize,
     /// Of them, those in the index; 0 while there is none.
     pub indexed: usize,
-    /// Those that have changed lately, or wait for the index to be filled: tested for every view.
+    /// Those that have changed lately, or wait for the index to be filled: tested for every view. Some of them are in the index,
+    /// too, at an old place.
     pub loose: usize,
     /// Those that are tested for every view because nothing says where they are, or that must not be used.
     pub always: usize,
@@ -58,6 +62,8 @@ pub struct OspCulling {
     wait_frames: u32,
     /// Of the present wait, or with the present index.
     frames: u32,
+    /// Entities that change in a frame, mean over the last frames.
+    mean_changed: f32,
     counts: OspCullingCounts,
     found: VisibleBlocks,
     list: Vec<Entity>,
@@ -123,7 +129,8 @@ impl OspCulling {
 
     /// The index follows what has changed, unless that is too much.
     fn hear(&mut self, settings: &OspCullingSettings, changes: &mut Changes<'_, '_>, entities: usize) {
-        let mut left = OspCullingSettings::part(settings.most_moved, entities);
+        let most = OspCullingSettings::part(settings.most_moved_at_once, entities);
+        let mut left = most;
         let followed = &mut self.entities;
         let flow = changes.follow(|heard| {
             match heard {
@@ -137,7 +144,9 @@ impl OspCulling {
             }
             ControlFlow::Continue(())
         });
-        if flow.is_break() {
+        self.mean_changed += ((most - left) as f32 - self.mean_changed) / MEAN_FRAMES;
+        let most_mean = OspCullingSettings::part(settings.most_moved, entities);
+        if flow.is_break() || self.mean_changed > most_mean as f32 {
             let wait_frames = if self.frames > KEPT_FRAMES { 0 } else { self.wait_frames };
             self.give_up(wait_frames);
             self.wait_longer();
@@ -157,7 +166,7 @@ impl OspCulling {
         self.entities.begin(cube_around(&root), entities);
         let mut is_within = true;
         changes.for_each(|entity, has_bounds, _| is_within &= self.entities.note(entity, has_bounds).is_ok());
-        (self.is_indexed, self.frames) = (true, 0);
+        (self.is_indexed, self.frames, self.mean_changed) = (true, 0, 0.0);
         if !is_within {
             self.give_up(MOST_WAIT_FRAMES);
         }

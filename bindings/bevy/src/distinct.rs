@@ -6,8 +6,8 @@ use bevy_ecs::{
 use bevy_tasks::ComputeTaskPool;
 use bevy_utils::Parallel;
 
-/// Fewer entities are not shared out: that would take longer than to test them.
-const FEW_ENTITIES: usize = 512;
+/// Entities of a thread at least: to wake another one for fewer takes longer than to test them.
+const LEAST_PART: usize = 1024;
 
 /// Entities of which no two are the same.
 #[derive(Clone, Copy, Debug)]
@@ -45,13 +45,14 @@ impl<'a> Distinct<'a> {
             }
         };
         let threads = ComputeTaskPool::try_get().map_or(1, |pool| pool.thread_num());
-        if self.len() <= FEW_ENTITIES || threads <= 1 {
+        let parts = (self.len() / LEAST_PART).min(threads);
+        if parts <= 1 {
             check_part(self.0);
             return;
         }
         let check_part = &check_part;
         ComputeTaskPool::get().scope(|scope| {
-            for part in self.0.chunks(self.len().div_ceil(threads)) {
+            for part in self.0.chunks(self.len().div_ceil(parts)) {
                 scope.spawn(async move { check_part(part) });
             }
         });
@@ -71,13 +72,13 @@ mod tests {
     #[test]
     fn each_is_visited_once() {
         ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(3).build());
-        for count in [0, 1, FEW_ENTITIES, FEW_ENTITIES + 1, 5000] {
+        for count in [0, 1, LEAST_PART - 1, 2 * LEAST_PART - 1, 2 * LEAST_PART, 7001] {
             let mut world = World::new();
             let mut all = (0..count).map(|_| world.spawn(Visits(0)).id()).collect::<Vec<_>>();
             all.sort_unstable_by_key(|id| id.index_u32());
             // Those that have gone are left out.
             let gone = all.iter().copied().step_by(7).collect::<Vec<_>>();
-            gone.iter().for_each(|id| drop(world.despawn(*id)));
+            assert!(gone.iter().all(|id| world.despawn(*id)));
             let heard = all.clone();
             let visit = move |mut query: Query<'_, '_, &mut Visits>| {
                 let mut locals = Parallel::<usize>::default();

@@ -8,6 +8,9 @@
 //! indexed ───────────> loose ─────────────────────────> indexed
 //!                        └─ no box, not finite, NoFrustumCulling ──> always
 //! ```
+//!
+//! A loose entity stays in the index at its old place until it settles: whatever moves in every frame costs the index nothing, and what
+//! has moved a little is only adjusted there. Every loose entity is a candidate, so that it does not matter where the index finds it.
 
 use std::collections::VecDeque;
 
@@ -39,10 +42,17 @@ struct Record {
     state: State,
     /// Whether its number waits in the queue.
     is_queued: bool,
+    /// Whether the index has it, at its place or, if it is loose, at an old one.
+    is_filed: bool,
 }
 
-const ABSENT: Record =
-    Record { entity: Entity::PLACEHOLDER, changed_in: 0, state: State::Absent, is_queued: false };
+const ABSENT: Record = Record {
+    entity: Entity::PLACEHOLDER,
+    changed_in: 0,
+    state: State::Absent,
+    is_queued: false,
+    is_filed: false,
+};
 
 /// Where the bounds of an entity can be had when it settles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +110,7 @@ impl Entities {
         self.queue.clear();
     }
 
-    /// Entities in the index.
+    /// Entities in the index, with those that are loose and not yet taken out.
     pub(crate) fn indexed(&self) -> usize {
         self.index.len()
     }
@@ -158,8 +168,12 @@ impl Entities {
             State::Absent => {}
             State::Always => self.always.remove_block(block, mask),
             State::Loose => self.loose.remove_block(block, mask),
+            State::Indexed => {}
+        }
+        let is_to_leave = matches!(state, State::Absent | State::Always);
+        if is_to_leave && std::mem::take(&mut record.is_filed) {
             // It is there: nothing else takes anything out.
-            State::Indexed => drop(self.index.remove(id)),
+            self.index.remove(id).expect("what is filed is in the index");
         }
         match state {
             State::Absent => record.entity = Entity::PLACEHOLDER,
@@ -197,8 +211,15 @@ impl Entities {
                 Bounds::Gone => State::Absent,
                 Bounds::Unknown => State::Always,
                 Bounds::Box(bounds) => {
-                    let is_taken = self.index.insert(PolygonId(number), &bounds).is_ok();
-                    if is_taken { State::Indexed } else { State::Always }
+                    let (id, record) = (PolygonId(number), &mut self.records[number as usize]);
+                    let filed = if record.is_filed {
+                        self.index.update(id, &bounds)
+                    } else {
+                        self.index.insert(id, &bounds)
+                    };
+                    // A refused update leaves the old box in the index.
+                    record.is_filed |= filed.is_ok();
+                    if filed.is_ok() { State::Indexed } else { State::Always }
                 }
             };
             self.enter(number, state);
@@ -228,7 +249,10 @@ impl Entities {
         let mut counts = [0; 3];
         for (number, record) in self.records.iter().enumerate() {
             let id = PolygonId(number as u32);
-            let places = [self.index.bounds(id).is_some(), self.loose.contains(id), self.always.contains(id)];
+            let is_filed = self.index.bounds(id).is_some();
+            assert_eq!(is_filed, record.is_filed, "{record:?}");
+            let is_indexed = is_filed && record.state != State::Loose;
+            let places = [is_indexed, self.loose.contains(id), self.always.contains(id)];
             let expected = match record.state {
                 State::Absent => [false; 3],
                 State::Indexed => [true, false, false],
@@ -238,6 +262,7 @@ impl Entities {
             assert_eq!(places, expected, "{record:?}");
             assert!(record.state == State::Absent || record.entity.index_u32() == id.0);
             assert!(record.state != State::Loose || record.is_queued);
+            let places = [is_filed, places[1], places[2]];
             counts.iter_mut().zip(places).for_each(|(count, is_there)| *count += usize::from(is_there));
         }
         assert_eq!(counts, [self.indexed(), self.loose(), self.always()]);
@@ -272,9 +297,22 @@ mod tests {
             assert_eq!(found.len(), 1);
             entities.next_frame();
         }
+        // It moves, and moves back: the index has it once, at its old place.
         entities.note(entity, true).unwrap();
         entities.validate();
-        assert_eq!((entities.loose(), entities.indexed()), (1, 0));
+        assert_eq!((entities.loose(), entities.indexed()), (1, 1));
+        (0..3).for_each(|_| entities.next_frame());
+        entities.settle(16, 3, |_| Bounds::Box(cube_at(9.0)));
+        entities.validate();
+        assert_eq!((entities.loose(), entities.indexed()), (0, 1));
+        assert_eq!(entities.index.bounds(PolygonId(entity.index_u32())), Some(cube_at(9.0)));
+        // A box that the index refuses: it is tested always.
+        entities.note(entity, true).unwrap();
+        (0..3).for_each(|_| entities.next_frame());
+        entities.settle(16, 3, |_| Bounds::Box(cube_at(f32::NAN)));
+        entities.validate();
+        assert_eq!((entities.always(), entities.indexed()), (1, 0));
+        entities.note(entity, true).unwrap();
         entities.note(entity, false).unwrap();
         entities.validate();
         assert_eq!((entities.loose(), entities.always()), (0, 1));

@@ -7,9 +7,11 @@ use bevy_ecs::resource::Resource;
 pub struct OspCullingSettings {
     /// With fewer entities there is no index: a plain pass is faster.
     pub least_entities: usize,
-    /// If more than this part of the entities has changed in a frame (moved, come, got another box), the index is given up, and the
-    /// plugin waits until they rest.
+    /// If more than this part of the entities changes in a frame (moves, comes, gets another box), over some frames, the index is
+    /// given up, and the plugin waits until they rest.
     pub most_moved: f32,
+    /// If more than this part of the entities changes in one frame, the index is given up at once.
+    pub most_moved_at_once: f32,
     /// A view for which the index finds more than this part of the entities is culled by a plain pass: to look up each
     /// of so many takes longer than to walk over all.
     pub most_found: f32,
@@ -21,14 +23,28 @@ pub struct OspCullingSettings {
 
 impl Default for OspCullingSettings {
     fn default() -> Self {
-        Self { least_entities: 10_000, most_moved: 0.1, most_found: 0.25, settle_frames: 8, fill_frames: 64 }
+        Self {
+            least_entities: 2000,
+            most_moved: 0.015,
+            most_moved_at_once: 0.1,
+            most_found: 0.125,
+            settle_frames: 2,
+            fill_frames: 64,
+        }
     }
 }
 
 impl OspCullingSettings {
     /// The index always, whatever it costs: for tests and measurements.
     pub fn always() -> Self {
-        Self { least_entities: 0, most_moved: 1.0, most_found: 1.0, settle_frames: 1, fill_frames: 1 }
+        Self {
+            least_entities: 0,
+            most_moved: 1.0,
+            most_moved_at_once: 1.0,
+            most_found: 1.0,
+            settle_frames: 1,
+            fill_frames: 1,
+        }
     }
 
     /// A plain pass always.

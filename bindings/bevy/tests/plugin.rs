@@ -70,7 +70,9 @@ fn it_is_where_bevys_system_was() {
         app.finish();
         app.cleanup();
         spawn_camera(&mut app);
-        (0..5).for_each(|i| drop(spawn_thing(&mut app, Vec3::new(i as f32 * 0.1, 0.0, -5.0))));
+        for i in 0..5 {
+            spawn_thing(&mut app, Vec3::new(i as f32 * 0.1, 0.0, -5.0));
+        }
         (0..20).for_each(|_| app.update());
         assert_eq!(app.world().resource::<SeenAfter>().0, [3; 20], "plugin first: {plugin_first}");
         assert_eq!(app.world().resource::<OspCulling>().counts().views_by_index, 1);

@@ -158,11 +158,17 @@ impl Game {
         let mut entity = world.spawn((dice.transform(), Visibility::default()));
         match dice.below(10) {
             0 => {
-                drop(entity.insert((dice.class(), Sphere { center: dice.vector(50.0).into(), radius: 2.0 })))
+                entity.insert((dice.class(), Sphere { center: dice.vector(50.0).into(), radius: 2.0 }));
             }
-            1 => drop(entity.insert(Mesh3d(self.meshes[dice.below(2)].clone()))),
-            2 => drop(entity.insert(dice.class())),
-            _ => drop(entity.insert((dice.class(), dice.aabb()))),
+            1 => {
+                entity.insert(Mesh3d(self.meshes[dice.below(2)].clone()));
+            }
+            2 => {
+                entity.insert(dice.class());
+            }
+            _ => {
+                entity.insert((dice.class(), dice.aabb()));
+            }
         }
         self.entities.push(entity.id());
     }
@@ -186,13 +192,17 @@ impl Game {
         let dice = &mut self.dice;
         let mut entity = world.entity_mut(id);
         match dice.below(26) {
-            0..5 => drop(entity.insert(dice.transform())),
+            0..5 => {
+                entity.insert(dice.transform());
+            }
             5 => {
                 entity.despawn();
                 self.entities.retain(|there| world.get_entity(*there).is_ok());
             }
             6 | 7 => self.spawn(world),
-            8 => drop(entity.insert(dice.visibility())),
+            8 => {
+                entity.insert(dice.visibility());
+            }
             9 => {
                 // Not below itself: only what has no parent becomes one, and only what has no children gets one.
                 if let Some(parent) = other
@@ -203,15 +213,33 @@ impl Game {
                     world.entity_mut(id).insert(ChildOf(parent));
                 }
             }
-            10 => drop(entity.remove::<ChildOf>()),
-            11 => drop(entity.insert(dice.layers())),
-            12 => drop(entity.remove::<RenderLayers>()),
-            13 => drop(entity.insert(dice.range())),
-            14 => drop(entity.remove::<VisibilityRange>()),
-            15 => drop(entity.insert(NoFrustumCulling)),
-            16 => drop(entity.remove::<NoFrustumCulling>()),
-            17 => drop(entity.insert(NoCpuCulling)),
-            18 => drop(entity.remove::<NoCpuCulling>()),
+            10 => {
+                entity.remove::<ChildOf>();
+            }
+            11 => {
+                entity.insert(dice.layers());
+            }
+            12 => {
+                entity.remove::<RenderLayers>();
+            }
+            13 => {
+                entity.insert(dice.range());
+            }
+            14 => {
+                entity.remove::<VisibilityRange>();
+            }
+            15 => {
+                entity.insert(NoFrustumCulling);
+            }
+            16 => {
+                entity.remove::<NoFrustumCulling>();
+            }
+            17 => {
+                entity.insert(NoCpuCulling);
+            }
+            18 => {
+                entity.remove::<NoCpuCulling>();
+            }
             19 => {
                 let aabb = dice.aabb();
                 if let Some(mut there) = entity.get_mut::<Aabb>() {
@@ -233,15 +261,31 @@ impl Game {
                 }
             }
             22 => match dice.below(6) {
-                0 => drop(entity.remove::<GlobalTransform>()),
-                1 => drop(entity.insert(GlobalTransform::from(dice.transform()))),
-                2 => drop(entity.remove::<ViewVisibility>()),
-                3 => drop(entity.insert(ViewVisibility::default())),
-                4 => drop(entity.remove::<InheritedVisibility>()),
-                _ => drop(entity.insert(InheritedVisibility::VISIBLE)),
+                0 => {
+                    entity.remove::<GlobalTransform>();
+                }
+                1 => {
+                    entity.insert(GlobalTransform::from(dice.transform()));
+                }
+                2 => {
+                    entity.remove::<ViewVisibility>();
+                }
+                3 => {
+                    entity.insert(ViewVisibility::default());
+                }
+                4 => {
+                    entity.remove::<InheritedVisibility>();
+                }
+                _ => {
+                    entity.insert(InheritedVisibility::VISIBLE);
+                }
             },
-            23 => drop(entity.insert(dice.class())),
-            24 => drop(entity.remove::<VisibilityClass>()),
+            23 => {
+                entity.insert(dice.class());
+            }
+            24 => {
+                entity.remove::<VisibilityClass>();
+            }
             _ => {
                 let mesh = self.meshes[dice.below(2)].clone();
                 entity.insert(Mesh3d(mesh));
@@ -254,10 +298,18 @@ impl Game {
         let at = dice.below(self.cameras.len());
         let mut entity = world.entity_mut(self.cameras[at]);
         match dice.below(9) {
-            0..4 => drop(entity.insert(dice.camera())),
-            4 => drop(entity.remove::<Frustum>()),
-            5 => drop(entity.insert(Frustum::default())),
-            6 => drop(entity.insert(dice.layers())),
+            0..4 => {
+                entity.insert(dice.camera());
+            }
+            4 => {
+                entity.remove::<Frustum>();
+            }
+            5 => {
+                entity.insert(Frustum::default());
+            }
+            6 => {
+                entity.insert(dice.layers());
+            }
             7 => {
                 if entity.contains::<NoCpuCulling>() {
                     entity.remove::<NoCpuCulling>();
@@ -297,7 +349,8 @@ impl Game {
 fn restless() -> OspCullingSettings {
     OspCullingSettings {
         least_entities: 250,
-        most_moved: 0.15,
+        most_moved: 0.08,
+        most_moved_at_once: 0.15,
         most_found: 0.5,
         settle_frames: 3,
         fill_frames: 3,
@@ -359,7 +412,9 @@ fn in_an_empty_world() {
     // Without a camera, and with one alone.
     let mut apps = [new_app(None), new_app(Some(OspCullingSettings::always()))];
     apps.iter_mut().for_each(App::update);
-    apps.iter_mut().for_each(|app| drop(app.world_mut().spawn(Camera::default())));
+    for app in &mut apps {
+        app.world_mut().spawn(Camera::default());
+    }
     apps.iter_mut().for_each(App::update);
     Twins::new().compare(&mut apps, "a camera alone");
     let mut views = apps[1].world_mut().query::<&VisibleEntities>();
