@@ -3,6 +3,7 @@
 
 #![expect(clippy::print_stdout, reason = "a table is what it is for")]
 
+#[expect(dead_code, reason = "tests have two threads; here are as many as Bevy takes")]
 #[path = "../tests/twins/mod.rs"]
 mod twins;
 
@@ -25,7 +26,7 @@ use rand_pcg::{
     Pcg64Mcg,
     rand_core::{Rng, SeedableRng},
 };
-use twins::{Twins, new_app};
+use twins::{Twins, new_app_on};
 
 /// The class of the cubes.
 struct Cube;
@@ -123,7 +124,7 @@ struct Measured {
 }
 
 fn measure(case: &Case) -> Measured {
-    let mut apps = [new_app(None), new_app(Some(case.settings.clone()))];
+    let mut apps = [new_app_on(1, None), new_app_on(1, Some(case.settings.clone()))];
     for app in &mut apps {
         app.insert_resource(CheckTime(Instant::now(), Duration::ZERO));
         let before = (VisibilitySystems::UpdateFrusta, VisibilitySystems::CalculateBounds);

@@ -95,7 +95,7 @@ mod tests {
 
     /// Numbers over many orders of magnitude, now and then zero.
     fn scale(random: &mut Pcg64Mcg) -> f32 {
-        if random.next_u32() % 8 == 0 { 0.0 } else { 10f32.powf(signed(random) * 6.0) }
+        if random.next_u32().is_multiple_of(8) { 0.0 } else { 10f32.powf(signed(random) * 6.0) }
     }
 
     /// Whatever Bevy's own test takes for visible is found: planes are laid so that they nearly touch the boxes.
@@ -106,7 +106,7 @@ mod tests {
         for _ in 0..200_000 {
             // Sheared, mirrored, squeezed flat: any matrix.
             let columns = [0; 3].map(|_| vector(&mut random) * scale(&mut random));
-            let is_upright = random.next_u32() % 2 == 0;
+            let is_upright = random.next_u32().is_multiple_of(2);
             let matrix = if is_upright {
                 // The box in the index is the same: only rounding is between the two tests.
                 Mat3::from_diagonal(vector(&mut random) * scale(&mut random))
@@ -125,7 +125,7 @@ mod tests {
                 let radius = aabb.relative_radius(&normal.into(), &transform.affine().matrix3);
                 // It touches the box, within rounding or by far.
                 let touching = -BevyVec3::from(center).dot(normal) - radius;
-                let beside = if random.next_u32() % 8 == 0 { 1.0 } else { 1.0e-6 };
+                let beside = if random.next_u32().is_multiple_of(8) { 1.0 } else { 1.0e-6 };
                 let d = touching + (touching.abs() + radius) * (signed(&mut random) + 0.8) * beside;
                 HalfSpace::new(Vec4::from((normal, d)))
             });

@@ -57,19 +57,26 @@ type ViewData = (
 /// The entities that a thread has found, by class.
 type Queue = TypeIdMap<Vec<Entity>>;
 
+/// Kept for its memory.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    queues: Parallel<Queue>,
+    shadows: Shadows,
+}
+
 /// Finds what each view sees: sets the `ViewVisibility` of the entities and the `VisibleEntities` of the views, to the same as
 /// Bevy's `check_visibility_cpu_culling`, less what an `Occluder` hides. The index only chooses the entities that are tested; the
 /// test is Bevy's own.
 pub(crate) fn check_visibility(
     settings: Res<'_, OspCullingSettings>,
     mut culling: ResMut<'_, OspCulling>,
-    mut queues: Local<'_, Parallel<Queue>>,
+    mut scratch: Local<'_, Scratch>,
     mut views: Query<'_, '_, ViewData>,
     mut entities: ParamSet<'_, '_, (Changes<'_, '_>, Query<'_, '_, Checked, Without<NoCpuCulling>>)>,
     ranges: Option<Res<'_, VisibleEntityRanges>>,
     occluders: Occluders<'_, '_>,
-    mut shadows: Local<'_, Shadows>,
 ) {
+    let Scratch { queues, shadows } = &mut *scratch;
     culling.follow(&settings, &mut entities.p0());
     let ranges = ranges.as_deref();
     let mut entities = entities.p1();
@@ -92,7 +99,7 @@ pub(crate) fn check_visibility(
         let candidates = if no_cpu_culling { None } else { culling.candidates(&settings, frustum) };
         match candidates {
             Some(candidates) => {
-                candidates.for_each(&mut entities, &queues, |item, queue| test.check(item, queue));
+                candidates.for_each(&mut entities, queues, touch, |item, queue| test.check(item, queue));
                 culling.counts_mut().views_by_index += 1;
             }
             None => {
@@ -101,9 +108,19 @@ pub(crate) fn check_visibility(
                 culling.counts_mut().views_by_pass += 1;
             }
         }
-        gather(&mut queues, &mut visible);
+        gather(queues, &mut visible);
         culling.counts_mut().occluded += shadows.take_occluded();
     }
+}
+
+/// Reads a little of all that is read of an entity.
+#[inline]
+fn touch(item: &CheckedItem<'_, '_>) -> u32 {
+    u32::from(item.inherited_visibility.get())
+        ^ u32::from(item.view_visibility.get())
+        ^ item.transform.affine().translation.x.to_bits()
+        ^ item.aabb.map_or(0, |aabb| aabb.center.x.to_bits())
+        ^ item.class.map_or(0, |class| class.len() as u32)
 }
 
 /// One view, as an entity is tested against it.

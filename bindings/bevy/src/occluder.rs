@@ -163,7 +163,7 @@ mod tests {
     fn meshes_give_their_triangles() {
         let cube = Occluder::from_mesh(&Mesh::from(Cuboid::default())).unwrap();
         assert_eq!(cube.polygons().len(), 12);
-        let fine = Mesh::from(Sphere::new(1.0).mesh().uv(64, 64));
+        let fine = Sphere::new(1.0).mesh().uv(64, 64);
         assert_eq!(Occluder::from_mesh(&fine), Err(OccluderError::TooMany(MOST_POLYGONS + 1)));
         let points = Mesh::new(bevy_mesh::PrimitiveTopology::PointList, Default::default());
         assert_eq!(Occluder::from_mesh(&points), Err(OccluderError::NoTriangles));

@@ -45,7 +45,7 @@ fn corners(width: f32, height: f32) -> [Vec3; 4] {
 }
 
 fn wall(place: Transform) -> (Occluder, Transform, Visibility) {
-    (Occluder::quad(corners(8.0, 6.0)).unwrap(), place, Visibility::default())
+    (Occluder::quad(corners(8.0, 6.0)).expect("a wall is flat and convex"), place, Visibility::default())
 }
 
 fn perspective() -> Projection {
@@ -60,7 +60,11 @@ fn app_with_camera(projection: Projection) -> (App, Entity) {
 }
 
 fn seen(app: &App, camera: Entity) -> Vec<Entity> {
-    app.world().get::<VisibleEntities>(camera).unwrap().get(TypeId::of::<Thing>()).to_vec()
+    app.world()
+        .get::<VisibleEntities>(camera)
+        .expect("a camera has a list")
+        .get(TypeId::of::<Thing>())
+        .to_vec()
 }
 
 fn occluded(app: &App) -> usize {

@@ -340,7 +340,7 @@ impl Game {
             let mesh = self.meshes[0].clone();
             let size = 1.0 + self.dice.signed().abs() * 4.0;
             let mut meshes = world.resource_mut::<Assets<Mesh>>();
-            meshes.insert(&mesh, Mesh::from(Cuboid::from_length(size))).unwrap();
+            meshes.insert(&mesh, Mesh::from(Cuboid::from_length(size))).expect("the handle is of this app");
         }
     }
 }

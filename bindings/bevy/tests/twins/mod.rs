@@ -30,11 +30,17 @@ fn note_changes(mut changes: ResMut<'_, Changes>, changed: Query<'_, '_, Entity,
 const FIRST_ENTITY: u32 = 256;
 
 /// An app with Bevy's cameras, with the plugin if there are settings.
+///
+/// Two threads at least: lists that several threads have filled are compared.
 pub(crate) fn new_app(settings: Option<OspCullingSettings>) -> App {
+    new_app_on(2, settings)
+}
+
+/// The same, with this many threads for systems at least.
+pub(crate) fn new_app_on(least_threads: usize, settings: Option<OspCullingSettings>) -> App {
     let mut app = App::new();
-    // Two threads at least: lists that several threads have filled are compared.
     let mut task_pool_options = TaskPoolOptions::default();
-    task_pool_options.compute.min_threads = 2;
+    task_pool_options.compute.min_threads = least_threads;
     app.add_plugins((
         TaskPoolPlugin { task_pool_options },
         TransformPlugin,
@@ -78,7 +84,7 @@ impl Twins {
             views.sort_unstable_by_key(|(id, _)| *id);
             states.push((entities, views, std::mem::take(&mut world.resource_mut::<Changes>().0)));
         }
-        let [bevy, ours] = states.try_into().unwrap();
+        let [bevy, ours] = states.try_into().expect("two apps");
         assert_eq!(bevy.0.len(), ours.0.len(), "{when}");
         for (bevy, ours) in bevy.0.iter().zip(&ours.0) {
             assert_eq!(bevy, ours, "{when}");
