@@ -7,8 +7,8 @@ use bevy_ecs::resource::Resource;
 pub struct OspCullingSettings {
     /// With fewer entities there is no index: a plain pass is faster.
     pub least_entities: usize,
-    /// If more than this part of the entities changes in a frame (moves, comes, gets another box), over some frames, the index is
-    /// given up, and the plugin waits until they rest.
+    /// If more than this part of the entities changes in a frame (moves, comes, gets another box), mean over some frames, or more than
+    /// 6,000 of them, the index is given up, and the plugin waits until they rest. From 1 on there is no limit.
     pub most_moved: f32,
     /// If more than this part of the entities changes in one frame, the index is given up at once.
     pub most_moved_at_once: f32,
