@@ -46,25 +46,14 @@ pub(crate) type Occluders<'w, 's> = Query<
 >;
 
 /// The shadows in one view after the other; kept for its memory.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Shadows {
-    culler: Msvbsp,
+    /// Made for the first occluder: it takes some megabytes.
+    culler: Option<Msvbsp>,
     polygons: Vec<(f32, [Vec3; 4], usize)>,
     shadows: Vec<ShadowVolume>,
     measured: Vec<(f64, ShadowVolume)>,
     occluded: AtomicUsize,
-}
-
-impl Default for Shadows {
-    fn default() -> Self {
-        Self {
-            culler: Msvbsp::new(MsvbspConfig::default()),
-            polygons: Vec::new(),
-            shadows: Vec::new(),
-            measured: Vec::new(),
-            occluded: AtomicUsize::new(0),
-        }
-    }
 }
 
 impl Shadows {
@@ -92,7 +81,8 @@ impl Shadows {
         self.shadows.clear();
         self.shadows.extend(self.measured.iter().take(MOST_OCCLUDERS).map(|(_, shadow)| *shadow));
         if !self.shadows.is_empty() {
-            self.culler.build(window, &self.shadows);
+            let culler = self.culler.get_or_insert_with(|| Msvbsp::new(MsvbspConfig::default()));
+            culler.build(window, &self.shadows);
         }
         !self.shadows.is_empty()
     }
@@ -134,7 +124,8 @@ impl Shadows {
     /// Whether nothing of a box can be seen.
     #[inline]
     pub(crate) fn hide(&self, bounds: &WorldBox) -> bool {
-        let is_hidden = self.culler.test_box(bounds).verdict == Verdict::Hidden;
+        let is_hidden =
+            self.culler.as_ref().is_some_and(|culler| culler.test_box(bounds).verdict == Verdict::Hidden);
         if is_hidden {
             self.occluded.fetch_add(1, Ordering::Relaxed);
         }

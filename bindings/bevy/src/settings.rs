@@ -2,7 +2,7 @@ use bevy_ecs::resource::Resource;
 
 /// When the plugin uses the index, and when Bevy's way: a plain pass over all entities. The visible sets are the same either way.
 ///
-/// The limits are where the two ways cross in the measurements of this crate's README. The resource may be changed at any time.
+/// The limits are about where the two ways cross (`cargo bench -- limits`). The resource may be changed at any time.
 #[derive(Resource, Clone, Debug, PartialEq)]
 pub struct OspCullingSettings {
     /// With fewer entities there is no index: a plain pass is faster.
