@@ -26,8 +26,8 @@
 //! (all that moved, came, went)         (OspCulling)      candidates                                    VisibleEntities
 //! ```
 //!
-//! * What has changed lately is in no index: it is *loose*, a candidate for every view, until it has rested for some frames. So nothing
-//!   is inserted and removed in every frame, whatever moves.
+//! * What has changed lately is *loose*: a candidate for every view, wherever the index still has it, until it has rested for some
+//!   frames. So whatever moves in every frame costs the index nothing.
 //! * Where a plain pass over all entities is faster (few entities, much that moves, a view of most of the world), the system makes
 //!   one. [`OspCullingSettings`] are the limits.
 //! * What cannot be culled by a finite box is a candidate for every view.
