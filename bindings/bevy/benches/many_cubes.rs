@@ -1,0 +1,220 @@
+//! Bevy's own culling and the plugin, frame by frame in one process. `cargo bench` prints the table of the README;
+//! `cargo bench -- limits` what the limits of `OspCullingSettings` go by; numbers after it choose how many cubes.
+
+#![expect(clippy::print_stdout, reason = "a table is what it is for")]
+
+#[expect(dead_code, reason = "tests have two threads; here are as many as Bevy takes")]
+#[path = "../tests/twins/mod.rs"]
+mod twins;
+
+use std::{
+    any::TypeId,
+    time::{Duration, Instant},
+};
+
+use bevy_app::{App, PostUpdate};
+use bevy_camera::{
+    Camera, PerspectiveProjection, Projection,
+    primitives::Aabb,
+    visibility::{Visibility, VisibilityClass, VisibilitySystems},
+};
+use bevy_ecs::{change_detection::ResMut, entity::Entity, resource::Resource, schedule::IntoScheduleConfigs};
+use bevy_math::{Quat, Vec3, Vec3A};
+use bevy_osp::{OspCulling, OspCullingCounts, OspCullingSettings};
+use bevy_transform::components::Transform;
+use rand_pcg::{
+    Pcg64Mcg,
+    rand_core::{Rng, SeedableRng},
+};
+use twins::{Twins, new_app_on};
+
+/// The class of the cubes.
+struct Cube;
+
+/// When the check of the last frame began, and how long it took.
+#[derive(Resource)]
+struct CheckTime(Instant, Duration);
+
+fn begin(mut time: ResMut<'_, CheckTime>) {
+    time.0 = Instant::now();
+}
+
+fn end(mut time: ResMut<'_, CheckTime>) {
+    time.1 = time.0.elapsed();
+}
+
+#[derive(Clone, Debug)]
+struct Case {
+    cubes: usize,
+    /// Part of the cubes that moves in each frame.
+    moved: f32,
+    /// Vertical field of view, degrees.
+    fov_degrees: f32,
+    settings: OspCullingSettings,
+}
+
+impl Case {
+    fn new(cubes: usize) -> Self {
+        Self { cubes, moved: 0.0, fov_degrees: 45.0, settings: OspCullingSettings::default() }
+    }
+}
+
+/// A cloud of cubes with the camera in its middle, turning, as in Bevy's example `many_cubes`.
+struct Cloud {
+    random: Pcg64Mcg,
+    cubes: Vec<Entity>,
+    camera: Entity,
+    moved: usize,
+    next: usize,
+    angle: f32,
+}
+
+impl Cloud {
+    fn new(app: &mut App, case: &Case) -> Self {
+        let mut random = Pcg64Mcg::seed_from_u64(11);
+        // As many in a cubic metre, however many there are.
+        let reach = (case.cubes as f32).cbrt() * 2.0;
+        let world = app.world_mut();
+        let mut cubes = Vec::with_capacity(case.cubes);
+        for _ in 0..case.cubes {
+            let mut class = VisibilityClass::default();
+            class.push(TypeId::of::<Cube>());
+            let aabb = Aabb { center: Vec3A::ZERO, half_extents: Vec3A::splat(0.5) };
+            let transform = Transform::from_translation(vector(&mut random) * reach);
+            cubes.push(world.spawn((transform, Visibility::default(), class, aabb)).id());
+        }
+        let projection = PerspectiveProjection {
+            fov: case.fov_degrees.to_radians(),
+            aspect_ratio: 16.0 / 9.0,
+            ..Default::default()
+        };
+        let camera =
+            world.spawn((Camera::default(), Projection::Perspective(projection), Transform::default())).id();
+        let moved = (case.moved * case.cubes as f32).round() as usize;
+        Self { random, cubes, camera, moved, next: 0, angle: 0.0 }
+    }
+
+    fn frame(&mut self, app: &mut App) {
+        let world = app.world_mut();
+        for _ in 0..self.moved {
+            self.next = (self.next + 1) % self.cubes.len();
+            let step = vector(&mut self.random) * 0.1;
+            world.get_mut::<Transform>(self.cubes[self.next]).expect("a cube").translation += step;
+        }
+        self.angle += 0.01;
+        let rotation = Quat::from_rotation_y(self.angle) * Quat::from_rotation_x(self.angle * 0.3);
+        world.get_mut::<Transform>(self.camera).expect("the camera").rotation = rotation;
+    }
+}
+
+fn vector(random: &mut Pcg64Mcg) -> Vec3 {
+    let mut signed = || random.next_u32() as f32 / u32::MAX as f32 * 2.0 - 1.0;
+    Vec3::new(signed(), signed(), signed())
+}
+
+/// Frames before the first that counts: an index is begun and filled.
+const WARM_FRAMES: usize = 130;
+
+struct Measured {
+    /// Bevy's and ours, medians, milliseconds.
+    check_ms: [f64; 2],
+    update_ms: [f64; 2],
+    counts: OspCullingCounts,
+    seen: usize,
+}
+
+fn measure(case: &Case) -> Measured {
+    let mut apps = [new_app_on(1, None), new_app_on(1, Some(case.settings.clone()))];
+    for app in &mut apps {
+        app.insert_resource(CheckTime(Instant::now(), Duration::ZERO));
+        let before = (VisibilitySystems::UpdateFrusta, VisibilitySystems::CalculateBounds);
+        app.add_systems(
+            PostUpdate,
+            (
+                begin
+                    .after(before.0)
+                    .after(before.1)
+                    .after(VisibilitySystems::VisibilityPropagate)
+                    .before(VisibilitySystems::CheckVisibility),
+                end.after(VisibilitySystems::CheckVisibility)
+                    .before(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
+            ),
+        );
+    }
+    let mut clouds = apps.each_mut().map(|app| Cloud::new(app, case));
+    let mut twins = Twins::new();
+    let frames = (3_000_000 / case.cubes.max(1)).clamp(61, 2001);
+    let (mut check, mut update) = ([const { Vec::new() }; 2], [const { Vec::new() }; 2]);
+    for frame in 0..WARM_FRAMES + frames {
+        // Who comes second finds a colder cache: turn by turn.
+        let order = if frame % 2 == 0 { [0, 1] } else { [1, 0] };
+        for which in order {
+            clouds[which].frame(&mut apps[which]);
+            let start = Instant::now();
+            apps[which].update();
+            let took = start.elapsed();
+            if frame >= WARM_FRAMES {
+                update[which].push(took.as_secs_f64() * 1e3);
+                check[which].push(apps[which].world().resource::<CheckTime>().1.as_secs_f64() * 1e3);
+            }
+        }
+        if frame % 40 == 0 || frame + 1 == WARM_FRAMES + frames {
+            twins.compare(&mut apps, &format!("{case:?}, frame {frame}"));
+        }
+    }
+    let counts = *apps[1].world().resource::<OspCulling>().counts();
+    let world = apps[1].world();
+    let seen = world
+        .get::<bevy_camera::visibility::VisibleEntities>(clouds[1].camera)
+        .map_or(0, |visible| visible.get(TypeId::of::<Cube>()).len());
+    Measured { check_ms: check.map(median), update_ms: update.map(median), counts, seen }
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn row(name: &str, case: &Case) {
+    let Measured { check_ms, update_ms, counts, seen } = measure(case);
+    let way = if counts.views_by_index > 0 { "index" } else { "pass" };
+    let ratio = |times: [f64; 2]| times[1] / times[0];
+    println!(
+        "| {} | {name} | {seen} | {way} | {:.3} | {:.3} | {:.2} | {:.3} | {:.3} | {:.2} |",
+        case.cubes,
+        check_ms[0],
+        check_ms[1],
+        ratio(check_ms),
+        update_ms[0],
+        update_ms[1],
+        ratio(update_ms),
+    );
+}
+
+fn main() {
+    let arguments = std::env::args().skip(1).filter(|argument| argument != "--bench").collect::<Vec<_>>();
+    let sizes = arguments.iter().filter_map(|argument| argument.parse().ok()).collect::<Vec<usize>>();
+    let sizes_or = |default: &[usize]| if sizes.is_empty() { default.to_vec() } else { sizes.clone() };
+    println!(
+        "| cubes | | seen | way | check, Bevy, ms | check, plugin, ms | ratio | update, Bevy, ms | update, plugin, ms | ratio |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    if arguments.iter().any(|argument| argument == "limits") {
+        for cubes in sizes_or(&[100, 1_000, 2_000, 5_000, 10_000, 100_000]) {
+            let always = Case { settings: OspCullingSettings::always(), ..Case::new(cubes) };
+            row("still", &always);
+            for fov_degrees in [90.0, 120.0, 150.0] {
+                row(&format!("still, {fov_degrees} degrees"), &Case { fov_degrees, ..always.clone() });
+            }
+            for moved in [0.02, 0.05, 0.1, 0.2] {
+                row(&format!("{:.0} % move", moved * 100.0), &Case { moved, ..always.clone() });
+            }
+        }
+        return;
+    }
+    for cubes in sizes_or(&[100, 1_000, 10_000, 100_000, 1_000_000]) {
+        for (name, moved) in [("still", 0.0), ("1 % move", 0.01), ("all move", 1.0)] {
+            row(name, &Case { moved, ..Case::new(cubes) });
+        }
+    }
+}

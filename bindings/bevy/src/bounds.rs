@@ -1,0 +1,169 @@
+//! Bevy's volumes as osp's: a box in world space that is never smaller, and a frustum that is never narrower.
+//!
+//! Bevy tests an oriented box (and the sphere around it) against the planes, in `f32`. An entity whose box in the index is behind
+//! one of these planes must fail that test, too. In exact numbers it does, because the box holds the oriented one. [`MARGIN`] and
+//! [`LEAST_MARGIN_M`] cover what both tests round. Bevy's crates and osp have different versions of glam: numbers cross by arrays.
+
+use bevy_camera::primitives::{Aabb, Frustum, Sphere};
+use bevy_math::{Vec3A, primitives::ViewFrustum};
+use bevy_transform::components::GlobalTransform;
+use osp::{
+    glam::Vec3,
+    math::{Aabb as WorldBox, Frustum as OspFrustum, Plane},
+};
+
+/// Part of a coordinate, an extent or a plane's distance by which a box or a plane is made larger. Each of the two tests rounds
+/// less than sixteen times, each time by at most 2^-24 of a number not larger than these.
+const MARGIN: f32 = 1.0 / (1 << 19) as f32;
+
+/// Added to each, metres, where products of such small numbers vanish.
+const LEAST_MARGIN_M: f32 = 1.0e-30;
+
+/// Boxes and planes beyond it, metres, are not left to the index: products of their numbers could overflow.
+const FARTHEST_M: f32 = 1.0e15;
+
+/// How much the squared length of a plane's normal may differ from 1 for the index to test the plane.
+const UNIT_TOLERANCE: f32 = 1.0e-5;
+
+/// The box of an entity in world space; `None` if there is none that is finite: then Bevy's own test has to decide.
+#[inline]
+pub(crate) fn world_box(
+    transform: &GlobalTransform,
+    aabb: Option<&Aabb>,
+    sphere: Option<&Sphere>,
+) -> Option<WorldBox> {
+    match (aabb, sphere) {
+        (Some(aabb), _) => {
+            let world_from_local = transform.affine();
+            let half = aabb.half_extents.abs();
+            let matrix = world_from_local.matrix3;
+            let reach =
+                matrix.x_axis.abs() * half.x + matrix.y_axis.abs() * half.y + matrix.z_axis.abs() * half.z;
+            box_around(world_from_local.transform_point3a(aabb.center), reach)
+        }
+        // Bevy takes this component as a sphere in world space.
+        (None, Some(sphere)) => box_around(sphere.center, Vec3A::splat(sphere.radius.abs())),
+        (None, None) => None,
+    }
+}
+
+#[inline]
+fn box_around(center: Vec3A, reach: Vec3A) -> Option<WorldBox> {
+    let reach = reach + (center.abs() + reach) * MARGIN + LEAST_MARGIN_M;
+    let (min, max) = (center - reach, center + reach);
+    // A NaN fails the comparisons.
+    let is_near = min.cmpgt(Vec3A::splat(-FARTHEST_M)) & max.cmplt(Vec3A::splat(FARTHEST_M));
+    is_near.all().then(|| WorldBox::new(Vec3::from(min.to_array()), Vec3::from(max.to_array())))
+}
+
+/// The frustum that the index is asked with: Bevy's, without the far plane, by which Bevy culls nothing on the CPU.
+pub(crate) fn osp_frustum(frustum: &Frustum) -> OspFrustum {
+    let mut planes = *OspFrustum::everything().planes();
+    for (plane, half_space) in planes.iter_mut().zip(&frustum.half_spaces[..=ViewFrustum::NEAR_PLANE_IDX]) {
+        let (normal, d) = (half_space.normal(), half_space.d());
+        let is_unit = (normal.length_squared() - 1.0).abs() < UNIT_TOLERANCE;
+        // Else the plane stays as it is, with everything inside.
+        if is_unit && d.abs() < FARTHEST_M {
+            let normal = Vec3::from(normal.to_array());
+            *plane = Plane { normal, d: d + d.abs() * MARGIN + LEAST_MARGIN_M };
+        }
+    }
+    OspFrustum::new(planes)
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy_math::{Affine3A, Mat3, Vec3 as BevyVec3, Vec4, primitives::HalfSpace};
+    use rand_pcg::{
+        Pcg64Mcg,
+        rand_core::{Rng, SeedableRng},
+    };
+
+    use super::*;
+
+    fn unit(random: &mut Pcg64Mcg) -> f32 {
+        random.next_u32() as f32 / u32::MAX as f32
+    }
+
+    fn signed(random: &mut Pcg64Mcg) -> f32 {
+        unit(random) * 2.0 - 1.0
+    }
+
+    fn vector(random: &mut Pcg64Mcg) -> BevyVec3 {
+        BevyVec3::new(signed(random), signed(random), signed(random))
+    }
+
+    /// Numbers over many orders of magnitude, now and then zero.
+    fn scale(random: &mut Pcg64Mcg) -> f32 {
+        if random.next_u32().is_multiple_of(8) { 0.0 } else { 10f32.powf(signed(random) * 6.0) }
+    }
+
+    /// Whatever Bevy's own test takes for visible is found: planes are laid so that they nearly touch the boxes.
+    #[test]
+    fn what_bevy_sees_the_index_finds() {
+        let mut random = Pcg64Mcg::seed_from_u64(7);
+        let (mut seen, mut found, mut close) = (0, 0, 0);
+        for _ in 0..200_000 {
+            // Sheared, mirrored, squeezed flat: any matrix.
+            let columns = [0; 3].map(|_| vector(&mut random) * scale(&mut random));
+            let is_upright = random.next_u32().is_multiple_of(2);
+            let matrix = if is_upright {
+                // The box in the index is the same: only rounding is between the two tests.
+                Mat3::from_diagonal(vector(&mut random) * scale(&mut random))
+            } else {
+                Mat3::from_cols(columns[0], columns[1], columns[2])
+            };
+            let place = vector(&mut random) * scale(&mut random);
+            let transform = GlobalTransform::from(Affine3A::from_mat3_translation(matrix, place));
+            let aabb = Aabb {
+                center: (vector(&mut random) * scale(&mut random)).into(),
+                half_extents: (vector(&mut random) * scale(&mut random)).into(),
+            };
+            let center = transform.affine().transform_point3a(aabb.center);
+            let half_spaces = [0; 6].map(|_| {
+                let normal = vector(&mut random).normalize_or(BevyVec3::X);
+                let radius = aabb.relative_radius(&normal.into(), &transform.affine().matrix3);
+                // It touches the box, within rounding or by far.
+                let touching = -BevyVec3::from(center).dot(normal) - radius;
+                let beside = if random.next_u32().is_multiple_of(8) { 1.0 } else { 1.0e-6 };
+                let d = touching + (touching.abs() + radius) * (signed(&mut random) + 0.8) * beside;
+                HalfSpace::new(Vec4::from((normal, d)))
+            });
+            let frustum = Frustum(ViewFrustum { half_spaces });
+            let is_seen = frustum.intersects_obb(&aabb, &transform.affine(), true, false);
+            let Some(bounds) = world_box(&transform, Some(&aabb), None) else { continue };
+            let is_found = osp_frustum(&frustum).may_see(&bounds);
+            assert!(is_found || !is_seen, "{transform:?} {aabb:?} {frustum:?}");
+            seen += usize::from(is_seen);
+            found += usize::from(is_found);
+            close += usize::from(is_found && !is_seen);
+
+            let sphere = Sphere { center, radius: aabb.half_extents.length() };
+            let is_seen = frustum.intersects_sphere(&sphere, false);
+            let Some(bounds) = world_box(&transform, None, Some(&sphere)) else { continue };
+            assert!(osp_frustum(&frustum).may_see(&bounds) || !is_seen, "{sphere:?} {frustum:?}");
+        }
+        // The test is about something: both answers are there, and boxes at which the two tests differ.
+        assert!(
+            seen > 10_000 && close > 100 && found < 195_000,
+            "{seen} seen, {found} found, {close} of them not seen"
+        );
+    }
+
+    #[test]
+    fn what_is_not_finite_has_no_box_and_a_broken_plane_culls_nothing() {
+        let unit_box = Aabb { center: Vec3A::ZERO, half_extents: Vec3A::ONE };
+        for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0e20] {
+            let transform = GlobalTransform::from_xyz(0.0, broken, 0.0);
+            assert_eq!(world_box(&transform, Some(&unit_box), None), None);
+            let sphere = Sphere { center: Vec3A::ZERO, radius: broken };
+            assert_eq!(world_box(&GlobalTransform::IDENTITY, None, Some(&sphere)), None);
+            let half_spaces = [HalfSpace::new(Vec4::new(1.0, 0.0, 0.0, broken)); 6];
+            let frustum = osp_frustum(&Frustum(ViewFrustum { half_spaces }));
+            assert_eq!(frustum, OspFrustum::everything());
+        }
+        // Planes that nobody has set: Bevy's test decides.
+        assert_eq!(osp_frustum(&Frustum::default()), OspFrustum::everything());
+        assert_eq!(world_box(&GlobalTransform::IDENTITY, None, None), None);
+    }
+}

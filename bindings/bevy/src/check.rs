@@ -1,0 +1,199 @@
+//! The system that takes the place of Bevy's `check_visibility_cpu_culling`.
+
+use bevy_camera::{
+    Camera, Projection,
+    primitives::{Aabb, Frustum, Sphere},
+    visibility::{
+        InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers, SetViewVisibility, ViewVisibility,
+        VisibilityClass, VisibilityRange, VisibleEntities, VisibleEntityRanges,
+    },
+};
+use bevy_ecs::{
+    change_detection::{Res, ResMut},
+    entity::Entity,
+    query::{Has, QueryData, Without},
+    system::{Local, ParamSet, Query},
+};
+use bevy_transform::components::GlobalTransform;
+use bevy_utils::{Parallel, TypeIdMap};
+
+use crate::{
+    Occluder,
+    bounds::world_box,
+    changes::Changes,
+    culling::OspCulling,
+    occlusion::{Occluders, Shadows, window},
+    settings::OspCullingSettings,
+};
+
+/// What is asked of an entity, as Bevy's system asks.
+#[derive(QueryData)]
+#[query_data(mutable)]
+pub(crate) struct Checked {
+    entity: Entity,
+    inherited_visibility: &'static InheritedVisibility,
+    view_visibility: &'static mut ViewVisibility,
+    class: Option<&'static VisibilityClass>,
+    layers: Option<&'static RenderLayers>,
+    aabb: Option<&'static Aabb>,
+    sphere: Option<&'static Sphere>,
+    transform: &'static GlobalTransform,
+    no_frustum_culling: Has<NoFrustumCulling>,
+    has_range: Has<VisibilityRange>,
+    is_occluder: Has<Occluder>,
+}
+
+/// What is asked of a view, as Bevy's system asks, and for occlusion where it is.
+type ViewData = (
+    Entity,
+    &'static mut VisibleEntities,
+    &'static Frustum,
+    Option<&'static RenderLayers>,
+    &'static Camera,
+    Has<NoCpuCulling>,
+    Option<(&'static Projection, &'static GlobalTransform)>,
+);
+
+/// The entities that a thread has found, by class.
+type Queue = TypeIdMap<Vec<Entity>>;
+
+/// Kept for its memory.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    queues: Parallel<Queue>,
+    shadows: Shadows,
+}
+
+/// Finds what each view sees: sets the `ViewVisibility` of the entities and the `VisibleEntities` of the views, to the same as
+/// Bevy's `check_visibility_cpu_culling`, less what an `Occluder` hides. The index only chooses the entities that are tested; the
+/// test is Bevy's own.
+pub(crate) fn check_visibility(
+    settings: Res<'_, OspCullingSettings>,
+    mut culling: ResMut<'_, OspCulling>,
+    mut scratch: Local<'_, Scratch>,
+    mut views: Query<'_, '_, ViewData>,
+    mut entities: ParamSet<'_, '_, (Changes<'_, '_>, Query<'_, '_, Checked, Without<NoCpuCulling>>)>,
+    ranges: Option<Res<'_, VisibleEntityRanges>>,
+    occluders: Occluders<'_, '_>,
+) {
+    let Scratch { queues, shadows } = &mut *scratch;
+    culling.follow(&settings, &mut entities.p0());
+    let ranges = ranges.as_deref();
+    let mut entities = entities.p1();
+
+    for (view, mut visible, frustum, layers, camera, no_cpu_culling, place) in &mut views {
+        if !camera.is_active {
+            continue;
+        }
+        let layers = layers.unwrap_or_default();
+        let place = place.filter(|_| !no_cpu_culling && !occluders.is_empty());
+        let window = place.and_then(|(projection, transform)| window(camera, projection, transform));
+        let has_shadows = window.is_some_and(|window| shadows.build(&window, layers, &occluders));
+        let test = ViewTest {
+            view,
+            frustum: (!no_cpu_culling).then_some(frustum),
+            layers,
+            ranges,
+            shadows: has_shadows.then_some(&*shadows),
+        };
+        let candidates = if no_cpu_culling { None } else { culling.candidates(&settings, frustum) };
+        match candidates {
+            Some(candidates) => {
+                candidates.for_each(&mut entities, queues, touch, |item, queue| test.check(item, queue));
+                culling.counts_mut().views_by_index += 1;
+            }
+            None => {
+                let queue = || queues.borrow_local_mut();
+                entities.par_iter_mut().for_each_init(queue, |queue, item| test.check(item, queue));
+                culling.counts_mut().views_by_pass += 1;
+            }
+        }
+        gather(queues, &mut visible);
+        culling.counts_mut().occluded += shadows.take_occluded();
+    }
+}
+
+/// Reads a little of all that is read of an entity.
+#[inline]
+fn touch(item: &CheckedItem<'_, '_>) -> u32 {
+    u32::from(item.inherited_visibility.get())
+        ^ u32::from(item.view_visibility.get())
+        ^ item.transform.affine().translation.x.to_bits()
+        ^ item.aabb.map_or(0, |aabb| aabb.center.x.to_bits())
+        ^ item.class.map_or(0, |class| class.len() as u32)
+}
+
+/// One view, as an entity is tested against it.
+struct ViewTest<'a> {
+    view: Entity,
+    /// `None` if the view sees everything.
+    frustum: Option<&'a Frustum>,
+    layers: &'a RenderLayers,
+    ranges: Option<&'a VisibleEntityRanges>,
+    /// What its occluders hide.
+    shadows: Option<&'a Shadows>,
+}
+
+impl ViewTest<'_> {
+    /// Notes an entity that the view sees.
+    #[inline]
+    fn check(&self, mut item: CheckedItem<'_, '_>, queue: &mut Queue) {
+        if !self.sees(&item) || self.hides(&item) {
+            return;
+        }
+        item.view_visibility.set_visible();
+        // Without a class (gizmos) it is visible, and in no list.
+        for class in item.class.into_iter().flat_map(|class| class.iter()) {
+            queue.entry(*class).or_default().push(item.entity);
+        }
+    }
+
+    /// Whether the view sees an entity: the conditions of Bevy's system, with its own tests of volumes.
+    #[inline]
+    fn sees(&self, item: &CheckedItem<'_, '_>) -> bool {
+        if !item.inherited_visibility.get() || !self.layers.intersects(item.layers.unwrap_or_default()) {
+            return false;
+        }
+        let is_out_of_range =
+            |ranges: &VisibleEntityRanges| !ranges.entity_is_in_range_of_view(item.entity, self.view);
+        if item.has_range && self.ranges.is_some_and(is_out_of_range) {
+            return false;
+        }
+        let Some(frustum) = self.frustum.filter(|_| !item.no_frustum_culling) else { return true };
+        if let Some(aabb) = item.aabb {
+            let world_from_local = item.transform.affine();
+            let sphere = Sphere {
+                center: world_from_local.transform_point3a(aabb.center),
+                radius: item.transform.radius_vec3a(aabb.half_extents),
+            };
+            frustum.intersects_sphere(&sphere, false)
+                && frustum.intersects_obb(aabb, &world_from_local, true, false)
+        } else {
+            item.sphere.is_none_or(|sphere| frustum.intersects_sphere(sphere, false))
+        }
+    }
+
+    /// Whether occluders hide all of an entity that is in view.
+    #[inline]
+    fn hides(&self, item: &CheckedItem<'_, '_>) -> bool {
+        let Some(shadows) = self.shadows else { return false };
+        if item.no_frustum_culling || item.is_occluder || item.aabb.is_none() {
+            return false;
+        }
+        world_box(item.transform, item.aabb, None).is_some_and(|bounds| shadows.hide(&bounds))
+    }
+}
+
+/// Moves what the threads have found into the lists of a view, sorted.
+fn gather(queues: &mut Parallel<Queue>, visible: &mut VisibleEntities) {
+    visible.clear_all();
+    for queue in queues.iter_mut() {
+        for (class, entities) in queue {
+            visible.get_mut(*class).append(entities);
+        }
+    }
+    // What follows in a frame compares the lists with those of the frame before and needs them sorted.
+    for entities in visible.entities.values_mut() {
+        entities.sort_unstable();
+    }
+}

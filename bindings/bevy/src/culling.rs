@@ -1,0 +1,222 @@
+//! The resource of the plugin: which of the two ways is taken, and what an index finds for a view.
+
+use std::ops::ControlFlow;
+
+use bevy_camera::primitives::Frustum;
+use bevy_ecs::{entity::Entity, resource::Resource};
+use osp::{glam::Vec3, math::Aabb as WorldBox, polygon::VisibleBlocks};
+
+use crate::{
+    bounds::osp_frustum,
+    changes::{Changes, Heard},
+    distinct::Distinct,
+    entities::Entities,
+    settings::OspCullingSettings,
+};
+
+/// Frames without an index, after one was given up or was not worth filling, until the changes are looked at again. Each time in
+/// vain, they are twice as many.
+const LEAST_WAIT_FRAMES: u32 = 16;
+
+/// And at most so many.
+const MOST_WAIT_FRAMES: u32 = 1024;
+
+/// An index that was kept for so many frames was worth it: the next wait is a short one again.
+const KEPT_FRAMES: u32 = 512;
+
+/// The mean of what changes in a frame goes over about so many frames.
+const MEAN_FRAMES: f32 = 16.0;
+
+/// Entities that may change in a frame at most, mean, however many there are. To follow one takes some microseconds where they lie far
+/// apart in memory: with more of them, a plain pass over a million is as fast.
+const MOST_CHANGED: usize = 6000;
+
+/// Entities that may settle in a frame at least, so that a small index is filled soon.
+const LEAST_SETTLED: usize = 64;
+
+/// What the plugin did in the last frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OspCullingCounts {
+    /// Entities whose visibility is followed: those with a `ViewVisibility` and without `NoCpuCulling`.
+    pub entities: usize,
+    /// Of them, those in the index; 0 while there is none.
+    pub indexed: usize,
+    /// Those that have changed lately, or wait for the index to be filled: tested for every view. Some of them are in the index,
+    /// too, at an old place.
+    pub loose: usize,
+    /// Those that are tested for every view because nothing says where they are, or that must not be used.
+    pub always: usize,
+    /// Views that were culled by the index.
+    pub views_by_index: usize,
+    /// Views that were culled by a plain pass.
+    pub views_by_pass: usize,
+    /// Entities that the index found for these views, before Bevy's own test.
+    pub found: usize,
+    /// Entities that are in view, but hidden by an [`Occluder`](crate::Occluder), for all views.
+    pub occluded: usize,
+}
+
+/// The index of the world's entities. The plugin adds it and keeps it up to date; everybody may read its counts.
+#[derive(Resource, Debug, Default)]
+pub struct OspCulling {
+    entities: Entities,
+    /// Whether the system is in the schedule.
+    is_in_place: bool,
+    is_indexed: bool,
+    wait_frames: u32,
+    /// Of the present wait, or with the present index.
+    frames: u32,
+    /// Entities that change in a frame, mean over the last frames.
+    mean_changed: f32,
+    counts: OspCullingCounts,
+    found: VisibleBlocks,
+    list: Vec<Entity>,
+}
+
+impl OspCulling {
+    /// What the last frame was like.
+    pub fn counts(&self) -> &OspCullingCounts {
+        &self.counts
+    }
+
+    /// Whether there is an index; it may still be being filled.
+    pub fn is_indexed(&self) -> bool {
+        self.is_indexed
+    }
+
+    pub(crate) fn is_in_place(&self) -> bool {
+        self.is_in_place
+    }
+
+    pub(crate) fn set_in_place(&mut self) {
+        self.is_in_place = true;
+    }
+
+    pub(crate) fn counts_mut(&mut self) -> &mut OspCullingCounts {
+        &mut self.counts
+    }
+
+    /// Begins a frame: the index follows what has changed, is given up, or begun.
+    pub(crate) fn follow(&mut self, settings: &OspCullingSettings, changes: &mut Changes<'_, '_>) {
+        let entities = changes.count();
+        self.entities.next_frame();
+        self.frames = self.frames.saturating_add(1);
+        let is_large = entities >= settings.least_entities;
+        if self.is_indexed {
+            // A quarter less, so that a number about the limit does not make it come and go.
+            if !is_large && entities < settings.least_entities - settings.least_entities / 4 {
+                self.give_up(0);
+            } else if changes.has_missed() {
+                self.begin(changes, entities);
+            } else {
+                self.hear(settings, changes, entities);
+            }
+        } else if is_large && self.frames > self.wait_frames {
+            if changes.are_more_changed_than(most_mean(settings, entities)) {
+                self.wait_longer();
+            } else {
+                self.begin(changes, entities);
+            }
+        }
+        if self.is_indexed {
+            let most = (entities / settings.fill_frames.max(1) as usize).max(LEAST_SETTLED);
+            self.entities.settle(most, settings.settle_frames.max(1), |entity| changes.bounds(entity));
+        }
+        self.counts = OspCullingCounts {
+            entities,
+            indexed: self.entities.indexed(),
+            loose: self.entities.loose(),
+            always: self.entities.always(),
+            ..OspCullingCounts::default()
+        };
+    }
+
+    /// The index follows what has changed, unless that is too much.
+    fn hear(&mut self, settings: &OspCullingSettings, changes: &mut Changes<'_, '_>, entities: usize) {
+        let most = OspCullingSettings::part(settings.most_moved_at_once, entities);
+        let mut left = most;
+        let followed = &mut self.entities;
+        let flow = changes.follow(|heard| {
+            match heard {
+                Heard::Gone(entity) => followed.forget(entity),
+                Heard::Changed { entity, has_bounds } => {
+                    if left == 0 || followed.note(entity, has_bounds).is_err() {
+                        return ControlFlow::Break(());
+                    }
+                    left -= 1;
+                }
+            }
+            ControlFlow::Continue(())
+        });
+        self.mean_changed += ((most - left) as f32 - self.mean_changed) / MEAN_FRAMES;
+        if flow.is_break() || self.mean_changed > most_mean(settings, entities) as f32 {
+            let wait_frames = if self.frames > KEPT_FRAMES { 0 } else { self.wait_frames };
+            self.give_up(wait_frames);
+            self.wait_longer();
+        }
+    }
+
+    /// An index of all entities is begun; for now they all are loose.
+    fn begin(&mut self, changes: &mut Changes<'_, '_>, entities: usize) {
+        changes.skip_messages();
+        let mut root = WorldBox::EMPTY;
+        changes.for_each(|_, _, transform| {
+            let place = Vec3::from(transform.translation().to_array());
+            if place.is_finite() {
+                root = root.union(&WorldBox::new(place, place));
+            }
+        });
+        self.entities.begin(cube_around(&root), entities);
+        let mut is_within = true;
+        changes.for_each(|entity, has_bounds, _| is_within &= self.entities.note(entity, has_bounds).is_ok());
+        (self.is_indexed, self.frames, self.mean_changed) = (true, 0, 0.0);
+        if !is_within {
+            self.give_up(MOST_WAIT_FRAMES);
+        }
+    }
+
+    fn give_up(&mut self, wait_frames: u32) {
+        self.entities.clear();
+        (self.is_indexed, self.frames, self.wait_frames) = (false, 0, wait_frames);
+    }
+
+    fn wait_longer(&mut self) {
+        self.frames = 0;
+        self.wait_frames = (self.wait_frames * 2).clamp(LEAST_WAIT_FRAMES, MOST_WAIT_FRAMES);
+    }
+
+    /// The entities that this frustum may see; `None` where a plain pass is faster.
+    pub(crate) fn candidates(
+        &mut self,
+        settings: &OspCullingSettings,
+        frustum: &Frustum,
+    ) -> Option<Distinct<'_>> {
+        let most = OspCullingSettings::part(settings.most_found, self.counts.entities);
+        if !self.is_indexed || self.entities.loose() + self.entities.always() > most {
+            return None;
+        }
+        self.entities.find(&osp_frustum(frustum), &mut self.found);
+        if self.found.len() > most {
+            return None;
+        }
+        self.entities.list(&self.found, &mut self.list);
+        self.counts.found += self.list.len();
+        Some(Distinct::ascending(&self.list))
+    }
+}
+
+/// How many entities may change in a frame, mean.
+fn most_mean(settings: &OspCullingSettings, entities: usize) -> usize {
+    match OspCullingSettings::part(settings.most_moved, entities) {
+        usize::MAX => usize::MAX,
+        part => part.min(MOST_CHANGED),
+    }
+}
+
+/// A cube around a box.
+fn cube_around(bounds: &WorldBox) -> WorldBox {
+    if !bounds.is_valid() {
+        return osp::index::IndexConfig::default().root;
+    }
+    WorldBox::cube(bounds.center(), bounds.extent().max_element() * 1.01 + 1.0)
+}

@@ -1,0 +1,371 @@
+//! What the plugin knows of each entity: whether it is in the index, or has to be tested in every frame.
+//!
+//! An entity's number in the index is the index of its [`Entity`]; the whole `Entity` is in its record, so that a number that Bevy gives
+//! to another entity is noticed.
+//!
+//! ```text
+//!            changes            rests for some frames
+//! indexed ───────────> loose ─────────────────────────> indexed
+//!                        └─ no box, not finite, NoFrustumCulling ──> always
+//! ```
+//!
+//! A loose entity stays in the index at its old place until it settles: whatever moves in every frame costs the index nothing, and what
+//! has moved a little is only adjusted there. Every loose entity is a candidate, so that it does not matter where the index finds it.
+
+use std::collections::VecDeque;
+
+use bevy_ecs::entity::Entity;
+use osp::{
+    index::{IndexConfig, Osp, SpatialIndex},
+    math::{Aabb as WorldBox, Frustum},
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
+};
+
+/// Where an entity is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// Not followed.
+    Absent,
+    /// In `always`: no box says where it is.
+    Always,
+    /// In `loose`: it has changed lately.
+    Loose,
+    /// In the index.
+    Indexed,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    entity: Entity,
+    /// The frame of the last change.
+    changed_in: u32,
+    state: State,
+    /// Whether its number waits in the queue.
+    is_queued: bool,
+    /// Whether the index has it, at its place or, if it is loose, at an old one.
+    is_filed: bool,
+}
+
+const ABSENT: Record = Record {
+    entity: Entity::PLACEHOLDER,
+    changed_in: 0,
+    state: State::Absent,
+    is_queued: false,
+    is_filed: false,
+};
+
+/// Where the bounds of an entity can be had when it settles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Bounds {
+    /// There is no such entity any more.
+    Gone,
+    /// Nothing says where it is, or that must not be used to cull it.
+    Unknown,
+    /// This box, world space.
+    Box(WorldBox),
+}
+
+/// An entity has an index that the index of boxes refuses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct BeyondLimit;
+
+#[derive(Debug)]
+pub(crate) struct Entities {
+    index: Osp,
+    /// By the index of the entity.
+    records: Vec<Record>,
+    always: VisibleBlocks,
+    loose: VisibleBlocks,
+    /// Numbers of entities that may settle, and of some that no longer can.
+    queue: VecDeque<u32>,
+    frame: u32,
+}
+
+impl Default for Entities {
+    fn default() -> Self {
+        Self {
+            index: Osp::new(&IndexConfig { capacity: 0, ..IndexConfig::default() }),
+            records: Vec::new(),
+            always: VisibleBlocks::new(),
+            loose: VisibleBlocks::new(),
+            queue: VecDeque::new(),
+            frame: 0,
+        }
+    }
+}
+
+impl Entities {
+    /// Forgets all; expects so many entities in this cube.
+    pub(crate) fn begin(&mut self, root: WorldBox, capacity: usize) {
+        self.clear();
+        self.index = Osp::new(&IndexConfig { root, capacity });
+    }
+
+    /// Forgets all.
+    pub(crate) fn clear(&mut self) {
+        self.index.clear();
+        self.records.clear();
+        self.always.clear();
+        self.loose.clear();
+        self.queue.clear();
+    }
+
+    /// Entities in the index, with those that are loose and not yet taken out.
+    pub(crate) fn indexed(&self) -> usize {
+        self.index.len()
+    }
+
+    /// Entities that have changed lately.
+    pub(crate) fn loose(&self) -> usize {
+        self.loose.len()
+    }
+
+    /// Entities that are found for every view.
+    pub(crate) fn always(&self) -> usize {
+        self.always.len()
+    }
+
+    /// What follows belongs to another frame.
+    pub(crate) fn next_frame(&mut self) {
+        self.frame = self.frame.wrapping_add(1);
+    }
+
+    /// Follows an entity that came or changed. `has_bounds`: its components say where it is, and it may be culled by that.
+    #[inline]
+    pub(crate) fn note(&mut self, entity: Entity, has_bounds: bool) -> Result<(), BeyondLimit> {
+        let number = entity.index_u32();
+        if number >= PolygonId::LIMIT {
+            return Err(BeyondLimit);
+        }
+        let at = number as usize;
+        if at >= self.records.len() {
+            self.records.resize(at + 1, ABSENT);
+        }
+        let record = &mut self.records[at];
+        record.changed_in = self.frame;
+        let state = if has_bounds { State::Loose } else { State::Always };
+        if record.entity == entity && record.state == state {
+            return Ok(());
+        }
+        record.entity = entity;
+        self.enter(number, state);
+        Ok(())
+    }
+
+    /// Stops following an entity.
+    pub(crate) fn forget(&mut self, entity: Entity) {
+        let number = entity.index_u32();
+        if self.records.get(number as usize).is_some_and(|record| record.entity == entity) {
+            self.enter(number, State::Absent);
+        }
+    }
+
+    fn enter(&mut self, number: u32, state: State) {
+        let record = &mut self.records[number as usize];
+        let id = PolygonId(number);
+        let (block, mask) = (number as usize / BLOCK, 1 << (number as usize % BLOCK));
+        match std::mem::replace(&mut record.state, state) {
+            State::Absent => {}
+            State::Always => self.always.remove_block(block, mask),
+            State::Loose => self.loose.remove_block(block, mask),
+            State::Indexed => {}
+        }
+        let is_to_leave = matches!(state, State::Absent | State::Always);
+        if is_to_leave && std::mem::take(&mut record.is_filed) {
+            // It is there: nothing else takes anything out.
+            self.index.remove(id).expect("what is filed is in the index");
+        }
+        match state {
+            State::Absent => record.entity = Entity::PLACEHOLDER,
+            State::Always => drop(self.always.insert(id)),
+            State::Loose => {
+                self.loose.insert(id);
+                if !std::mem::replace(&mut record.is_queued, true) {
+                    self.queue.push_back(number);
+                }
+            }
+            State::Indexed => {}
+        }
+    }
+
+    /// Puts entities into the index that have not changed for so many frames, at most `most` of them.
+    pub(crate) fn settle(&mut self, most: usize, frames: u32, mut bounds_of: impl FnMut(Entity) -> Bounds) {
+        let mut settled = 0;
+        // As many again may be looked at that still change.
+        for _ in 0..self.queue.len().min(2 * most) {
+            if settled == most {
+                break;
+            }
+            let Some(number) = self.queue.pop_front() else { break };
+            let Record { entity, changed_in, state, .. } = self.records[number as usize];
+            if state == State::Loose && self.frame.wrapping_sub(changed_in) < frames {
+                self.queue.push_back(number);
+                continue;
+            }
+            self.records[number as usize].is_queued = false;
+            if state != State::Loose {
+                continue;
+            }
+            settled += 1;
+            let state = match bounds_of(entity) {
+                Bounds::Gone => State::Absent,
+                Bounds::Unknown => State::Always,
+                Bounds::Box(bounds) => {
+                    let (id, record) = (PolygonId(number), &mut self.records[number as usize]);
+                    let filed = if record.is_filed {
+                        self.index.update(id, &bounds)
+                    } else {
+                        self.index.insert(id, &bounds)
+                    };
+                    // A refused update leaves the old box in the index.
+                    record.is_filed |= filed.is_ok();
+                    if filed.is_ok() { State::Indexed } else { State::Always }
+                }
+            };
+            self.enter(number, state);
+        }
+        self.index.commit();
+    }
+
+    /// The numbers of all entities that a view with this frustum may see.
+    pub(crate) fn find(&self, frustum: &Frustum, found: &mut VisibleBlocks) {
+        found.clear();
+        self.index.frustum_cull_blocks(frustum, found);
+        found.add(&self.loose);
+        found.add(&self.always);
+    }
+
+    /// The entities of such numbers. Their indices ascend, so that no entity is there twice.
+    pub(crate) fn list(&self, found: &VisibleBlocks, entities: &mut Vec<Entity>) {
+        entities.clear();
+        entities.reserve(found.len());
+        entities.extend(found.ids().map(|id| self.records[id.index()].entity));
+    }
+
+    /// Checks that each entity is in one place; for tests.
+    #[cfg(test)]
+    pub(crate) fn validate(&self) {
+        self.index.validate().unwrap();
+        let mut counts = [0; 3];
+        for (number, record) in self.records.iter().enumerate() {
+            let id = PolygonId(number as u32);
+            let is_filed = self.index.bounds(id).is_some();
+            assert_eq!(is_filed, record.is_filed, "{record:?}");
+            let is_indexed = is_filed && record.state != State::Loose;
+            let places = [is_indexed, self.loose.contains(id), self.always.contains(id)];
+            let expected = match record.state {
+                State::Absent => [false; 3],
+                State::Indexed => [true, false, false],
+                State::Loose => [false, true, false],
+                State::Always => [false, false, true],
+            };
+            assert_eq!(places, expected, "{record:?}");
+            assert!(record.state == State::Absent || record.entity.index_u32() == id.0);
+            assert!(record.state != State::Loose || record.is_queued);
+            let places = [is_filed, places[1], places[2]];
+            counts.iter_mut().zip(places).for_each(|(count, is_there)| *count += usize::from(is_there));
+        }
+        assert_eq!(counts, [self.indexed(), self.loose(), self.always()]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy_ecs::world::World;
+    use osp::glam::Vec3;
+
+    use super::*;
+
+    fn cube_at(x: f32) -> WorldBox {
+        WorldBox::cube(Vec3::new(x, 0.0, 0.0), 1.0)
+    }
+
+    #[test]
+    fn an_entity_settles_moves_and_goes() {
+        let entity = World::new().spawn_empty().id();
+        let mut entities = Entities::default();
+        let mut found = VisibleBlocks::new();
+        entities.note(entity, true).unwrap();
+        for frame in 0..5 {
+            entities.validate();
+            entities.settle(16, 3, |asked| {
+                assert_eq!(asked, entity);
+                Bounds::Box(cube_at(0.0))
+            });
+            assert_eq!((entities.loose(), entities.indexed()), if frame < 3 { (1, 0) } else { (0, 1) });
+            entities.find(&Frustum::everything(), &mut found);
+            assert_eq!(found.len(), 1);
+            entities.next_frame();
+        }
+        // It moves, and moves back: the index has it once, at its old place.
+        entities.note(entity, true).unwrap();
+        entities.validate();
+        assert_eq!((entities.loose(), entities.indexed()), (1, 1));
+        (0..3).for_each(|_| entities.next_frame());
+        entities.settle(16, 3, |_| Bounds::Box(cube_at(9.0)));
+        entities.validate();
+        assert_eq!((entities.loose(), entities.indexed()), (0, 1));
+        assert_eq!(entities.index.bounds(PolygonId(entity.index_u32())), Some(cube_at(9.0)));
+        // A box that the index refuses: it is tested always.
+        entities.note(entity, true).unwrap();
+        (0..3).for_each(|_| entities.next_frame());
+        entities.settle(16, 3, |_| Bounds::Box(cube_at(f32::NAN)));
+        entities.validate();
+        assert_eq!((entities.always(), entities.indexed()), (1, 0));
+        entities.note(entity, true).unwrap();
+        entities.note(entity, false).unwrap();
+        entities.validate();
+        assert_eq!((entities.loose(), entities.always()), (0, 1));
+        entities.forget(entity);
+        entities.validate();
+        entities.find(&Frustum::everything(), &mut found);
+        assert!(found.is_empty());
+    }
+
+    #[test]
+    fn a_number_that_another_entity_gets_is_not_mixed_up() {
+        let first = World::new().spawn_empty().id();
+        let second = Entity::from_index_and_generation(first.index(), first.generation().after_versions(1));
+        assert_ne!(first, second);
+
+        let mut entities = Entities::default();
+        entities.note(first, true).unwrap();
+        entities.next_frame();
+        entities.settle(16, 1, |_| Bounds::Box(cube_at(5.0)));
+        // The new one is heard of first, then that the old one has gone.
+        entities.note(second, true).unwrap();
+        entities.forget(first);
+        entities.validate();
+        entities.next_frame();
+        entities.settle(16, 1, |asked| {
+            assert_eq!(asked, second);
+            Bounds::Box(cube_at(0.0))
+        });
+        entities.validate();
+        assert_eq!(entities.indexed(), 1);
+        let mut listed = Vec::new();
+        entities.list(&[PolygonId(second.index_u32())].into_iter().collect(), &mut listed);
+        assert_eq!(listed, [second]);
+    }
+
+    #[test]
+    fn what_the_index_refuses_is_tested_always() {
+        let mut world = World::new();
+        let mut entities = Entities::default();
+        let bounds = [
+            Bounds::Box(WorldBox::EMPTY),
+            Bounds::Box(cube_at(f32::NAN)),
+            Bounds::Unknown,
+            Bounds::Gone,
+            Bounds::Box(cube_at(0.0)),
+        ];
+        for _ in bounds {
+            entities.note(world.spawn_empty().id(), true).unwrap();
+        }
+        entities.next_frame();
+        let mut next = bounds.into_iter();
+        entities.settle(16, 1, |_| next.next().unwrap());
+        entities.validate();
+        assert_eq!((entities.always(), entities.indexed(), entities.loose()), (3, 1, 0));
+    }
+}

@@ -1,0 +1,54 @@
+//! Frustum culling for [Bevy](https://bevy.org) by the index of [`osp`].
+//!
+//! In each frame and for each view, Bevy's own system tests every entity of the world. With [`OspCullingPlugin`] an index finds the few
+//! that a view may see, and only they are tested, by Bevy's own test: the visible sets are the same.
+//!
+//! ```
+//! use bevy_app::{App, TaskPoolPlugin};
+//! use bevy_osp::{OspCulling, OspCullingPlugin};
+//! # use bevy_asset::AssetPlugin;
+//! # use bevy_camera::CameraPlugin;
+//! # use bevy_mesh::MeshPlugin;
+//! # use bevy_transform::TransformPlugin;
+//!
+//! let mut app = App::new();
+//! // In a game: DefaultPlugins.
+//! app.add_plugins((TaskPoolPlugin::default(), TransformPlugin, AssetPlugin::default(), MeshPlugin, CameraPlugin));
+//! app.add_plugins(OspCullingPlugin::default());
+//! app.update();
+//! assert!(!app.world().resource::<OspCulling>().is_indexed(), "there is nothing to cull yet");
+//! ```
+//!
+//! # How a frame goes
+//!
+//! ```text
+//! change ticks, removed components ──> index follows ──> for each view: index finds ──> Bevy's test ──> ViewVisibility,
+//! (all that moved, came, went)         (OspCulling)      candidates                                    VisibleEntities
+//! ```
+//!
+//! * What has changed lately is *loose*: a candidate for every view, wherever the index still has it, until it has rested for some
+//!   frames. So whatever moves in every frame costs the index nothing.
+//! * Where a plain pass over all entities is faster (few entities, much that moves, a view of most of the world), the system makes
+//!   one. [`OspCullingSettings`] are the limits.
+//! * What cannot be culled by a finite box is a candidate for every view.
+//!
+//! # Hidden behind walls
+//!
+//! An entity with an [`Occluder`] hides what is behind it, by the conservative occlusion culling of [`osp::occlusion`]. Without such
+//! entities the visible sets are Bevy's own.
+
+mod bounds;
+mod changes;
+mod check;
+mod culling;
+mod distinct;
+mod entities;
+mod occluder;
+mod occlusion;
+mod plugin;
+mod settings;
+
+pub use culling::{OspCulling, OspCullingCounts};
+pub use occluder::{Occluder, OccluderError, OccluderSides};
+pub use plugin::OspCullingPlugin;
+pub use settings::OspCullingSettings;

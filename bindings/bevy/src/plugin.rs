@@ -1,0 +1,84 @@
+use bevy_app::{App, Plugin, PostUpdate};
+use bevy_camera::visibility::{VisibilityPlugin, VisibilitySystems, check_visibility_cpu_culling};
+use bevy_ecs::{
+    schedule::{IntoScheduleConfigs, ScheduleCleanupPolicy},
+    system::{CombinatorSystem, Combine, IntoSystem, RunSystemError, System, SystemIn},
+};
+use bevy_utils::prelude::DebugName;
+
+use crate::{OspCulling, OspCullingSettings, check::check_visibility};
+
+/// Replaces Bevy's frustum culling on the CPU by an index. Add it beside Bevy's own plugins, in any order.
+///
+/// Its system takes the place of Bevy's [`check_visibility_cpu_culling`]: whatever is ordered before or after that function is
+/// before or after it.
+///
+/// # Panics
+/// When the app is finished, if it has no [`VisibilityPlugin`] (part of Bevy's `CameraPlugin` and `DefaultPlugins`).
+#[derive(Clone, Debug, Default)]
+pub struct OspCullingPlugin {
+    /// When the index is used.
+    pub settings: OspCullingSettings,
+}
+
+impl Plugin for OspCullingPlugin {
+    fn build(&self, app: &mut App) {
+        app.insert_resource(self.settings.clone()).init_resource::<OspCulling>();
+        // An app that is never finished, as in tests, has it then, too.
+        if app.is_plugin_added::<VisibilityPlugin>() {
+            replace(app);
+        }
+    }
+
+    fn finish(&self, app: &mut App) {
+        assert!(
+            app.is_plugin_added::<VisibilityPlugin>(),
+            "OspCullingPlugin expects Bevy's CameraPlugin in the app"
+        );
+        replace(app);
+        let is_in_place = app.world().resource::<OspCulling>().is_in_place();
+        assert!(
+            is_in_place,
+            "OspCullingPlugin expects Bevy's system check_visibility_cpu_culling in PostUpdate"
+        );
+    }
+}
+
+/// Puts the system in the place of Bevy's, unless that has been done.
+fn replace(app: &mut App) {
+    if app.world().resource::<OspCulling>().is_in_place() {
+        return;
+    }
+    let removed = app.remove_systems_in_set(
+        PostUpdate,
+        check_visibility_cpu_culling,
+        ScheduleCleanupPolicy::RemoveSystemsOnly,
+    );
+    if removed.is_ok_and(|systems| systems > 0) {
+        // A system of both is in the sets of both: what others have ordered by Bevy's function stays in that order.
+        let system = CombinatorSystem::<SecondOnly, _, _>::new(
+            IntoSystem::into_system(check_visibility_cpu_culling),
+            IntoSystem::into_system(check_visibility),
+            DebugName::borrowed("bevy_osp::check_visibility"),
+        );
+        app.add_systems(PostUpdate, system.in_set(VisibilitySystems::CheckVisibility));
+        app.world_mut().resource_mut::<OspCulling>().set_in_place();
+    }
+}
+
+/// Of two systems, runs the second only.
+struct SecondOnly;
+
+impl<A: System<In = ()>, B: System<In = (), Out = ()>> Combine<A, B> for SecondOnly {
+    type In = ();
+    type Out = ();
+
+    fn combine<T>(
+        (): (),
+        data: &mut T,
+        _first: impl FnOnce(SystemIn<'_, A>, &mut T) -> Result<A::Out, RunSystemError>,
+        second: impl FnOnce(SystemIn<'_, B>, &mut T) -> Result<(), RunSystemError>,
+    ) -> Result<(), RunSystemError> {
+        second((), data)
+    }
+}
