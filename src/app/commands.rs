@@ -63,6 +63,10 @@ impl Studio {
 
     /// Carries out a command; [`Studio::messages`] gets a message if that fails.
     pub fn command(&mut self, command: Command) {
+        let goes_on = matches!(command, Command::CancelWork | Command::Quit | Command::Answer(_));
+        if self.is_reading() && !goes_on {
+            return;
+        }
         let t = self.now_secs();
         match command {
             Command::Undo => {

@@ -109,7 +109,7 @@ impl Document {
         events.iter().for_each(|event| self.tally.add(event));
         let first = self.changes.len();
         self.scene.apply_all(events, &mut self.changes);
-        self.times.note(events, &self.scene, &self.changes[first..]);
+        self.times.note(events, &self.scene);
         for &change in &self.changes[first..] {
             self.bounds = self.bounds.union(&self.scene.bounds_of_change(change));
         }

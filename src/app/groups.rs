@@ -112,7 +112,7 @@ impl Studio {
     pub(super) fn place_group(&mut self, group: GroupId, placing: &Placing) {
         let scene = self.subject.scene();
         let is_held = |id: &StrokeId| {
-            scene.stroke(*id).is_some_and(|stroke| stroke.is_visible() && scene.is_locked(stroke.layer()))
+            scene.stroke(*id).is_some_and(|stroke| !stroke.is_taken_away() && scene.is_locked(stroke.layer()))
         };
         if scene.strokes_below(group).iter().any(is_held) {
             self.say_once("this group holds strokes of a locked layer");

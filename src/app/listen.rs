@@ -19,6 +19,9 @@ const CHANGES_A_FRAME: usize = 1 << 16;
 impl Studio {
     /// The tracker's messages since the last frame.
     pub(super) fn listen(&mut self) {
+        if self.is_reading() {
+            return;
+        }
         let Some(tracker) = self.tracker.take() else { return };
         let t = self.now_secs();
         for brush in tracker.unknown_brushes() {
@@ -42,6 +45,9 @@ impl Studio {
         {
             let Some(message) = tracker.take() else { return true };
             messages += 1;
+            if !matches!(message, Message::Head { .. } | Message::Brush { .. }) {
+                self.part_eraser_step();
+            }
             let message = self.room.message_to_world(&self.navigator, message);
             let Subject::Sketch(document) = &mut self.subject else { continue };
             if document.is_read_only() {

@@ -306,7 +306,7 @@ impl Player {
             changes.clear();
             state.scene.let_go();
             state.play(events, &mut changes);
-            times.note(events, &state.scene, &changes);
+            times.note(events, &state.scene);
         }
         times
     }

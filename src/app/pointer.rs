@@ -26,6 +26,9 @@ const MAX_TOUCHES: f32 = 256.0;
 impl Studio {
     /// Takes something that the pointer did, on a window of this size in pixels.
     pub fn input(&mut self, input: Input, held: Held, size_px: Vec2) {
+        if self.is_reading() {
+            return;
+        }
         let aspect = size_px.x / size_px.y.max(1.0);
         match input {
             Input::Pressure(pressure) => self.gestures.pressure = Some(pressure.clamp(0.0, 1.0)),
@@ -168,8 +171,8 @@ impl Studio {
         self.pen.release(t, &mut self.events);
         self.mirror_events(first);
         let gesture = self.gestures.gesture.take();
-        if gesture == Some(Gesture::Erase { is_step_open: true }) && self.scene().is_step_open() {
-            self.events.push(Event::Step { t, edits: 0 });
+        if gesture == Some(Gesture::Erase { is_step_open: true }) {
+            self.end_step();
         }
         if let Some(Gesture::Handle { motion, .. }) = gesture
             && motion != Motion::STAY
@@ -190,6 +193,22 @@ impl Studio {
         }
         self.gestures.pressure = None;
         self.apply_events();
+    }
+
+    fn end_step(&mut self) {
+        if self.scene().is_step_open() {
+            let t = self.now_secs();
+            self.events.push(Event::Step { t, edits: 0 });
+            self.apply_events();
+        }
+    }
+
+    /// An edit of somebody else comes between: what the eraser takes from now on is another step.
+    pub(super) fn part_eraser_step(&mut self) {
+        if let Some(Gesture::Erase { is_step_open: is_open @ true }) = &mut self.gestures.gesture {
+            *is_open = false;
+            self.end_step();
+        }
     }
 
     /// Sets where to fly: right, up, back, -1 to 1 each; zero stands still.

@@ -184,6 +184,9 @@ impl Studio {
     /// Closes the current session for another one, or asks if a part of it could not be written.
     pub(super) fn leave(&mut self, then: Then) {
         self.finish_gestures();
+        if matches!(then, Then::Open(..)) && self.is_busy() {
+            return;
+        }
         self.question = None;
         if let Subject::Sketch(document) = &mut self.subject
             && let Err(unwritten) = document.journal_mut().settle()
@@ -227,7 +230,12 @@ impl Studio {
     /// Asks what to do with a session that could not be opened, or says why.
     pub(super) fn tell_not_opened(&mut self, path: &Path, how: Opening, error: OpenError) {
         match error {
-            OpenError::Held(held) => self.ask(Question::Held { held, is_shown: false }),
+            OpenError::Held(held) => {
+                // Another window still has it: this one keeps showing it, read-only.
+                let is_shown = matches!(&self.subject, Subject::Sketch(document)
+                    if document.is_read_only() && document.journal().path() == held.session());
+                self.ask(Question::Held { held, is_shown });
+            }
             error if error.is_damage() && !how.lenient => {
                 self.ask(Question::Damaged { path: path.to_owned(), damage: error.to_string() });
             }
@@ -287,6 +295,9 @@ impl Studio {
 
     /// Takes a person's answer to the question that is asked.
     pub(super) fn answer(&mut self, answer: Answer) {
+        if matches!(self.question, Some(Question::Held { .. } | Question::Damaged { .. })) && self.is_busy() {
+            return;
+        }
         let Some(question) = self.question.take() else { return };
         match (question, answer) {
             (Question::Held { held, is_shown }, _) => self.answer_held(&held, is_shown, answer),
@@ -311,10 +322,6 @@ impl Studio {
             _ => return,
         };
         self.leave(Then::Open(held.session().to_owned(), Opening::with(access)));
-        // Another window still has it: the window keeps the read-only session.
-        if let Some(Question::Held { is_shown: still_shown, .. }) = &mut self.question {
-            *still_shown = is_shown;
-        }
     }
 
     fn discard(&mut self) {

@@ -1,4 +1,8 @@
-use std::{path::PathBuf, time::Duration};
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+    time::Duration,
+};
 
 use glam::{Quat, Vec2, Vec3};
 
@@ -253,8 +257,8 @@ impl Studio {
         matches!(&self.subject, Subject::Sketch(document) if !document.is_read_only())
     }
 
-    /// To be called from time to time, with or without a frame: checks the session's file and the work beside the window. Returns whether there is
-    /// something new to show.
+    /// To be called from time to time, with or without a frame: checks the session's file and the work beside the window.
+    /// Returns whether there is something new to show.
     pub fn tend(&mut self) -> bool {
         let is_done = self.take_work();
         let Subject::Sketch(document) = &mut self.subject else { return is_done };
@@ -305,7 +309,7 @@ impl Studio {
                 if let Some((most, what)) = excess {
                     let more = self.limits.polygons.saturating_mul(2);
                     self.say(format!(
-                        "this session now has more than {most} {what}: open it with --max-polygons {more}"
+                        "this session now has more than {most} {what}: it is opened with --max-polygons {more} or more"
                     ));
                 }
             }
@@ -441,7 +445,10 @@ impl Studio {
     /// A part of it, or of a session that was closed before, could not be written.
     pub fn close(mut self) -> Result<(), Unwritten> {
         self.finish_gestures();
-        self.end_work();
+        if let Err(error) = self.end_work() {
+            // There is no window any more to say it.
+            let _ = writeln!(io::stderr().lock(), "warning: {error}");
+        }
         if let Subject::Sketch(document) = self.subject {
             document.close()?;
         }

@@ -92,6 +92,19 @@ impl Studio {
         self.working.is_some()
     }
 
+    /// Whether another session is being read: the one that is left takes nothing any more, and everything else waits.
+    pub fn is_reading(&self) -> bool {
+        self.working.as_ref().is_some_and(|work| work.unit == EVENTS)
+    }
+
+    /// Refuses what cannot be done beside other work, and says so.
+    pub(super) fn is_busy(&mut self) -> bool {
+        let Some(work) = &self.working else { return false };
+        let busy = format!("{}: wait until this is done, or cancel it", work.what);
+        self.tell_of_file(Err(busy));
+        true
+    }
+
     /// Ends the work beside the window; what it has written so far is removed.
     pub(super) fn cancel_work(&mut self) {
         if let Some(work) = &self.working {
@@ -105,8 +118,17 @@ impl Studio {
         match work.done.try_recv() {
             Err(TryRecvError::Empty) => return false,
             Ok(done) => {
+                let is_cancelled = work.progress.is_cancelled.load(Relaxed);
                 self.working = None;
-                self.take_done(done);
+                match done {
+                    // It was read to its end before it heard of that.
+                    Done::Opened { path, outcome: Ok(opened), .. } if is_cancelled => {
+                        let closed = opened.0.close();
+                        debug_assert!(closed.is_ok(), "nothing was drawn in it");
+                        self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
+                    }
+                    done => self.take_done(done),
+                }
             }
             Err(TryRecvError::Disconnected) => {
                 let what = self.working.take().map(|work| work.what).unwrap_or_default();
@@ -116,15 +138,23 @@ impl Studio {
         true
     }
 
-    /// Waits for a model that is being written, and for a session that is being read to be given back.
-    pub(super) fn end_work(&mut self) {
-        let Some(work) = self.working.take() else { return };
-        if work.unit == EVENTS {
+    /// Waits for a model that is being written, and for a session that is being read to be given back. Returns why there is
+    /// no model.
+    pub(super) fn end_work(&mut self) -> Result<(), String> {
+        let is_reading = self.is_reading();
+        let Some(work) = self.working.take() else { return Ok(()) };
+        if is_reading {
             work.progress.is_cancelled.store(true, Relaxed);
         }
-        if let Ok(Done::Opened { outcome: Ok(opened), .. }) = work.done.recv() {
-            // It was opened after all; nothing was drawn in it.
-            let _ = opened.0.close();
+        match work.done.recv() {
+            Ok(Done::Opened { outcome: Ok(opened), .. }) => {
+                opened.0.close().map_err(|error| error.to_string())
+            }
+            Ok(Done::Opened { .. }) => Ok(()),
+            Ok(Done::Exported { path, outcome }) => {
+                outcome.map(drop).map_err(|error| format!("{}: {error}", path.display()))
+            }
+            Err(_) => Err(format!("{}: it failed", work.what)),
         }
     }
 
@@ -136,11 +166,6 @@ impl Studio {
         if !self.works_beside {
             let done = work(&Progress::default());
             self.take_done(done);
-            return;
-        }
-        if let Some(other) = &self.working {
-            let busy = format!("{}: wait until this is done, or cancel it", other.what);
-            self.tell_of_file(Err(busy));
             return;
         }
         let (send, done) = mpsc::channel();
@@ -167,6 +192,10 @@ impl Studio {
 
     /// Opens a session instead of the current one; on an error the current one stays.
     pub(super) fn open_beside(&mut self, path: &Path, how: Opening) {
+        // Strokes of a tracker end in the session that they began in.
+        let t = self.now_secs();
+        self.hands.stop(t, &mut self.events);
+        self.apply_events();
         let (path, how) = (path.to_owned(), Opening { limits: self.limits, ..how });
         let autosaves = self.autosaves.clone();
         let what = format!("reading {}", path.display());
@@ -201,6 +230,9 @@ impl Studio {
     }
 
     pub(super) fn export_gltf(&mut self, path: &Path) {
+        if self.is_busy() {
+            return;
+        }
         // A model may replace a model and no other file.
         if let Err(error) = check_output(path, OutputKind::Glb, false) {
             self.tell_of_file(Err(error.to_string()));
@@ -220,23 +252,34 @@ impl Studio {
                 let mut file = AtomicFile::create(&path)?;
                 let counts =
                     write_glb_watched(&scene, &name, &options, &mut file, &|done| progress.note(done))?;
+                if !progress.note(counts.polygons) {
+                    return Err(ExportError::Cancelled);
+                }
                 file.commit()?;
                 Ok(counts)
             };
             let outcome = export();
             Done::Exported { path, outcome }
         });
+        if self.is_working() {
+            // Whatever dialog is open when it is done has not asked for it.
+            self.tell_of_file(Ok(String::new()));
+        }
     }
 
     fn take_exported(&mut self, path: &Path, outcome: Result<GltfCounts, ExportError>) {
-        match outcome {
-            Ok(counts) => {
-                self.tell_of_file(Ok(format!("{} polygons exported to {}", counts.polygons, path.display())));
-                if counts.not_finite > 0 {
-                    self.say(format!("{} polygons at infinity were left out", counts.not_finite));
-                }
-            }
-            Err(error) => self.tell_of_file(Err(format!("{}: {error}", path.display()))),
+        let not_finite = outcome.as_ref().map_or(0, |counts| counts.not_finite);
+        let outcome = outcome
+            .map(|counts| format!("{} polygons exported to {}", counts.polygons, path.display()))
+            .map_err(|error| format!("{}: {error}", path.display()));
+        if self.works_beside {
+            let (Ok(said) | Err(said)) = outcome;
+            self.say(said);
+        } else {
+            self.tell_of_file(outcome);
+        }
+        if not_finite > 0 {
+            self.say(format!("{not_finite} polygons at infinity were left out"));
         }
     }
 }

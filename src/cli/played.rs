@@ -86,7 +86,7 @@ impl Played {
                 bail!("{}: it has become shorter while it was read", file.display());
             }
             pipeline.skip(player.scene(), player.changes());
-            times.note(player.events(), player.scene(), player.changes());
+            times.note(player.events(), player.scene());
         }
         pipeline.commit();
         let moment = player.moment();

@@ -51,19 +51,28 @@ pub(super) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
     say(&format!("{} is at http://{open_at}/ until Ctrl+C", args.folder.display()))?;
     // A browser that takes its answer slowly keeps no other waiting.
     std::thread::scope(|scope| {
-        let serve = || -> anyhow::Result<Outcome> {
-            loop {
-                let request = server.recv().context("the connection")?;
-                // One that has gone away does not end the server.
-                if let Err(error) = answer(request, &folder, open_at) {
-                    complain(&format!("warning: {error}"));
+        let serve = || {
+            let error = loop {
+                match server.recv() {
+                    // A browser that has gone away does not end the server.
+                    Ok(request) => {
+                        if let Err(error) = answer(request, &folder, open_at) {
+                            complain(&format!("warning: {error}"));
+                        }
+                    }
+                    Err(error) => break error,
                 }
-            }
+            };
+            // The others end, too: no connection comes any more.
+            server.unblock();
+            error
         };
-        for _ in 1..ANSWERS_AT_ONCE {
-            scope.spawn(serve);
-        }
-        serve()
+        let others: Vec<_> = (1..ANSWERS_AT_ONCE).map(|_| scope.spawn(serve)).collect();
+        let mine = serve();
+        let all = others.into_iter().filter_map(|other| other.join().ok()).chain([mine]);
+        // All but the first were only told to end.
+        let first = all.into_iter().min_by_key(|error| error.kind() == std::io::ErrorKind::Other);
+        first.map_or(Ok(Outcome::Done), |error| Err(error).context("the connection"))
     })
 }
 

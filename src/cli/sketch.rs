@@ -140,7 +140,7 @@ impl SketchArgs {
                 Ok((document, opened, Some(held)))
             }
             Err(OpenError::Recording(error)) => Err(error.into()),
-            Err(error) => Err(error.into()),
+            Err(error @ OpenError::Cancelled(_)) => Err(error.into()),
         }
     }
 }

@@ -159,8 +159,8 @@ pub fn write_glb_watched(
     let mut counts = GltfCounts::default();
     let mut objects = BTreeMap::<u64, Object>::new();
     let mut materials = Vec::<Material>::new();
-    for (number, id) in scene.visible_ids().enumerate() {
-        if number % ASKED_AFTER == 0 && !go_on(number as u64) {
+    for (at, id) in scene.visible_ids().enumerate() {
+        if at % ASKED_AFTER == 0 && !go_on(at as u64) {
             return Err(ExportError::Cancelled);
         }
         let surface = scene.surface(id);

@@ -106,8 +106,8 @@ fn primitive(
     }));
     let mut attributes =
         json!({ "POSITION": first, "NORMAL": first + 1, "COLOR_0": first + 2, "TEXCOORD_0": first + 3 });
-    let own = [("_TIMESTAMP", 40, has_times), ("_STROKE", 44, true)];
-    for (name, offset, _) in own.into_iter().filter(|(_, _, is_there)| *is_there) {
+    let own = if has_times { &[("_TIMESTAMP", 40), ("_STROKE", 44)][..] } else { &[("_STROKE", 44)] };
+    for &(name, offset) in own {
         attributes[name] = json!(accessors.len());
         accessors.push(json!({
             "bufferView": view, "byteOffset": offset, "componentType": FLOAT, "count": count, "type": "SCALAR",

@@ -1,5 +1,5 @@
 use crate::{
-    polygon::{Change, PolygonId},
+    polygon::PolygonId,
     recording::{Event, StrokeId},
     scene::Scene,
 };
@@ -12,12 +12,12 @@ use crate::{
 pub struct PolygonTimes {
     /// Time stamp of the session's first event.
     first_secs: Option<f64>,
-    /// Seconds since the session began; NaN if unknown.
+    /// Seconds since the session began.
     secs: Vec<f32>,
     /// Strokes and times of the samples that are being noted.
     samples: Vec<(u64, f32)>,
-    /// Strokes and numbers of the polygons that are being noted.
-    inserted: Vec<(u64, PolygonId)>,
+    /// Strokes and numbers of the new polygons.
+    added: Vec<(u64, PolygonId)>,
 }
 
 /// Whose a sample is; all faces without a stroke go together.
@@ -26,12 +26,13 @@ fn key(stroke: Option<StrokeId>) -> u64 {
 }
 
 impl PolygonTimes {
-    /// Notes the polygons that these events, applied to the scene, have added. Takes time for both lists alone.
-    pub fn note(&mut self, events: &[Event], scene: &Scene, changes: &[Change]) {
+    /// Notes the polygons that these events, applied to the scene, have added, hidden ones too.
+    pub fn note(&mut self, events: &[Event], scene: &Scene) {
         let Some(first) = events.first() else { return };
         let first_secs = *self.first_secs.get_or_insert(first.time_secs());
         let since = |t: f64| (t - first_secs) as f32;
-        if !changes.iter().any(|change| matches!(change, Change::Insert(_))) {
+        let known = self.secs.len();
+        if scene.polygon_count() <= known {
             return;
         }
         self.samples.clear();
@@ -42,29 +43,24 @@ impl PolygonTimes {
         }));
         self.samples.sort_by_key(|(stroke, _)| *stroke);
         let last_secs = events.last().map_or(0.0, |event| since(event.time_secs()));
-        self.inserted.clear();
-        self.inserted.extend(changes.iter().filter_map(|change| match change {
-            Change::Insert(id) => Some((key(scene.stroke_of(*id).id()), *id)),
-            _ => None,
+        self.added.clear();
+        self.added.extend((known..scene.polygon_count()).map(|id| {
+            let id = PolygonId(id as u32);
+            (key(scene.stroke_of(id).id()), id)
         }));
+        self.secs.resize(scene.polygon_count(), last_secs);
         // Several hands may draw at once.
-        self.inserted.sort_by_key(|(stroke, _)| *stroke);
-        for of_stroke in self.inserted.chunk_by(|(a, _), (b, _)| a == b) {
+        self.added.sort_by_key(|(stroke, _)| *stroke);
+        for of_stroke in self.added.chunk_by(|(a, _), (b, _)| a == b) {
             let stroke = of_stroke[0].0;
             let from = self.samples.partition_point(|(of, _)| *of < stroke);
             let to = self.samples.partition_point(|(of, _)| *of <= stroke);
             for (at, (_, id)) in of_stroke.iter().enumerate() {
-                if id.index() >= self.secs.len() {
-                    self.secs.resize(id.index() + 1, f32::NAN);
-                }
-                let secs = &mut self.secs[id.index()];
                 // The last polygon ends at the last sample.
                 let sample = ((at + 1) * (to - from)).div_ceil(of_stroke.len()).saturating_sub(1);
-                match self.samples[from..to].get(sample) {
-                    Some((_, sample_secs)) => *secs = *sample_secs,
-                    // It was brought back, or finished after its last sample.
-                    None if secs.is_nan() => *secs = last_secs,
-                    None => {}
+                // Without a sample it was made after the last one.
+                if let Some((_, secs)) = self.samples[from..to].get(sample) {
+                    self.secs[id.index()] = *secs;
                 }
             }
         }
@@ -72,6 +68,6 @@ impl PolygonTimes {
 
     /// Seconds from the session's beginning to a polygon, by its number; 0 if that is unknown.
     pub(super) fn secs(&self, polygon: usize) -> f32 {
-        self.secs.get(polygon).copied().filter(|secs| secs.is_finite()).unwrap_or(0.0)
+        self.secs.get(polygon).copied().unwrap_or(0.0)
     }
 }

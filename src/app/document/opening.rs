@@ -200,8 +200,11 @@ impl Document {
         let document = match why_copied {
             Some(why) => Self::copy(session, path, why, autosaves, &mut opened, go_on)?,
             None => {
+                // One that a crash left open stays marked if it is not opened now.
+                let was_left_open = fs::is_there(&SessionLock::mark_of(path));
                 let file = take(path)?;
-                Self::go_on(path, how.limits, file, autosaves, &mut opened, SessionFile::release, go_on)?
+                let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
+                Self::go_on(path, how.limits, file, autosaves, &mut opened, give_back, go_on)?
             }
         };
         Ok((document, opened))

@@ -153,7 +153,7 @@ impl Content {
 
 impl SessionLock {
     /// The mark's path: beside the file to which the name leads after all symbolic links.
-    pub(super) fn mark_of(session: &Path) -> PathBuf {
+    pub(in crate::app) fn mark_of(session: &Path) -> PathBuf {
         let mut mark = true_path(session).into_os_string();
         mark.push(".open");
         PathBuf::from(mark)

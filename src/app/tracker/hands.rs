@@ -101,6 +101,12 @@ impl Hands {
         }
     }
 
+    /// Ends all strokes: what the hands draw from now on is another one's.
+    pub fn stop(&mut self, t: f64, out: &mut Vec<Event>) {
+        let strokes = self.hands.values_mut().filter_map(|hand| hand.drawing.take());
+        out.extend(strokes.map(|stroke| Event::End { t, stroke }));
+    }
+
     /// Whether some hand is drawing.
     pub fn is_drawing(&self) -> bool {
         self.hands.values().any(|hand| hand.drawing.is_some())

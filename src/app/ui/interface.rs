@@ -136,7 +136,9 @@ impl Interface {
             if let Subject::Replay(player) = studio.subject() {
                 replay_bar::show(ui, player, studio.follows_replay_camera(), &mut wishes);
             }
-            work(ui, studio, &mut wishes);
+            if !studio.is_reading() {
+                work(ui, studio, &mut wishes);
+            }
             status(ui, studio);
         });
         if self.shows_tools || !is_narrow {
@@ -164,6 +166,9 @@ impl Interface {
         self.hint(ui, area, studio);
         if wishes.help {
             help(ui, &mut wishes.help);
+        }
+        if studio.is_reading() && studio.work_shown().is_some() {
+            egui::Modal::new(egui::Id::unique("reading")).show(ui.ctx(), |ui| work(ui, studio, &mut wishes));
         }
         if studio.question().is_none() {
             questions::trouble(ui.ctx(), studio, &mut wishes);
@@ -196,7 +201,8 @@ impl Interface {
         if let Some(dialog) = self.dialog.as_mut().filter(|_| studio.question().is_some()) {
             dialog.take_keyboard();
         }
-        let dialog = self.dialog.as_mut().filter(|_| studio.question().is_none());
+        let is_aside = studio.question().is_some() || studio.is_reading();
+        let dialog = self.dialog.as_mut().filter(|_| !is_aside);
         match dialog.map(|dialog| dialog.show(ui.ctx())) {
             None | Some(Answer::StillOpen) => {}
             Some(Answer::Closed) => self.dialog = None,
@@ -255,6 +261,12 @@ impl Interface {
     }
 
     fn shortcuts(&mut self, ui: &Ui, studio: &mut Studio, wishes: &mut Wishes) {
+        if studio.is_reading() {
+            if ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+                wishes.commands.push(Command::CancelWork);
+            }
+            return;
+        }
         if ui.ctx().egui_wants_keyboard_input() || self.dialog.is_some() || studio.question().is_some() {
             studio.set_flight(Vec3::ZERO);
             return;
