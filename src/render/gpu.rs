@@ -126,6 +126,7 @@ impl Gpu {
     ///
     /// # Errors
     /// The device is lost or the driver reported something.
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window in a browser cannot wait"))]
     pub(crate) async fn learn(&self) -> Result<(), RenderError> {
         let are_in_place = super::hzb::samples_are_in_place_later(self).await?;
         self.samples_in_place.get_or_init(|| are_in_place);

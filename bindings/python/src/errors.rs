@@ -1,6 +1,6 @@
 //! osp's errors as exceptions.
 
-use osp::recording;
+use osp::{recording, render::RenderError};
 use pyo3::{
     create_exception,
     exceptions::{PyOSError, PyRuntimeError, PyValueError},
@@ -15,6 +15,21 @@ create_exception!(
      The message names the file, the line or byte, and what was expected there. The attributes `path`, `line` (from 1) and\n\
      `byte` (from 0) have the same for programs; `line` and `byte` are None where the place is no line or no byte."
 );
+
+create_exception!(
+    osp,
+    AdapterError,
+    PyRuntimeError,
+    "There is no graphics adapter, it cannot do what is asked, or its driver has failed. The message says which."
+);
+
+/// The exception of an error of the renderer.
+pub(crate) fn of_drawing(error: &RenderError) -> PyErr {
+    match error {
+        RenderError::Size { .. } => PyValueError::new_err(format!("size: {error}")),
+        _ => AdapterError::new_err(error.to_string()),
+    }
+}
 
 /// The exception of an error of a reader. What the system refuses becomes an `OSError` such as `FileNotFoundError`.
 pub(crate) fn of_recording(error: &recording::RecordingError) -> PyErr {

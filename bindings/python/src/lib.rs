@@ -10,6 +10,7 @@ mod index;
 mod mesh;
 mod names;
 mod recording;
+mod render;
 mod replay;
 mod signals;
 mod verify;
@@ -27,7 +28,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(recording::open_recording, module)?)?;
     module.add_function(wrap_pyfunction!(replay::replay_frames, module)?)?;
     module.add_function(wrap_pyfunction!(verify::verify_methods, module)?)?;
+    module.add_function(wrap_pyfunction!(render::render_frame, module)?)?;
     module.add("RecordingError", module.py().get_type::<errors::RecordingError>())?;
+    module.add("AdapterError", module.py().get_type::<errors::AdapterError>())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("INDEXES", names::index_names())?;
     module.add("OCCLUSION_METHODS", names::conservative_names())?;

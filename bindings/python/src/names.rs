@@ -43,6 +43,23 @@ pub(crate) fn replayed(name: &str) -> PyResult<Occlusion> {
     methods.into_iter().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known))
 }
 
+/// A method of a picture: any that needs nothing but the recording.
+pub(crate) fn drawn(name: &str) -> PyResult<Occlusion> {
+    let known = || Occlusion::all().map(Occlusion::name).collect::<Vec<_>>();
+    Occlusion::all().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known()))
+}
+
+/// The camera of a picture that moves as in a replay.
+pub(crate) fn picture_camera(name: &str) -> PyResult<CameraChoice> {
+    // A replay's `auto` is `recorded` here, beside `whole`.
+    let named = |choice: CameraChoice| if choice == CameraChoice::Auto { "recorded" } else { choice.name() };
+    let choice = CameraChoice::ALL.iter().copied().find(|&choice| named(choice) == name);
+    choice.ok_or_else(|| {
+        let known = ["whole"].into_iter().chain(CameraChoice::ALL.iter().map(|&choice| named(choice)));
+        unknown("view", name, &known.collect::<Vec<_>>())
+    })
+}
+
 pub(crate) fn camera(name: &str) -> PyResult<CameraChoice> {
     let known = CameraChoice::ALL.iter().map(|choice| choice.name()).collect::<Vec<_>>();
     let choice = CameraChoice::ALL.iter().copied().find(|choice| choice.name() == name);

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import numpy as np
+import osp
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -22,6 +23,29 @@ def corpus():
     if not folder:
         pytest.skip("OSP_CORPUS names no folder of real sessions")
     return Path(folder)
+
+
+def why_no_picture():
+    """What keeps `osp.render` from drawing here; None if it draws. With OSP_GPU_TESTS=1 that fails instead."""
+    try:
+        osp.render(RECORDINGS / "nested.ron", (16, 16), pace="samples:1024")
+    except osp.AdapterError as error:
+        if os.environ.get("OSP_GPU_TESTS") == "1":
+            raise
+        return str(error)
+    return None
+
+
+@pytest.fixture(scope="session")
+def no_picture():
+    return why_no_picture()
+
+
+@pytest.fixture
+def adapter(no_picture):
+    """For tests that draw."""
+    if no_picture:
+        pytest.skip(no_picture)
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@
 * `visible`, `Mesh`: which triangles of a mesh a camera sees, also behind what hides them.
 * `open`: recorded sketches (Tilt Brush, Open Brush, A-Painter, CASSIE, osp's own, .obj, .glb) as arrays.
 * `replay`, `verify`: measure spatial structures and occlusion culling on a recording.
+* `render`: a picture of a recording, where there is a graphics adapter.
 
 Space is right-handed, +y up, -z forward, in metres. A `View` is made from an eye and a target, or from any engine's matrix.
 
@@ -15,14 +16,16 @@ array([0], dtype=uint32)
 """
 
 from ._measure import Replay, Verification, replay, verify
-from ._native import INDEXES, OCCLUSION_METHODS, Index, Mesh, RecordingError, View, __version__
+from ._native import INDEXES, OCCLUSION_METHODS, AdapterError, Index, Mesh, RecordingError, View, __version__
 from ._recording import Recording, open
+from ._render import render
 from ._table import Table
 from ._visible import visible
 
 __all__ = [
     "INDEXES",
     "OCCLUSION_METHODS",
+    "AdapterError",
     "Index",
     "Mesh",
     "Recording",
@@ -33,6 +36,7 @@ __all__ = [
     "View",
     "__version__",
     "open",
+    "render",
     "replay",
     "verify",
     "visible",

@@ -15,7 +15,9 @@ __all__ = [
     "open_recording",
     "replay_frames",
     "verify_methods",
+    "render_frame",
     "RecordingError",
+    "AdapterError",
     "__version__",
     "INDEXES",
     "OCCLUSION_METHODS",
@@ -29,6 +31,8 @@ class RecordingError(ValueError):
     path: str
     line: Optional[int]
     byte: Optional[int]
+
+class AdapterError(RuntimeError): ...
 
 @final
 class View:
@@ -171,3 +175,14 @@ def verify_methods(
     lenient: bool,
     max_polygons: Optional[int],
 ) -> Tuple[Dict[str, NDArray[Any]], Dict[str, int]]: ...
+def render_frame(
+    path: Union[str, os.PathLike[str]],
+    size: Sequence[int],
+    frame: Optional[int],
+    view: Union[str, View, ArrayLike],
+    occlusion: Optional[str],
+    pace: str,
+    time_secs: float,
+    lenient: bool,
+    max_polygons: Optional[int],
+) -> NDArray[np.uint8]: ...

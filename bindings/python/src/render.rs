@@ -1,0 +1,220 @@
+use std::{path::PathBuf, sync::Arc};
+
+use numpy::{PyArray1, PyArray3, PyArrayMethods};
+use osp::{
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    glam::Vec3,
+    index::IndexConfig,
+    math::{Aabb, rotate, unit},
+    occlusion::Occlusion,
+    recording::{Header, OpenOptions, Pace, open},
+    render::{Gpu, Image, Layer, Offscreen, RendererConfig, background_for},
+    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, summarize, whole_view},
+    rivals::IndexKind,
+    view::{self, Projection},
+};
+use pyo3::{exceptions::PyValueError, prelude::*, types::PyString};
+
+use crate::{
+    errors, names,
+    recording::options,
+    replay::{pace, root_cube},
+    signals::Signals,
+    view::View,
+};
+
+/// Longest side of a picture, pixels. Many adapters draw no longer one.
+const MOST_PIXELS: i64 = 16_384;
+/// Moments that brushes which move by themselves are seen at, seconds.
+const TIMES_SECS: std::ops::RangeInclusive<f64> = 0.0..=1.0e4;
+
+/// Where the eye of a picture is.
+#[derive(Clone, Copy)]
+enum Eye {
+    /// So that it sees the whole model.
+    Whole,
+    /// As in a replay.
+    Path(CameraChoice),
+    Fixed(view::View),
+}
+
+/// The settings of a picture.
+struct Settings {
+    path: PathBuf,
+    size: (u32, u32),
+    /// None: the last.
+    frame: Option<i64>,
+    eye: Eye,
+    occlusion: Occlusion,
+    pace: Pace,
+    time_s: f32,
+    options: OpenOptions,
+}
+
+/// A picture of a frame of a session: 8 bits for each of red, green, blue and opacity, rows from the top.
+#[pyfunction]
+#[pyo3(signature = (path, size, frame, view, occlusion, pace, time_secs, lenient, max_polygons))]
+#[expect(clippy::too_many_arguments, reason = "the arguments of `osp.render`")]
+pub(crate) fn render_frame<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    size: Vec<i64>,
+    frame: Option<i64>,
+    view: &Bound<'py, PyAny>,
+    occlusion: Option<&str>,
+    pace: &str,
+    time_secs: f64,
+    lenient: bool,
+    max_polygons: Option<u64>,
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    if !TIMES_SECS.contains(&time_secs) {
+        let message = format!("time_secs: expected a number from 0 to 10000; found {time_secs}");
+        return Err(PyValueError::new_err(message));
+    }
+    let settings = Settings {
+        path,
+        size: self::size(&size)?,
+        frame,
+        eye: eye(view)?,
+        occlusion: occlusion.map_or(Ok(Occlusion::None), names::drawn)?,
+        pace: self::pace(pace)?,
+        time_s: time_secs as f32,
+        options: options(lenient, max_polygons)?,
+    };
+    let image = py.detach(|| draw(&settings))?;
+    let shape = [image.height() as usize, image.width() as usize, 4];
+    PyArray1::from_slice(py, image.rgba()).reshape(shape)
+}
+
+fn size(size: &[i64]) -> PyResult<(u32, u32)> {
+    match *size {
+        [width, height] if [width, height].iter().all(|side| (1..=MOST_PIXELS).contains(side)) => {
+            Ok((width as u32, height as u32))
+        }
+        _ => Err(PyValueError::new_err(format!(
+            "size: expected width and height, 1 to {MOST_PIXELS} pixels each; found {size:?}"
+        ))),
+    }
+}
+
+fn eye(view: &Bound<'_, PyAny>) -> PyResult<Eye> {
+    match view.cast::<PyString>() {
+        Ok(name) if name.to_cow()? == "whole" => Ok(Eye::Whole),
+        Ok(name) => Ok(Eye::Path(names::picture_camera(&name.to_cow()?)?)),
+        Err(_) => Ok(Eye::Fixed(View::of(view, None)?.view)),
+    }
+}
+
+/// Plays the session up to the frame as `osp replay` does, culls by the index, and draws what is left.
+fn draw(settings: &Settings) -> PyResult<Image> {
+    let Settings { path, size, occlusion, pace, time_s, options, .. } = settings;
+    let failed = |error| errors::of_recording(&error);
+    let undrawn = |error| errors::of_drawing(&error);
+    let session = open(path, options).map_err(failed)?;
+    let header = session.header.clone();
+    // Before a long session is read for nothing.
+    let gpu = Arc::new(Gpu::headless().map_err(undrawn)?);
+    let mut artist = ArtistSide::default();
+    let events = session.inspect(|event| event.iter().for_each(|event| artist.note(event)));
+    let (summary, model, read) = summarize(events, *pace);
+    read.map_err(failed)?;
+    let wanted = settings.wanted(&summary)?;
+
+    let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
+    drop(model);
+    let mut drawer = Offscreen::on(gpu, size.0, size.1, &config).map_err(undrawn)?;
+    drawer.set_occlusion(*occlusion).map_err(undrawn)?;
+    drawer.set_environment(header.environment.as_deref());
+    drawer.set_time(*time_s);
+    let camera = settings.camera(&header, &summary.bounds, artist.backwards(), drawer.aspect());
+    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+    let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
+    let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity, StageClock::default());
+    // Pictures must not depend on the clock.
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(*occlusion) };
+    let mut pipeline = pipeline.with_occlusion(pass);
+    let learns = occlusion.has_culler() || *occlusion == Occlusion::DepthLast;
+
+    let mut player = Player::new(open(path, options).map_err(failed)?, *pace);
+    let mut signals = Signals::new();
+    while player.frames() <= wanted && player.step().map_err(failed)? {
+        let (scene, changes, moment) = (player.scene(), player.changes(), player.moment());
+        drawer.follow(changes);
+        if moment.frame == wanted {
+            let view = camera(&moment);
+            pipeline.frame(scene, changes, &view);
+            // What culls while it draws lets the polygons of the last frame occlude in the next.
+            let times = if occlusion.is_while_drawing() { 2 } else { 1 };
+            for _ in 0..times {
+                let shown = [Layer::plain(pipeline.draw_list())];
+                drawer.draw(scene, &view, &shown).map_err(undrawn)?;
+            }
+            return drawer.image().map_err(undrawn);
+        }
+        if learns {
+            // As a replay does: which polygons may hide others, it learns from frame to frame.
+            pipeline.frame(scene, changes, &camera(&moment));
+        } else {
+            pipeline.skip(scene, changes);
+        }
+        signals.check()?;
+    }
+    Err(PyValueError::new_err(format!("{}: it became shorter while it was read", path.display())))
+}
+
+impl Settings {
+    /// The number of the frame.
+    fn wanted(&self, summary: &Summary) -> PyResult<u64> {
+        let path = self.path.display();
+        let Some(last) = summary.frames.checked_sub(1) else {
+            return Err(PyValueError::new_err(format!("{path}: nothing was drawn in this session")));
+        };
+        let Some(frame) = self.frame else { return Ok(last) };
+        u64::try_from(frame).ok().filter(|&frame| frame <= last).ok_or_else(|| {
+            let pace = self.pace;
+            let message = format!(
+                "frame: expected 0 to {last}, as {path} has {} frames at the pace {pace}; found {frame}",
+                summary.frames
+            );
+            PyValueError::new_err(message)
+        })
+    }
+
+    /// The view of each frame, as wide as the picture.
+    fn camera(
+        &self,
+        header: &Header,
+        bounds: &Aabb,
+        artist_backwards: Option<Vec3>,
+        aspect: f32,
+    ) -> Box<dyn Fn(&Moment) -> view::View> {
+        match self.eye {
+            Eye::Whole => {
+                let of_camera = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
+                let view = whole_view(bounds, of_camera.or(artist_backwards), aspect);
+                Box::new(move |_| view)
+            }
+            Eye::Path(choice) => {
+                let path = CameraPath::new(choice, header.camera, bounds);
+                Box::new(move |moment| path.view(moment).with_aspect(aspect))
+            }
+            Eye::Fixed(view) => {
+                let view = with_an_end(&view, bounds).with_aspect(aspect);
+                Box::new(move |_| view)
+            }
+        }
+    }
+}
+
+/// The view with a finite farthest distance behind everything: the renderer's depth has an end.
+fn with_an_end(view: &view::View, bounds: &Aabb) -> view::View {
+    let Projection { near_m, far_m, .. } = view.projection;
+    if far_m.is_finite() {
+        return *view;
+    }
+    let reach_m = match bounds.is_empty() {
+        true => 0.0,
+        false => view.eye_in_world.distance(bounds.center()) + bounds.extent().length(),
+    };
+    view::View { projection: Projection { far_m: reach_m.max(near_m * 100.0), ..view.projection }, ..*view }
+}
