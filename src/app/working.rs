@@ -22,8 +22,6 @@ use crate::{
     platform::{self, time::Instant},
 };
 
-const EVENTS: &str = "events";
-
 /// Work that is over sooner is not shown: the window would only flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
 
@@ -49,15 +47,20 @@ enum Done {
     Exported { path: PathBuf, outcome: Result<GltfCounts, ExportError> },
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// A session is read; how many events it has is not known before.
+    Reading,
+    /// A model of so many polygons is written.
+    Writing { polygons: u64 },
+}
+
 /// Work that is being done beside the window.
 #[derive(Debug)]
 pub(super) struct Working {
     /// What is done, for people.
     what: String,
-    /// Of what so many are done.
-    unit: &'static str,
-    /// So many in all, if that is known.
-    of: Option<u64>,
+    kind: Kind,
     progress: Arc<Progress>,
     done: Receiver<Done>,
     since: Instant,
@@ -82,9 +85,14 @@ impl Studio {
     pub fn work_shown(&self) -> Option<WorkShown> {
         let work = self.working.as_ref().filter(|work| work.since.elapsed() >= SHOWN_AFTER)?;
         let done = work.progress.done.load(Relaxed);
-        let of = work.of.map_or(String::new(), |of| format!(" of {of}"));
-        let text = format!("{}: {done}{of} {}", work.what, work.unit);
-        Some(WorkShown { text, part: work.of.map(|of| (done as f32 / of.max(1) as f32).min(1.0)) })
+        let (far, part) = match work.kind {
+            Kind::Reading => (format!("{done} events"), None),
+            Kind::Writing { polygons } => {
+                let part = (done as f32 / polygons.max(1) as f32).min(1.0);
+                (format!("{done} of {polygons} polygons"), Some(part))
+            }
+        };
+        Some(WorkShown { text: format!("{}: {far}", work.what), part })
     }
 
     /// Whether something is done beside the window.
@@ -94,7 +102,7 @@ impl Studio {
 
     /// Whether another session is being read: the one that is left takes nothing any more, and everything else waits.
     pub fn is_reading(&self) -> bool {
-        self.working.as_ref().is_some_and(|work| work.unit == EVENTS)
+        self.working.as_ref().is_some_and(|work| work.kind == Kind::Reading)
     }
 
     /// Refuses what cannot be done beside other work, and says so.
@@ -158,11 +166,7 @@ impl Studio {
         }
     }
 
-    fn start(
-        &mut self,
-        (what, unit, of): (String, &'static str, Option<u64>),
-        work: impl FnOnce(&Progress) -> Done + Send + 'static,
-    ) {
+    fn start(&mut self, what: String, kind: Kind, work: impl FnOnce(&Progress) -> Done + Send + 'static) {
         if !self.works_beside {
             let done = work(&Progress::default());
             self.take_done(done);
@@ -175,7 +179,7 @@ impl Studio {
         let started = platform::beside("work", move || drop(send.send(work(&of_thread))));
         match started {
             Ok(()) => {
-                self.working = Some(Working { what, unit, of, progress, done, since: Instant::now() });
+                self.working = Some(Working { what, kind, progress, done, since: Instant::now() });
             }
             Err(error) => self.tell_of_file(Err(format!("{what}: {error}"))),
         }
@@ -199,7 +203,7 @@ impl Studio {
         let (path, how) = (path.to_owned(), Opening { limits: self.limits, ..how });
         let autosaves = self.autosaves.clone();
         let what = format!("reading {}", path.display());
-        self.start((what, EVENTS, None), move |progress| {
+        self.start(what, Kind::Reading, move |progress| {
             let is_new = !platform::fs::is_there(&path);
             let opened = Document::open_watched(&path, &autosaves, how, &|done| progress.note(done));
             Done::Opened { path, how, is_new, outcome: opened.map(Box::new) }
@@ -247,7 +251,7 @@ impl Studio {
         let options = ExportOptions { times: Some(times), eye_in_world, ..ExportOptions::default() };
         let (scene, path) = (self.scene().clone(), path.to_owned());
         let what = format!("writing {}", path.display());
-        self.start((what, "polygons", Some(scene.counts().visible)), move |progress| {
+        self.start(what, Kind::Writing { polygons: scene.counts().visible }, move |progress| {
             let export = || {
                 let mut file = AtomicFile::create(&path)?;
                 let counts =

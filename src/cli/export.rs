@@ -11,10 +11,12 @@ use super::{
     played::{FrameArgs, Played},
 };
 use crate::{
-    export::{ExportOptions, Objects, write_glb},
+    export::{ExportOptions, Objects, PolygonTimes, write_glb},
     lab::report::thousands,
     output_file::OutputKind,
+    recording::Event,
     rivals::IndexKind,
+    scene::Scene,
 };
 
 /// Write the model of a session as binary glTF, for Blender, engines and viewers.
@@ -58,7 +60,9 @@ enum ObjectsArg {
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     let output =
         Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, OutputKind::Glb)?;
-    let Played { header, scene, times, .. } = Played::up_to(&args.session, IndexKind::BruteForce)?;
+    let mut times = PolygonTimes::default();
+    let note = |events: &[Event], scene: &Scene| times.note(events, scene);
+    let Played { header, scene, .. } = Played::up_to_with(&args.session, IndexKind::BruteForce, note)?;
     let options = ExportOptions {
         objects: match args.objects {
             ObjectsArg::Layers => Objects::Layers,

@@ -13,10 +13,9 @@ use super::{
     session::{OpenSession, root_cube},
 };
 use crate::{
-    export::PolygonTimes,
     frame::{Pipeline, StageClock},
     index::IndexConfig,
-    recording::{Header, Pace},
+    recording::{Event, Header, Pace},
     replay::{Moment, Player, Summary, summarize},
     rivals::IndexKind,
     scene::Scene,
@@ -54,7 +53,6 @@ pub(super) struct Played {
     pub(super) summary: Summary,
     pub(super) scene: Scene,
     pub(super) pipeline: Pipeline,
-    pub(super) times: PolygonTimes,
     /// Number of the frame, and the poses of head and hand then.
     pub(super) moment: Moment,
 }
@@ -65,6 +63,15 @@ impl Played {
     }
 
     pub(super) fn up_to(args: &FrameArgs, index: IndexKind) -> anyhow::Result<Self> {
+        Self::up_to_with(args, index, |_, _| {})
+    }
+
+    /// The same; `each` gets the events of every frame, and the model after them.
+    pub(super) fn up_to_with(
+        args: &FrameArgs,
+        index: IndexKind,
+        mut each: impl FnMut(&[Event], &Scene),
+    ) -> anyhow::Result<Self> {
         let FrameArgs { file, frame, pace, reading } = args;
         let pace = *pace;
         let mut session = OpenSession::open(file, reading)?;
@@ -80,16 +87,15 @@ impl Played {
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
         let mut pipeline = Pipeline::new(index.create(&config), capacity, StageClock::default());
         let mut player = Player::new(session, pace);
-        let mut times = PolygonTimes::default();
         for _ in 0..=last {
             if !player.step()? {
                 bail!("{}: it has become shorter while it was read", file.display());
             }
             pipeline.skip(player.scene(), player.changes());
-            times.note(player.events(), player.scene());
+            each(player.events(), player.scene());
         }
         pipeline.commit();
         let moment = player.moment();
-        Ok(Self { header, summary, scene: player.into_scene(), pipeline, times, moment })
+        Ok(Self { header, summary, scene: player.into_scene(), pipeline, moment })
     }
 }

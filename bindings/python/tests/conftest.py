@@ -1,6 +1,8 @@
 """What the tests share."""
 
 import os
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +53,30 @@ def adapter(no_picture):
 @pytest.fixture
 def rng():
     return np.random.default_rng(20)
+
+
+def assert_others_run_while(work):
+    """Other threads go on while a call works."""
+    done, errors = threading.Event(), []
+
+    def run():
+        try:
+            work()
+        except BaseException as error:
+            errors.append(error)
+        done.set()
+
+    # A thread that waits for a lock held all the time would tick once at the end.
+    start, ticks = time.monotonic(), [time.monotonic()]
+    thread = threading.Thread(target=run)
+    thread.start()
+    while not done.is_set():
+        time.sleep(0.001)
+        ticks.append(time.monotonic())
+    thread.join()
+    took = time.monotonic() - start
+    assert not errors
+    assert np.diff(ticks).max() < took / 2, f"of {took} s the longest pause was {np.diff(ticks).max()} s"
 
 
 def random_boxes(rng, count, spread=10.0, largest=1.0):

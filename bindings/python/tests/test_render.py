@@ -3,15 +3,13 @@
 import os
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import matplotlib.image
 import numpy as np
 import osp
 import pytest
-from conftest import ROOT, looking, perspective
+from conftest import ROOT, assert_others_run_while, looking, perspective
 
 SIZE = (160, 90)
 # In a room of the recording, from where walls hide most of the others.
@@ -112,26 +110,7 @@ def test_the_picture_is_that_of_the_program(adapter, recordings, tmp_path, view,
 
 
 def test_other_threads_run_while_a_picture_is_drawn(adapter, recordings):
-    done, errors = threading.Event(), []
-
-    def work():
-        try:
-            osp.render(recordings / "room.ron", (640, 360))
-        except BaseException as error:
-            errors.append(error)
-        done.set()
-
-    # A thread that waits for a lock held all the time would tick once at the end.
-    start, ticks = time.monotonic(), [time.monotonic()]
-    thread = threading.Thread(target=work)
-    thread.start()
-    while not done.is_set():
-        time.sleep(0.001)
-        ticks.append(time.monotonic())
-    thread.join()
-    took = time.monotonic() - start
-    assert not errors
-    assert np.diff(ticks).max() < took / 2, f"of {took} s the longest pause was {np.diff(ticks).max()} s"
+    assert_others_run_while(lambda: osp.render(recordings / "room.ron", (640, 360)))
 
 
 WRONG = [
