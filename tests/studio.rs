@@ -37,5 +37,7 @@ mod spans;
 mod tests_of_occlusion;
 #[path = "studio/tracker.rs"]
 mod tracker;
+#[path = "studio/walls.rs"]
+mod walls;
 #[path = "studio/working.rs"]
 mod working;

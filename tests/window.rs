@@ -15,3 +15,5 @@ mod required;
 mod sketching;
 #[path = "window/tracking.rs"]
 mod tracking;
+#[path = "window/walls.rs"]
+mod walls;

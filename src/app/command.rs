@@ -4,7 +4,13 @@ use super::{
     altering::Altering, culling::Stages, document::Opening, drawing_aids::Aids, groups::Placing,
     layers::LayerChoice, paint_layers::LayerEdit, pen::Snap, question::Answer, tool::ToolChoice,
 };
-use crate::{brush::Brush, occlusion::Occlusion, recording::GroupId, rivals::IndexKind};
+use crate::{
+    brush::Brush,
+    occlusion::Occlusion,
+    recording::GroupId,
+    rivals::IndexKind,
+    view::{RoomFromTracker, Stereo},
+};
 
 /// A command that a person gives by key, button or menu.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +83,16 @@ pub enum Command {
     Stages(Stages),
     /// Choose which structures are drawn over the model.
     Layers(LayerChoice),
+    /// Change how the rig's screens show the model to two eyes.
+    Stereo(Stereo),
+    /// Give each eye the picture of the other one, or its own.
+    SwapEyes(bool),
+    /// Distance of the eyes, metres.
+    EyeSeparation(f32),
+    /// Show a test pattern on the rig's screens, or the model.
+    TestPattern(bool),
+    /// Where the tracker's space is in the room.
+    Calibrate(RoomFromTracker),
     /// Start an empty session.
     New,
     /// Open a session.

@@ -50,6 +50,10 @@ impl Studio {
             Command::Save | Command::SaveAs(_) | Command::SaveOver(_) => {
                 matches!(self.subject, Subject::Sketch(_))
             }
+            Command::SwapEyes(_)
+            | Command::EyeSeparation(_)
+            | Command::TestPattern(_)
+            | Command::Calibrate(_) => self.room.rig().is_some(),
             Command::Discard => match &self.subject {
                 Subject::Sketch(document) => document.journal().is_changed(),
                 Subject::Replay(_) => false,
@@ -165,6 +169,11 @@ impl Studio {
             Command::Occluders(most) => self.culling.set_occluders(most),
             Command::Stages(stages) => self.culling.set_stages(stages),
             Command::Layers(layers) => self.layers = layers,
+            Command::Stereo(stereo) => self.room.set_stereo(stereo),
+            Command::SwapEyes(swaps) => self.room.set_swaps_eyes(swaps),
+            Command::EyeSeparation(separation_m) => self.room.set_eye_separation_m(separation_m),
+            Command::TestPattern(shows) => self.room.show_pattern(shows),
+            Command::Calibrate(room_from_tracker) => self.room.calibrate(room_from_tracker),
             Command::New => self.leave(Then::New),
             Command::Open(path) => self.leave(Then::Open(path, Opening::default())),
             Command::OpenAs(path, how) => self.leave(Then::Open(path, how)),

@@ -43,12 +43,14 @@ impl Studio {
         let (mut messages, mut edits) = (0, 0);
         while messages < MESSAGES_A_FRAME && edits < EDITS_A_FRAME && self.changes_waiting() < CHANGES_A_FRAME
         {
-            let Some(message) = tracker.take() else { return true };
+            let Some((at, sent)) = tracker.take_heard() else { return true };
+            let in_room = self.room.message_to_room(sent);
+            self.watch.note(at, &sent, &in_room);
             messages += 1;
-            if !matches!(message, Message::Head { .. } | Message::Brush { .. }) {
+            if !matches!(in_room, Message::Head { .. } | Message::Brush { .. }) {
                 self.part_eraser_step();
             }
-            let message = self.room.message_to_world(&self.navigator, message);
+            let message = self.room.message_to_world(&self.navigator, in_room);
             let Subject::Sketch(document) = &mut self.subject else { continue };
             if document.is_read_only() {
                 continue;

@@ -47,11 +47,13 @@ mod spans;
 mod stats;
 mod studio;
 mod subject;
+mod test_pattern;
 mod tool;
 mod trace;
 pub mod tracker;
 pub mod ui;
 mod user_folder;
+mod walls;
 mod window;
 mod working;
 
@@ -76,5 +78,7 @@ pub use stats::{FrameStage, FrameTimes, History};
 pub use studio::{FrameReport, Studio};
 pub use subject::Subject;
 pub use tool::{Span, ToolChoice};
-pub use window::{WindowError, WindowOptions, run};
+#[cfg(not(target_arch = "wasm32"))]
+pub use window::monitors;
+pub use window::{MonitorInfo, WindowError, WindowOptions, run};
 pub use working::WorkShown;

@@ -4,15 +4,20 @@ use egui::{ClippedPrimitive, TexturesDelta};
 use egui_wgpu::ScreenDescriptor;
 use winit::window::Window;
 
-use super::{room::RoomView, studio::Studio};
+use super::{
+    room::{Room, RoomView},
+    studio::Studio,
+    walls::Wall,
+};
 use crate::{
     frame::{Reading, StageClock},
     occlusion::Occlusion,
     render::{
-        Acquired, Area, ComingImage, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes, PyramidPass,
-        RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
+        Acquired, Area, Channels, ComingImage, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes,
+        PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot,
+        WindowSurface,
     },
-    view::Stereo,
+    view::Viewport,
 };
 
 /// Style of polygons outside of the view.
@@ -64,11 +69,25 @@ struct Pane {
     timer: GpuTimer,
 }
 
-/// A window for one screen and eye of a rig.
-struct Extra {
+/// A window of a rig's screens.
+struct WallWindow {
+    wall: Wall,
     window: Arc<Window>,
     surface: WindowSurface,
     show: ShowPass,
+}
+
+impl WallWindow {
+    /// The pixels of a view, and its colours there, if it is shown here.
+    fn area_of(&self, room: &Room, view: &RoomView) -> Option<(Area, Channels)> {
+        let (Viewport(x, y, width, height), channels) = self.wall.place_of(room, view)?;
+        let (all_x, all_y) = self.surface.size();
+        let pixel = |part: f32, of: u32| (part * of as f32).round();
+        let (left, upper) = (pixel(x, all_x), pixel(y, all_y));
+        let (right, lower) = (pixel(x + width, all_x), pixel(y + height, all_y));
+        let area = Area { x: left, y: upper, width: right - left, height: lower - upper };
+        Some((within(area, all_x, all_y), channels))
+    }
 }
 
 /// Animated brushes start again after this time, seconds.
@@ -83,7 +102,7 @@ pub(super) struct Painter {
     pyramid: PyramidPass,
     egui: egui_wgpu::Renderer,
     panes: Vec<Pane>,
-    extras: Vec<Extra>,
+    walls: Vec<WallWindow>,
     clock: StageClock,
     /// When the animation of brushes started.
     opened: Reading,
@@ -122,7 +141,7 @@ impl Painter {
             pyramid,
             egui,
             panes: Vec::new(),
-            extras: Vec::new(),
+            walls: Vec::new(),
             clock: StageClock::default(),
             opened: StageClock::default().start(),
             draw_ns: 0,
@@ -151,19 +170,21 @@ impl Painter {
         self.surface.resize(width, height);
     }
 
-    /// Adds a window that shows one view of a rig: the first added one the first view, and so on.
-    pub(super) fn add_window(&mut self, window: Arc<Window>) -> Result<(), RenderError> {
+    /// Adds a window that shows screens of a rig.
+    pub(super) fn add_wall(&mut self, wall: Wall, window: Arc<Window>) -> Result<(), RenderError> {
         let surface = create_surface(self.gpu.instance(), &window)?;
         let size = window.inner_size();
         let surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
         let show = ShowPass::new(&self.gpu, surface.format());
-        self.extras.push(Extra { window, surface, show });
+        // The walls wait for their displays; if this window did, too, a frame would wait twice.
+        self.surface.set_waits(false);
+        self.walls.push(WallWindow { wall, window, surface, show });
         Ok(())
     }
 
-    pub(super) fn resize_extra(&mut self, window: winit::window::WindowId, width: u32, height: u32) {
-        for extra in self.extras.iter_mut().filter(|extra| extra.window.id() == window) {
-            extra.surface.resize(width, height);
+    pub(super) fn resize_wall(&mut self, window: winit::window::WindowId, width: u32, height: u32) {
+        for wall in self.walls.iter_mut().filter(|wall| wall.window.id() == window) {
+            wall.surface.resize(width, height);
         }
     }
 
@@ -172,6 +193,7 @@ impl Painter {
         let surface = create_surface(self.gpu.instance(), window)?;
         let size = window.inner_size();
         self.surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
+        self.surface.set_waits(self.walls.is_empty());
         Ok(())
     }
 
@@ -228,7 +250,7 @@ impl Painter {
         }
         self.panes.truncate(views.len().max(1));
         let send_ns = self.clock.since(start).ns;
-        self.paint_extras()?;
+        self.paint_walls(studio, &views)?;
 
         let is_shown = match self.surface.acquire(&self.gpu)? {
             Acquired::Frame(frame) => {
@@ -294,13 +316,10 @@ impl Painter {
         view: &RoomView,
         model: Area,
     ) -> Result<(), RenderError> {
-        let (width, height) = match self.extras.get(i) {
-            Some(extra) if studio.room().stereo() == Stereo::Windows => extra.surface.size(),
-            _ => {
-                let part = part_of(model, view);
-                (part.width as u32, part.height as u32)
-            }
-        };
+        // As many pixels as its wall has; the picture in this window is made of them.
+        let on_wall = self.walls.iter().find_map(|wall| wall.area_of(studio.room(), view));
+        let area = on_wall.map_or_else(|| part_of(model, view), |(area, _)| area);
+        let (width, height) = (area.width as u32, area.height as u32);
         let (width, height) = (width.max(1), height.max(1));
         if self.panes.len() <= i {
             let target = Target::new(&self.gpu, width, height)?;
@@ -331,8 +350,9 @@ impl Painter {
             Layer { polygons: studio.culled(), style: LEFT_OUT },
             Layer { polygons: studio.hidden(), style: HIDDEN },
         ];
-        self.renderer.prepare(&mut pane.slot, studio.scene(), &view.view, &layers);
-        pane.lines.prepare(&self.gpu, &view.view, studio.lines());
+        let layers = if studio.room().shows_pattern() { &[] } else { &layers[..] };
+        self.renderer.prepare(&mut pane.slot, studio.scene(), &view.view, layers);
+        pane.lines.prepare(&self.gpu, &view.view, studio.lines_of(i));
         Ok(())
     }
 
@@ -351,8 +371,7 @@ impl Painter {
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let mut commands =
             self.egui.update_buffers(gpu.device(), gpu.queue(), &mut encoder, &panels.primitives, &screen);
-        let in_windows = studio.room().stereo() == Stereo::Windows && !self.extras.is_empty();
-        if !in_windows {
+        if self.walls.is_empty() {
             encode_panes(&self.renderer, &mut self.panes, &mut encoder);
         }
         let window = frame.texture.create_view(&Default::default());
@@ -372,11 +391,10 @@ impl Painter {
                     ..Default::default()
                 })
                 .forget_lifetime();
-            // With a window for each screen, this one shows the first as a preview.
-            let shown = if in_windows { &views[..views.len().min(1)] } else { views };
-            for (pane, view) in self.panes.iter().zip(shown) {
-                let area = if in_windows { model } else { part_of(model, view) };
-                let area = within(area, width, height);
+            for (pane, view) in self.panes.iter().zip(views) {
+                let part = part_of(model, view);
+                let part = if self.walls.is_empty() { part } else { fitted(pane.target.size(), part) };
+                let area = within(part, width, height);
                 let level = studio.layers().pyramid.then_some(studio.layers().pyramid_level);
                 let has_pyramid = |level| self.pyramid.draw(gpu, &mut pass, &pane.slot, level, area);
                 if !level.is_some_and(has_pyramid) {
@@ -399,18 +417,27 @@ impl Painter {
     }
 
     /// Draws the windows of a rig's screens.
-    fn paint_extras(&mut self) -> Result<(), PaintError> {
-        if self.extras.is_empty() {
+    fn paint_walls(&mut self, studio: &Studio, views: &[RoomView]) -> Result<(), PaintError> {
+        if self.walls.is_empty() {
             return Ok(());
         }
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
         encode_panes(&self.renderer, &mut self.panes, &mut encoder);
         let mut frames = Vec::new();
-        for (extra, pane) in self.extras.iter_mut().zip(&self.panes) {
-            let Acquired::Frame(frame) = extra.surface.acquire(&self.gpu)? else { continue };
+        for wall in &mut self.walls {
+            let frame = match wall.surface.acquire(&self.gpu)? {
+                Acquired::Frame(frame) => frame,
+                Acquired::Nothing => continue,
+                Acquired::Lost => {
+                    let surface = create_surface(self.gpu.instance(), &wall.window)?;
+                    let size = wall.window.inner_size();
+                    wall.surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
+                    continue;
+                }
+            };
             let window = frame.texture.create_view(&Default::default());
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("screen"),
+                label: Some("wall"),
                 color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                     view: &window,
                     depth_slice: None,
@@ -422,9 +449,12 @@ impl Painter {
                 })],
                 ..Default::default()
             });
-            let (width, height) = (frame.texture.width() as f32, frame.texture.height() as f32);
-            let area = Area { x: 0.0, y: 0.0, width, height };
-            extra.show.draw(&mut pass, &pane.shown, area, crate::render::Channels::All);
+            for (pane, view) in self.panes.iter().zip(views) {
+                if let Some((area, channels)) = wall.area_of(studio.room(), view) {
+                    let area = within(area, frame.texture.width(), frame.texture.height());
+                    wall.show.draw(&mut pass, &pane.shown, area, channels);
+                }
+            }
             drop(pass);
             frames.push(frame);
         }
@@ -460,6 +490,14 @@ fn part_of(model: Area, view: &RoomView) -> Area {
     let y = (model.y + (1.0 - view.to.y) * model.height).round();
     let bottom = (model.y + (1.0 - view.from.y) * model.height).round();
     Area { x, y, width: right - x, height: bottom - y }
+}
+
+/// The largest area of this shape in the middle of another.
+fn fitted((width, height): (u32, u32), into: Area) -> Area {
+    let scale = (into.width / width.max(1) as f32).min(into.height / height.max(1) as f32);
+    let (width, height) = ((width as f32 * scale).floor(), (height as f32 * scale).floor());
+    let (x, y) = (into.x + (into.width - width) * 0.5, into.y + (into.height - height) * 0.5);
+    Area { x: x.floor(), y: y.floor(), width, height }
 }
 
 /// The area cut to a window: a window that has just shrunk may be smaller than the area laid out for it.

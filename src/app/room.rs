@@ -2,16 +2,20 @@ use glam::{Quat, Vec2, Vec3};
 
 use super::{
     navigator::Navigator,
+    test_pattern,
     tracker::{HandsState, Message},
 };
 use crate::{
     math::{Aabb, rotate},
-    render::Channels,
-    view::{Eye, Projection, Rig, RoomPlace, Screen, Stereo, View},
+    render::{Channels, LineBatch},
+    view::{Eye, Projection, Rig, RoomFromTracker, RoomPlace, Screen, Stereo, View},
 };
 
 /// Nearest distance drawn on a rig's screens, metres.
 const NEAR_M: f32 = 0.02;
+/// Eyes nearer to a screen than this, metres, or behind it, see on it what they would see from there: nearer, the picture
+/// would be stretched beyond use.
+const NEAREST_EYE_M: f32 = 0.05;
 
 /// One picture of a frame: what an eye sees on a screen, and where on the window it goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +32,8 @@ pub struct RoomView {
     pub to: Vec2,
     /// Which colours of the window it has.
     pub channels: Channels,
+    /// The eye is behind the screen or too near to it: the view is that of the nearest place in front.
+    pub is_clamped: bool,
 }
 
 /// Where the screens are: one window on a desk, or the screens of a rig around a tracked head.
@@ -35,12 +41,14 @@ pub struct RoomView {
 pub struct Room {
     rig: Option<Rig>,
     stereo: Stereo,
+    swaps_eyes: bool,
+    shows_pattern: bool,
 }
 
 impl Room {
     /// A room with the screens of a rig.
     pub fn new(rig: Rig) -> Self {
-        Self { stereo: rig.stereo, rig: Some(rig) }
+        Self { stereo: rig.stereo, swaps_eyes: rig.swap_eyes, rig: Some(rig), shows_pattern: false }
     }
 
     /// The rig, if there is one.
@@ -56,6 +64,52 @@ impl Room {
     /// Changes how the two eyes' pictures reach the eyes.
     pub fn set_stereo(&mut self, stereo: Stereo) {
         self.stereo = stereo;
+    }
+
+    /// Whether each eye gets the picture of the other one.
+    pub fn swaps_eyes(&self) -> bool {
+        self.swaps_eyes
+    }
+
+    /// Gives each eye the picture of the other one, or its own.
+    pub fn set_swaps_eyes(&mut self, swaps: bool) {
+        self.swaps_eyes = swaps;
+    }
+
+    /// Changes the distance of the eyes, metres.
+    pub fn set_eye_separation_m(&mut self, separation_m: f32) {
+        if let Some(rig) = &mut self.rig {
+            rig.eye_separation_m = separation_m.clamp(0.0, 1.0);
+        }
+    }
+
+    /// Whether the screens of the rig show a test pattern instead of the model.
+    pub fn shows_pattern(&self) -> bool {
+        self.shows_pattern && self.rig.is_some()
+    }
+
+    /// Shows a test pattern on the screens of the rig, or the model.
+    pub fn show_pattern(&mut self, shows: bool) {
+        self.shows_pattern = shows;
+    }
+
+    /// The place of the tracker in the room from now on.
+    pub fn calibrate(&mut self, room_from_tracker: RoomFromTracker) {
+        if let Some(rig) = &mut self.rig {
+            rig.room_from_tracker = room_from_tracker;
+        }
+    }
+
+    /// The test pattern of a view, in the world.
+    pub(super) fn draw_pattern(&self, navigator: &Navigator, view: &RoomView, out: &mut LineBatch) {
+        let Some(rig) = &self.rig else { return };
+        let place = Self::place(rig, navigator);
+        test_pattern::draw(&rig.screens[view.screen], view.screen, view.eye, &|p| place.to_world(p), out);
+    }
+
+    /// Which of the views is shown where this one would be.
+    fn shown_at(&self, eye: Eye) -> Eye {
+        if self.swaps_eyes { eye.other() } else { eye }
     }
 
     /// Where the rig's room is. Flying moves it; its place for the head is where the camera is.
@@ -83,7 +137,20 @@ impl Room {
         Some((rig.head, RoomPlace::around(rig, Vec3::ZERO, world_from_head).turn_to_room(world_from_head)))
     }
 
-    /// A tracker's message with world positions. The head stays in the room: it decides what the screens show.
+    /// A tracker's message with the poses of the room.
+    pub fn message_to_room(&self, message: Message) -> Message {
+        let Some(of_rig) = self.rig.as_ref().map(|rig| rig.room_from_tracker) else { return message };
+        match message {
+            Message::Head { p, q } => Message::Head { p: of_rig.point(p), q: of_rig.turn(q) },
+            Message::Hand { hand, p, q, pressure } => {
+                Message::Hand { hand, p: of_rig.point(p), q: of_rig.turn(q), pressure }
+            }
+            Message::Erase { p } => Message::Erase { p: of_rig.point(p) },
+            Message::Brush { .. } | Message::Undo | Message::Redo => message,
+        }
+    }
+
+    /// A message of the room with world positions. The head stays in the room: it decides what the screens show.
     pub fn message_to_world(&self, navigator: &Navigator, message: Message) -> Message {
         let point = |p| self.to_world(navigator, p);
         match message {
@@ -121,28 +188,38 @@ impl Room {
         let eyes = self.stereo.eyes();
         let screens = self.rig.as_ref().map_or(1, |rig| rig.screens.len());
         for screen in 0..screens {
-            for (number, &eye) in eyes.iter().enumerate() {
-                let column = |part: f32| (screen as f32 + part) / screens as f32;
-                let (left, right) = match self.stereo {
-                    Stereo::SideBySide => (number as f32 * 0.5, (number + 1) as f32 * 0.5),
-                    Stereo::Mono | Stereo::Anaglyph | Stereo::Windows => (0.0, 1.0),
-                };
-                let channels = match (self.stereo, eye) {
+            for &eye in eyes {
+                let shown_at = self.shown_at(eye);
+                let (from, to) = self.stereo.part_of(shown_at);
+                let corner = |[x, y]: [f32; 2]| Vec2::new((screen as f32 + x) / screens as f32, y);
+                let (from, to) = (corner(from), corner(to));
+                let channels = match (self.stereo, shown_at) {
                     (Stereo::Anaglyph, Eye::Left) => Channels::Red,
                     (Stereo::Anaglyph, Eye::Right) => Channels::Cyan,
                     _ => Channels::All,
                 };
-                let (from, to) = (Vec2::new(column(left), 0.0), Vec2::new(column(right), 1.0));
-                let view = match &self.rig {
+                let seen = match &self.rig {
                     Some(rig) => Self::on_screen(rig, &rig.screens[screen], eye, navigator, hands, bounds),
-                    None => Some(at_desk(eye, navigator, hands, aspect * (to.x - from.x), bounds)),
+                    None => {
+                        let part = (to - from) * Vec2::new(aspect, 1.0);
+                        Some((at_desk(eye, navigator, hands, part.x / part.y, bounds), false))
+                    }
                 };
-                // An eye behind a screen sees nothing on it: that part of the window stays dark.
-                if let Some(view) = view {
-                    out.push(RoomView { view, screen, eye, from, to, channels });
+                if let Some((view, is_clamped)) = seen {
+                    out.push(RoomView { view, screen, eye, from, to, channels, is_clamped });
                 }
             }
         }
+    }
+
+    /// The screens that the head is behind, or nearly touches.
+    pub fn screens_behind<'a>(&'a self, views: &'a [RoomView]) -> impl Iterator<Item = &'a str> + Clone {
+        let screens = self.rig.as_ref().map_or(&[][..], |rig| &rig.screens);
+        screens
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| views.iter().any(|view| view.screen == *i && view.is_clamped))
+            .map(|(_, screen)| screen.name.as_str())
     }
 
     fn on_screen(
@@ -152,12 +229,14 @@ impl Room {
         navigator: &Navigator,
         hands: &HandsState,
         bounds: &Aabb,
-    ) -> Option<View> {
+    ) -> Option<(View, bool)> {
         let (head, turn) = hands.head.unwrap_or((rig.head, Quat::IDENTITY));
-        let eye_in_room = rig.eye_in_room(eye, head, turn);
+        let tracked = rig.eye_in_room(eye, head, turn);
+        let eye_in_room = screen.in_front(tracked, NEAREST_EYE_M);
         let place = Self::place(rig, navigator);
         let far_m = far_m(place.to_world(eye_in_room), bounds);
-        Some(place.view_to_world(screen.view(eye_in_room, NEAR_M, far_m)?))
+        let view = screen.view(eye_in_room, NEAR_M, far_m)?;
+        Some((place.view_to_world(view), eye_in_room != tracked))
     }
 
     /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).

@@ -23,7 +23,7 @@ use super::{
     spans::Part,
     subject::Subject,
     tool::ToolChoice,
-    tracker::{Hands, HandsState, Tracker},
+    tracker::{Hands, HandsState, Tracker, Watch},
     working::Working,
 };
 use crate::{
@@ -103,6 +103,9 @@ pub struct Studio {
     /// The tracker has sent more than the last frame took.
     pub(super) tracker_waits: bool,
     pub(super) hands: Hands,
+    pub(super) watch: Watch,
+    /// The screens that the head was behind in the last frame.
+    behind: Vec<String>,
     pub(super) messages: Vec<String>,
     pub(super) pending: Pending,
     pub(super) events: Vec<Event>,
@@ -114,6 +117,8 @@ pub struct Studio {
     /// Time stamp of the session when the window opened: new events continue from there.
     resumed_secs: f64,
     pub(super) lines: LineBatch,
+    /// The test pattern of each view, while it is shown.
+    patterns: Vec<LineBatch>,
     report: FrameReport,
     while_drawing: Option<(DrawnCounts, Option<PassTimes>)>,
     views: Vec<RoomView>,
@@ -181,6 +186,9 @@ impl Studio {
             started: Instant::now(),
             resumed_secs,
             lines: LineBatch::new(),
+            patterns: Vec::new(),
+            watch: Watch::default(),
+            behind: Vec::new(),
             report: FrameReport::default(),
             while_drawing: None,
             views: Vec::new(),
@@ -373,6 +381,22 @@ impl Studio {
         self.culling.strokes_in(self.subject.scene(), waiting, part)
     }
 
+    /// Says when the head goes behind a screen.
+    fn tell_of_screens_behind(&mut self) {
+        let behind = self.room.screens_behind(&self.views);
+        if behind.clone().eq(self.behind.iter().map(String::as_str)) {
+            return;
+        }
+        let behind: Vec<String> = behind.map(str::to_owned).collect();
+        if !behind.is_empty() {
+            self.say_once(&format!(
+                "the head is behind or too near to {}: shown as from 5 cm in front",
+                behind.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+            ));
+        }
+        self.behind = behind;
+    }
+
     /// One frame for a window of this size in pixels: takes the input, updates the index, culls, and leaves the
     /// views and what to draw in each.
     pub fn frame(&mut self, size_px: Vec2, frame_secs: f32) -> FrameReport {
@@ -404,6 +428,7 @@ impl Studio {
         let bounds = self.subject.bounds();
         let hands = self.hands_before_screens();
         self.room.views_into(&self.navigator, &hands, aspect, &bounds, &mut self.views);
+        self.tell_of_screens_behind();
         let eyes: Vec<View> = self.views.iter().map(|view| view.view).collect();
         let cull_views = match &self.frozen {
             Some(frozen) if frozen.len() == eyes.len() => frozen,
@@ -412,6 +437,7 @@ impl Studio {
         let record = self.culling.frame(self.subject.scene(), &self.changes, cull_views);
         self.find_culled();
         self.draw_lines(size_px);
+        self.draw_patterns();
         self.report = FrameReport {
             record,
             strokes_ns: std::mem::take(&mut self.strokes_ns),

@@ -1,4 +1,5 @@
 mod start;
+mod wall_windows;
 
 use std::{
     io::{self, Write},
@@ -16,8 +17,11 @@ use winit::{
 };
 
 pub(super) use start::Wake;
-pub use start::{WindowError, WindowOptions};
-use start::{open_event_loop, open_screens};
+use start::open_event_loop;
+pub use start::{MonitorInfo, WindowError, WindowOptions};
+#[cfg(not(target_arch = "wasm32"))]
+pub use wall_windows::monitors;
+use wall_windows::open_walls;
 
 use super::{
     painter::{PaintError, PaintTimes, Painter, Panels},
@@ -176,10 +180,18 @@ impl ApplicationHandler<Wake> for App {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
         let Some(live) = &mut self.live else { return };
         if id != live.window.id() {
-            if let WindowEvent::Resized(size) = event {
-                live.painter.resize_extra(id, size.width, size.height);
+            match &event {
+                WindowEvent::Resized(size) => live.painter.resize_wall(id, size.width, size.height),
+                // A desktop may give a wall the keyboard.
+                WindowEvent::KeyboardInput { .. } | WindowEvent::ModifiersChanged(_) => {
+                    let _ = live.egui.on_window_event(&live.window, &event);
+                }
+                _ => {}
             }
             live.window.request_redraw();
+            if event == WindowEvent::CloseRequested {
+                self.ask_to_close(event_loop);
+            }
             return;
         }
         // Of its own redrawing egui need not hear: it would ask for the next one.
@@ -191,12 +203,7 @@ impl ApplicationHandler<Wake> for App {
         match event {
             WindowEvent::CloseRequested => {
                 live.window.request_redraw();
-                if let Some(studio) = &mut self.studio {
-                    studio.ask_to_close();
-                    if studio.is_closing() {
-                        event_loop.exit();
-                    }
-                }
+                self.ask_to_close(event_loop);
             }
             WindowEvent::Resized(size) => {
                 live.painter.resize(size.width, size.height);
@@ -292,6 +299,14 @@ impl App {
         event_loop.exit();
     }
 
+    fn ask_to_close(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(studio) = &mut self.studio else { return };
+        studio.ask_to_close();
+        if studio.is_closing() {
+            event_loop.exit();
+        }
+    }
+
     /// Opens a window; its painter follows, on a page later.
     fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let attributes = Window::default_attributes().with_title("osp");
@@ -329,7 +344,7 @@ impl App {
         self.opening = None;
         let mut painter = painter?;
         if let Some(studio) = &self.studio {
-            open_screens(event_loop, studio, &mut painter)?;
+            open_walls(event_loop, studio, &window, &mut painter)?;
         }
         let context = egui::Context::default();
         let side = painter.max_texture_side();
@@ -418,6 +433,7 @@ impl App {
 
         if painted.is_shown {
             studio.note_drawing(painted.draw_ns);
+            studio.note_shown();
         }
         if studio.writes_frames() && painted.is_shown {
             match live.painter.picture().and_then(|coming| coming.wait(live.painter.gpu())) {

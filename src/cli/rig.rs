@@ -14,7 +14,7 @@ use super::{
 use crate::{
     lab::report::RigPlan,
     output_file::OutputKind,
-    view::{Eye, Rig, Screen},
+    view::{Eye, Eyes, Output, Rig, Screen, Viewport},
 };
 
 /// Check or show a rig: the screens around a tracked head that --rig names.
@@ -30,20 +30,32 @@ const FORMAT: &str = "A rig is a file of RON:
     name: \"two walls\",
     head: (0.0, 1.6, 0.0),        // where the head is until a tracker says otherwise, metres
     eye_separation_m: 0.064,      // distance of the eyes [0.064]
-    stereo: SideBySide,           // Mono, SideBySide, Anaglyph or Windows [Mono]
+    stereo: SideBySide,           // Mono, SideBySide, TopBottom, Anaglyph or Windows [Mono]
+    swap_eyes: false,             // each eye gets the picture of the other one [false]
+    room_from_tracker: (p: (0, 0, 0), q: (0, 0, 0, 1)),  // the tracker's space in the room [the same space]
     screens: [                    // 1 to 16 rectangles, by three corners as seen from in front of them
-      (name: \"left\", lower_left: (-1.7, 0.3, 0.0), lower_right: (0.0, 0.3, -1.7), upper_left: (-1.7, 2.1, 0.0)),
+      (name: \"left\", lower_left: (-1.7, 0.3, 0.0), lower_right: (0.0, 0.3, -1.7), upper_left: (-1.7, 2.1, 0.0),
+       outputs: [(monitor: \"2\")]),  // where its picture goes [beside the others in the window]
     ],
   )
-The space is the tracker's: metres, y up. Shipped rigs: desktop, dual-wall, cave4.
+Metres, y up. An output is a monitor, by its name or number (`osp rig monitors`), which a borderless window without panels
+covers; `viewport: (left, top, width, height)`, parts of 1, is the part of it that shows the screen [all], and `eyes: Left`
+or `eyes: Right` one eye's picture alone, for a projector each (`stereo: Windows`). The first window, which controls them,
+goes to a monitor that is left free. Warp meshes, displays with two buffers for the eyes (quad-buffer) and locking several
+displays to one frame are left to the graphics driver: wgpu, which osp draws with, has none of them.
+Shipped rigs: desktop, dual-wall, cave4.
 
 Examples:
   osp rig check walls.ron
   osp rig show dual-wall plan.svg
+  osp rig monitors
   osp sketch --rig walls.ron --stereo side-by-side";
 
 #[derive(Subcommand, Debug)]
 enum What {
+    /// List the monitors that a rig may name.
+    #[cfg(feature = "window")]
+    Monitors,
     /// Say what is wrong with rigs; exit code 1 if the head of one sees nothing on a screen, 2 if one is no rig.
     Check {
         /// Files, or names of shipped rigs.
@@ -66,6 +78,8 @@ enum What {
 
 pub(super) fn run(args: &RigCommand) -> anyhow::Result<Outcome> {
     match &args.what {
+        #[cfg(feature = "window")]
+        What::Monitors => monitors(),
         What::Check { rigs } => check(rigs),
         What::Show { rig, plan, force } => show(rig, plan.as_ref(), *force),
     }
@@ -107,6 +121,18 @@ fn check(names: &[String]) -> anyhow::Result<Outcome> {
     wrong.map_or(Ok(outcome), |error| Err(error.into()))
 }
 
+#[cfg(feature = "window")]
+fn monitors() -> anyhow::Result<Outcome> {
+    let monitors = crate::app::monitors()?;
+    if monitors.is_empty() {
+        complain("the display has no monitors");
+    }
+    for monitor in monitors {
+        say(&monitor.to_string())?;
+    }
+    Ok(Outcome::Done)
+}
+
 /// Planes that only have to be there: a view needs them.
 const NEAR_M: f32 = 0.01;
 const FAR_M: f32 = 100.0;
@@ -138,6 +164,11 @@ fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outco
     }
     table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     say(&table.to_string())?;
+    for screen in &rig.screens {
+        for output in &screen.outputs {
+            say(&shown_on(screen, output))?;
+        }
+    }
     if let Some(output) = output {
         output.check()?;
         RigPlan(&rig)
@@ -145,6 +176,21 @@ fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outco
             .map_err(|error| anyhow!("{}: {error}", output.path().display()))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Where a screen's picture goes.
+fn shown_on(screen: &Screen, output: &Output) -> String {
+    let Viewport(x, y, width, height) = output.viewport;
+    let part = match output.viewport == Viewport::WHOLE {
+        true => String::new(),
+        false => format!(", from ({x}, {y}) {width} wide and {height} high"),
+    };
+    let eyes = match output.eyes {
+        Eyes::Both => "",
+        Eyes::Left => ", left eye",
+        Eyes::Right => ", right eye",
+    };
+    format!("{}: monitor `{}`{part}{eyes}", one_line(&screen.name), one_line(&output.monitor))
 }
 
 /// A screen as the head sees it.

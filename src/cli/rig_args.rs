@@ -19,8 +19,8 @@ pub(super) struct RigArgs {
     /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes one.
     #[arg(long, value_name = "RIG")]
     pub(super) rig: Option<String>,
-    /// How the pictures for the two eyes are shown: mono, side-by-side, anaglyph, or windows (one for each screen and eye)
-    /// [default: the rig's own].
+    /// How the pictures for the two eyes are shown: mono, side-by-side, top-bottom, anaglyph, or windows (one for each screen
+    /// and eye) [default: the rig's own].
     #[arg(long, value_name = "HOW", value_parser = stereo_parser())]
     pub(super) stereo: Option<Stereo>,
 }

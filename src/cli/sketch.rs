@@ -16,8 +16,8 @@ use super::{
 };
 use crate::{
     app::{
-        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Settings,
-        Studio, Subject, WindowOptions, run as run_window,
+        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Room,
+        Settings, Studio, Subject, WindowOptions, run as run_window,
         tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
     occlusion::Occlusion,
@@ -109,6 +109,9 @@ pub(super) struct WindowArgs {
     pub(super) tests: TestArgs,
     #[command(flatten)]
     rig: RigArgs,
+    /// Show a test pattern on the rig's screens: border, grid in metres, number of the screen, letter of the eye.
+    #[arg(long, requires = "rig")]
+    test_pattern: bool,
     /// Width and height of the window, in points.
     #[arg(long, value_name = "WxH", value_parser = size)]
     window: Option<(u32, u32)>,
@@ -162,6 +165,13 @@ impl WindowArgs {
         Ok(())
     }
 
+    /// The screens.
+    fn room(&self) -> anyhow::Result<Room> {
+        let mut room = self.rig.room()?;
+        room.show_pattern(self.test_pattern);
+        Ok(room)
+    }
+
     pub(super) fn options(&self, tracker: Option<TrackerAddress>) -> WindowOptions {
         let tracker_options = TrackerOptions::default();
         WindowOptions {
@@ -180,7 +190,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         // Before there is a window.
         open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
     }
-    let room = args.window.rig.room()?;
+    let room = args.window.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
     let (document, opened, held) = match &args.file {
         Some(path) => args.open(path, &autosaves)?,

@@ -71,6 +71,15 @@ impl WindowSurface {
         }
     }
 
+    /// Whether a frame waits for the display, so that none is torn; at first each does.
+    pub fn set_waits(&mut self, waits: bool) {
+        let mode = if waits { wgpu::PresentMode::AutoVsync } else { wgpu::PresentMode::AutoNoVsync };
+        if self.config.present_mode != mode {
+            self.config.present_mode = mode;
+            self.is_stale = true;
+        }
+    }
+
     /// Gets the next frame to draw into.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Projection, View};
+use super::{Eye, Output, Projection, RoomFromTracker, Stereo, View};
 use crate::{
     math::{COORDINATE_LIMIT_M, rotate},
     small_file::read_text,
@@ -61,66 +61,6 @@ pub enum RigError {
     },
 }
 
-/// How the two eyes' pictures reach the eyes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Stereo {
-    /// One eye, between the two.
-    #[default]
-    Mono,
-    /// The left eye's picture in the left half of the window, the right eye's in the right one (passive projectors
-    /// behind polarisers, headsets that pose as screens).
-    SideBySide,
-    /// Left in red, right in cyan, for coloured glasses at a desk.
-    Anaglyph,
-    /// A window for each screen and eye (a projector for each).
-    Windows,
-}
-
-/// An eye of the tracked head.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Eye {
-    /// The left one.
-    Left,
-    /// Between the two.
-    Middle,
-    /// The right one.
-    Right,
-}
-
-impl Eye {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Left => "left eye",
-            Self::Middle => "eye",
-            Self::Right => "right eye",
-        }
-    }
-}
-
-impl Stereo {
-    /// All ways.
-    pub const ALL: &'static [Self] = &[Self::Mono, Self::SideBySide, Self::Anaglyph, Self::Windows];
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Mono => "mono",
-            Self::SideBySide => "side-by-side",
-            Self::Anaglyph => "anaglyph",
-            Self::Windows => "windows",
-        }
-    }
-
-    /// The eyes that are drawn.
-    pub fn eyes(self) -> &'static [Eye] {
-        match self {
-            Self::Mono => &[Eye::Middle],
-            Self::SideBySide | Self::Anaglyph | Self::Windows => &[Eye::Left, Eye::Right],
-        }
-    }
-}
-
 /// A rectangle that shows the world, in the room's space, metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -133,12 +73,34 @@ pub struct Screen {
     pub lower_right: Vec3,
     /// As seen from in front of it.
     pub upper_left: Vec3,
+    /// Where its picture goes; with none, the window shows it beside the others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub outputs: Vec<Output>,
 }
 
 impl Screen {
     /// Width divided by height.
     pub fn aspect(&self) -> f32 {
         self.lower_left.distance(self.lower_right) / self.lower_left.distance(self.upper_left)
+    }
+
+    /// Its middle, in the room's space.
+    pub fn middle(&self) -> Vec3 {
+        (self.lower_right + self.upper_left) * 0.5
+    }
+
+    /// The direction in front of it, in the room's space.
+    pub fn towards_eye(&self) -> Vec3 {
+        let (along, upwards) = (self.lower_right - self.lower_left, self.upper_left - self.lower_left);
+        along.normalize_or_zero().cross(upwards.normalize_or_zero()).normalize_or_zero()
+    }
+
+    /// An eye in the room's space, or the place nearest to it that is `least_m` in front of the screen's plane, if the eye is
+    /// nearer or behind.
+    pub fn in_front(&self, eye: Vec3, least_m: f32) -> Vec3 {
+        let towards_eye = self.towards_eye();
+        let distance_m = (eye - self.lower_left).dot(towards_eye);
+        if distance_m >= least_m { eye } else { eye + towards_eye * (least_m - distance_m) }
     }
 
     /// The view of an eye through the screen, both in the room's space; `None` for an eye that is not in front of it.
@@ -179,7 +141,7 @@ impl Screen {
     }
 }
 
-/// Screens around one tracked head. The room's space is the tracker's.
+/// Screens around one tracked head. The room's space is the tracker's, unless `room_from_tracker` says otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rig {
@@ -195,6 +157,16 @@ pub struct Rig {
     pub stereo: Stereo,
     /// Where the head is until a tracker says otherwise.
     pub head: Vec3,
+    /// Whether each eye gets the picture of the other one: for glasses or projectors the wrong way round.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub swap_eyes: bool,
+    /// The tracker's space in the room.
+    #[serde(default, skip_serializing_if = "RoomFromTracker::is_identity")]
+    pub room_from_tracker: RoomFromTracker,
+}
+
+fn is_false(value: &bool) -> bool {
+    !*value
 }
 
 fn usual_eye_separation_m() -> f32 {
@@ -259,7 +231,19 @@ impl Rig {
                 return invalid(format!("{expected} of screen `{}`", screen.name));
             }
         }
-        Ok(())
+        if let Err(expected) = self.room_from_tracker.check() {
+            return invalid(format!("{expected} in room_from_tracker"));
+        }
+        let mut outputs = Vec::new();
+        for screen in &self.screens {
+            outputs.extend(screen.outputs.iter().map(|output| (screen.name.as_str(), output)));
+        }
+        Output::check(&outputs, self.stereo).or_else(invalid)
+    }
+
+    /// Whether some screen says where its picture goes.
+    pub fn has_outputs(&self) -> bool {
+        self.screens.iter().any(|screen| !screen.outputs.is_empty())
     }
 
     /// Where an eye is in the room, for a head at this place.
@@ -312,6 +296,7 @@ mod tests {
             lower_left: Vec3::new(-1.0, -0.5, -2.0),
             lower_right: Vec3::new(1.0, -0.5, -2.0),
             upper_left: Vec3::new(-1.0, 0.5, -2.0),
+            outputs: Vec::new(),
         };
         let view = screen.view(Vec3::ZERO, 0.1, 10.0).expect("a view");
         let fov_degrees = 2.0 * (0.25f32).atan().to_degrees();
@@ -361,6 +346,33 @@ mod tests {
         assert!(reason(rig(&screen.replace("(1,0,0)", "(inf,0,0)"), "")).contains("finite"));
         assert!(reason(rig(screen, ", eye_separation_m: -1")).contains("eye separation"));
         assert!(reason(rig(screen, ",\n\n huh: 1")).contains("line 3"));
+        assert!(
+            reason(rig(screen, ", room_from_tracker: (p: (0,0,0), q: (0,0,0,2))"))
+                .contains("unit quaternion")
+        );
+        let on = |outputs: &str| {
+            screen.replace("upper_left: (0,1,0)", &format!("upper_left: (0,1,0), outputs: [{outputs}]"))
+        };
+        assert!(rig(&on("(monitor: \"1\"), (monitor: \"2\")"), "").is_ok());
+        for (outputs, more, expected) in [
+            ("(monitor: \" \")", "", "name or number of a monitor in the outputs of screen `a`"),
+            ("(monitor: \"1\", viewport: (0.5, 0, 0.6, 1))", "", "a viewport"),
+            ("(monitor: \"1\", viewport: (0, 0, 0, 1))", "", "a viewport"),
+            ("(monitor: \"1\", viewport: (0, 0, inf, 1))", "", "a viewport"),
+            ("(monitor: \"1\", eyes: Left)", "", "no `eyes`"),
+            ("(monitor: \"1\")", ", stereo: Windows", "`eyes: Left` or `eyes: Right`"),
+            (
+                "(monitor: \"1\"), (monitor: \"1\", viewport: (0.5, 0.5, 0.5, 0.5))",
+                "",
+                "share a part of monitor `1`",
+            ),
+        ] {
+            let said = reason(rig(&on(outputs), more));
+            assert!(said.contains(expected), "{said}");
+        }
+        let halves =
+            "(monitor: \"1\", viewport: (0, 0, 0.5, 1)), (monitor: \"1\", viewport: (0.5, 0, 0.5, 1))";
+        assert!(rig(&on(halves), "").is_ok());
         assert!(reason(Rig::open("no/such/rig.ron")).contains("no/such/rig.ron"));
     }
 }

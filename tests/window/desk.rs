@@ -32,6 +32,50 @@ impl Drop for Ours {
     }
 }
 
+/// A graphics card that is none, with room for three monitors.
+const DUMMY_CARD: &str = r#"
+Section "Device"
+  Identifier "card"
+  Driver "dummy"
+  VideoRam 256000
+EndSection
+Section "Monitor"
+  Identifier "monitor"
+  HorizSync 5-1000
+  VertRefresh 5-200
+EndSection
+Section "Screen"
+  Identifier "screen"
+  Device "card"
+  Monitor "monitor"
+  DefaultDepth 24
+  SubSection "Display"
+    Depth 24
+    Virtual 2880 720
+  EndSubSection
+EndSection
+"#;
+
+/// Whether all programs are installed; else the first that is not.
+fn all_there<'a>(tools: &[&'a str]) -> Result<(), &'a str> {
+    let is_there = |tool: &&&str| {
+        std::env::var_os("PATH")
+            .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(tool).is_file()))
+    };
+    tools.iter().find(|tool| !is_there(tool)).map_or(Ok(()), |missing| Err(*missing))
+}
+
+/// Starts a display server and waits until it says the number of its display; `None` if it ends instead.
+fn start_server(mut server: Command) -> Option<(Ours, String)> {
+    let mut server =
+        server.args(["-displayfd", "1"]).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().ok()?;
+    let output = server.stdout.take().expect("a pipe");
+    let server = Ours(server);
+    let mut number = String::new();
+    BufReader::new(output).read_line(&mut number).expect("a display number");
+    (!number.trim().is_empty()).then(|| (server, format!(":{}", number.trim())))
+}
+
 /// A display with nothing on it.
 pub(crate) struct Desk {
     display: String,
@@ -47,28 +91,56 @@ impl Desk {
     /// A display, or a line that says why there is none.
     pub(crate) fn new() -> Option<Self> {
         let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
-        for tool in ["Xvfb", "xdotool", "openbox", "wmctrl", "import"] {
-            let is_there = std::env::var_os("PATH")
-                .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(tool).is_file()));
-            if !is_there {
-                assert!(!crate::required::nothing_may_be_skipped(), "{tool} is not installed");
-                eprintln!("skipped: {tool} is not installed");
-                return None;
-            }
+        if let Err(missing) = all_there(&["Xvfb", "xdotool", "openbox", "wmctrl", "import"]) {
+            assert!(!crate::required::nothing_may_be_skipped(), "{missing} is not installed");
+            eprintln!("skipped: {missing} is not installed");
+            return None;
         }
         let folder = tempfile::tempdir().expect("a folder");
         // Without -noreset the server forgets its clients when the last of those that come and go has gone.
-        let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1400x1000x24", "-nolisten", "tcp", "-noreset"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb");
-        let mut number = String::new();
-        let output = server.stdout.take().expect("a pipe");
-        let server = Ours(server);
-        BufReader::new(output).read_line(&mut number).expect("a display number");
-        let display = format!(":{}", number.trim());
+        let mut server = Command::new("Xvfb");
+        server.args(["-screen", "0", "1400x1000x24", "-nolisten", "tcp", "-noreset"]);
+        let (server, display) = start_server(server).expect("Xvfb");
+        Some(Self::on(server, display, folder, turn))
+    }
+
+    /// A display with three monitors in a row: `DUMMY0` of 1280x720 pixels, `DUMMY1` and `DUMMY2` of 800x600; or a line that
+    /// says why there is none. No server without a graphics card but X.Org's with the driver `dummy` has several, and it
+    /// cannot be started everywhere.
+    pub(crate) fn with_three_monitors() -> Option<Self> {
+        let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Err(missing) = all_there(&["Xorg", "xrandr", "xdotool", "openbox", "wmctrl", "import"]) {
+            eprintln!("skipped: {missing} is not installed");
+            return None;
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let (config, log) = (folder.path().join("xorg.conf"), folder.path().join("xorg.log"));
+        fs::write(&config, DUMMY_CARD).expect("a file");
+        let mut server = Command::new("Xorg");
+        server.args(["-noreset", "-nolisten", "tcp", "-sharevts", "-novtswitch", "-config"]);
+        server.arg(&config).arg("-logfile").arg(&log);
+        let Some((server, display)) = start_server(server) else {
+            eprintln!("skipped: X.Org does not start with the driver `dummy`");
+            return None;
+        };
+        for arguments in [
+            &["--output", "DUMMY0", "--mode", "1280x720", "--pos", "0x0"][..],
+            &["--addmode", "DUMMY1", "800x600"],
+            &["--addmode", "DUMMY2", "800x600"],
+            &["--output", "DUMMY1", "--mode", "800x600", "--pos", "1280x0"],
+            &["--output", "DUMMY2", "--mode", "800x600", "--pos", "2080x0"],
+        ] {
+            let ran =
+                Command::new("xrandr").env("DISPLAY", &display).args(arguments).output().expect("xrandr");
+            if !ran.status.success() {
+                eprintln!("skipped: xrandr: {}", String::from_utf8_lossy(&ran.stderr).trim());
+                return None;
+            }
+        }
+        Some(Self::on(server, display, folder, turn))
+    }
+
+    fn on(server: Ours, display: String, folder: tempfile::TempDir, turn: MutexGuard<'static, ()>) -> Self {
         let window_manager = Command::new("openbox")
             .env("DISPLAY", &display)
             .env("HOME", folder.path())
@@ -86,7 +158,44 @@ impl Desk {
             _turn: turn,
         };
         desk.await_window_manager();
-        Some(desk)
+        desk
+    }
+
+    /// The windows with such titles: place and size, pixels.
+    pub(crate) fn windows(&self, titles: &str) -> Vec<([i32; 4], String)> {
+        let listed = self.command("wmctrl").args(["-l", "-G"]).output().expect("wmctrl");
+        let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
+        let of_line = |line: &str| {
+            let mut words = line.split_ascii_whitespace().skip(2);
+            let mut number = || words.next()?.parse().ok();
+            let place = [number()?, number()?, number()?, number()?];
+            let title = words.skip(1).collect::<Vec<_>>().join(" ");
+            title.starts_with(titles).then_some((place, title))
+        };
+        let mut found: Vec<_> = listed.lines().filter_map(of_line).collect();
+        found.sort();
+        found
+    }
+
+    /// A part of what the display shows: x, y, width and height. Red, green and blue of each pixel.
+    pub(crate) fn picture(&self, [x, y, width, height]: [i32; 4]) -> Vec<[u8; 3]> {
+        let part = format!("{width}x{height}+{x}+{y}");
+        let taken = self
+            .command("import")
+            .args(["-window", "root", "-crop", &part, "-depth", "8", "rgb:-"])
+            .output()
+            .expect("import");
+        let pixels: Vec<[u8; 3]> = taken.stdout.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+        assert_eq!(pixels.len(), (width * height) as usize, "{}", String::from_utf8_lossy(&taken.stderr));
+        pixels
+    }
+
+    /// Keeps a picture of the whole display, if somebody wants to see it.
+    pub(crate) fn keep_picture(&self, name: &str) {
+        let Some(folder) = std::env::var_os("OSP_SCREENSHOTS") else { return };
+        let path = Path::new(&folder).join(name);
+        let taken = self.command("import").args(["-window", "root"]).arg(path).status().expect("import");
+        assert!(taken.success());
     }
 
     /// A window that opens while the window manager is starting may never be shown.
@@ -256,6 +365,18 @@ impl OspWindow<'_> {
 
     pub(crate) fn resize(&self, width: u32, height: u32) {
         self.hand(&["windowsize", &self.id, &width.to_string(), &height.to_string()]);
+    }
+
+    /// Moves it off the display, but for a corner.
+    pub(crate) fn move_away(&self) {
+        self.hand(&["windowmove", "--sync", &self.id, "1380", "980"]);
+    }
+
+    /// Waits for a frame that begins after this.
+    pub(crate) fn draw_again(&mut self) {
+        let before = self.frames().len();
+        self.key("Shift_L");
+        self.until("another frame", |frames| frames.len() > before);
     }
 
     /// The frames so far.

@@ -7,7 +7,7 @@ use crate::{
     app::{layers, spans::draw_span, tool::ToolChoice},
     polygon::VisibleBlocks,
     recording::Motion,
-    render::Depth,
+    render::{Depth, LineBatch},
     view::View,
 };
 
@@ -86,10 +86,22 @@ impl Studio {
             draw_span(span, from, to, &mut self.lines);
         }
         self.draw_pen(&view, size_px);
-        if let Some((p, _, pressure)) = self.hands.state().hand {
-            let p = self.room.to_world(&self.navigator, p);
-            let color = if pressure > 0.0 { [255, 160, 60, 255] } else { [160, 220, 255, 255] };
+        if let Some(hand) = self.watch.hand() {
+            let p = self.room.to_world(&self.navigator, hand.in_room.0);
+            let color = if hand.pressure > 0.0 { [255, 160, 60, 255] } else { [160, 220, 255, 255] };
             layers::draw_cursor(&view, p, self.brush.width_m * 0.5, color, &mut self.lines);
+        }
+    }
+
+    /// Draws the test pattern of each screen for each of its eyes.
+    pub(super) fn draw_patterns(&mut self) {
+        if !self.room.shows_pattern() {
+            return;
+        }
+        self.patterns.resize_with(self.views.len(), LineBatch::default);
+        for (view, lines) in self.views.iter().zip(&mut self.patterns) {
+            lines.clear();
+            self.room.draw_pattern(&self.navigator, view, lines);
         }
     }
 

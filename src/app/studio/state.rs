@@ -11,11 +11,12 @@ use crate::{
         selection::Selection,
         subject::Subject,
         tool::ToolChoice,
-        tracker::Tracker,
+        tracker::{Tracker, Watch},
     },
     frame::AutoBasis,
     lab::pvs::Pvs,
     occlusion::{NodeTest, Score},
+    platform::time::Instant,
     polygon::VisibleBlocks,
     recording::Limits,
     render::{DrawnCounts, LineBatch, PassTimes},
@@ -58,6 +59,21 @@ impl Studio {
     /// The tracker, if one is listened to.
     pub fn tracker(&self) -> Option<&Tracker> {
         self.tracker.as_ref()
+    }
+
+    /// What the tracker has said lately.
+    pub fn watch(&self) -> &Watch {
+        &self.watch
+    }
+
+    /// The screens that the head is behind, or nearly touches.
+    pub fn screens_behind(&self) -> impl Iterator<Item = &str> {
+        self.room.screens_behind(&self.views)
+    }
+
+    /// The last frame's picture was handed to the display.
+    pub fn note_shown(&mut self) {
+        self.watch.note_shown(Instant::now());
     }
 
     /// The session or replay that the window shows.
@@ -182,6 +198,11 @@ impl Studio {
     /// The lines drawn on top of the model in the last frame.
     pub fn lines(&self) -> &LineBatch {
         &self.lines
+    }
+
+    /// The lines of a view: those on top of the model, or the test pattern of its screen.
+    pub(in crate::app) fn lines_of(&self, view: usize) -> &LineBatch {
+        self.patterns.get(view).filter(|_| self.room.shows_pattern()).unwrap_or(&self.lines)
     }
 
     /// Polygons outside of the views of the last frame; empty unless they are to be shown.

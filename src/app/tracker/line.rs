@@ -12,6 +12,17 @@ pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
     parse_line_telling(line, &mut |_| {})
 }
 
+/// The number of the frame that a packet is: `frame N`, DTrack's `fr N`; in the first line, or behind that of the key.
+pub(super) fn frame_number(packet: &str) -> Option<u32> {
+    packet.lines().take(2).find_map(|line| {
+        let mut words = line.split_ascii_whitespace();
+        match (words.next()?, words.next()?.parse()) {
+            ("frame" | "fr", Ok(number)) => Some(number),
+            _ => None,
+        }
+    })
+}
+
 /// As [`parse_line`]; tells the name of a brush that nobody knows.
 pub(super) fn parse_line_telling(
     line: &str,
@@ -38,12 +49,18 @@ pub(super) fn parse_line_telling(
         "erase" => Message::Erase { p: words.point()? },
         "undo" => Message::Undo,
         "redo" => Message::Redo,
+        // It was counted before.
+        "frame" => {
+            let number = words.0.next().and_then(|word| word.parse::<u32>().ok());
+            number.ok_or("the number of a frame")?;
+            return if words.0.next().is_some() { Err("the end of the line") } else { Ok(None) };
+        }
         // The key was checked before.
         "key" => {
             words.0.next().ok_or("a key")?;
             return if words.0.next().is_some() { Err("the end of the line") } else { Ok(None) };
         }
-        _ => return Err("head, hand, brush, erase, undo, redo or key"),
+        _ => return Err("head, hand, brush, erase, undo, redo, frame or key"),
     };
     if words.0.next().is_some() {
         return Err("the end of the line");

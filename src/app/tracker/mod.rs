@@ -10,6 +10,7 @@
 //! erase X Y Z                                     the stroke at this place
 //! undo
 //! redo
+//! frame N                                         first in a packet: its number, by which lost packets are counted
 //! key WORD                                        first in every packet, where the listener asks for a key
 //! # anything
 //! ```
@@ -39,6 +40,7 @@ mod message;
 mod osc;
 mod source;
 mod teller;
+mod watch;
 
 pub use door::{TrackerKey, TrackerOptions};
 pub use dtrack::parse_dtrack;
@@ -48,3 +50,4 @@ pub use message::{BrushChoice, Message};
 pub use osc::{osc_keyed, osc_packet, parse_osc};
 pub use source::{Counts, Tracker, TrackerAddress, TrackerError};
 pub use teller::Teller;
+pub use watch::{Heard, Watch};

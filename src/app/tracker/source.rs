@@ -9,7 +9,7 @@ use std::{
         mpsc::{Receiver, SyncSender, TrySendError, sync_channel},
     },
     thread::{self, JoinHandle},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use thiserror::Error;
@@ -18,10 +18,14 @@ use super::{
     Message, TrackerOptions,
     door::{Admission, Door, is_osc},
     dtrack::{is_dtrack, parse_dtrack},
-    line::parse_line_telling,
+    line::{frame_number, parse_line_telling},
     osc::parse_osc_telling,
 };
-use crate::{platform::fs::File, recording::Paint, small_file::open_regular};
+use crate::{
+    platform::{fs::File, time::Instant},
+    recording::Paint,
+    small_file::open_regular,
+};
 
 /// Messages that may wait for the next frame. Of a socket, later ones are dropped and counted; a stream is read on once
 /// there is room.
@@ -107,6 +111,8 @@ pub struct Counts {
     /// Messages dropped because nobody took them in time, or because a datagram had too many; datagrams dropped because
     /// there were too many in a second.
     pub dropped: u64,
+    /// Of a sender that numbers its frames: those that never came. `None` of one that does not.
+    pub lost: Option<u64>,
     /// Datagrams not read: of another sender than the one that is listened to, or without the key.
     pub refused: u64,
     /// The stream is not read any further: it has no lines.
@@ -119,6 +125,9 @@ struct Shared {
     malformed: AtomicU64,
     dropped: AtomicU64,
     refused: AtomicU64,
+    lost: AtomicU64,
+    /// The number of the sender's last frame, and one more: 0 before the first.
+    last_frame: AtomicU64,
     has_given_up: AtomicBool,
     is_over: AtomicBool,
     unknown: Mutex<UnknownBrushes>,
@@ -152,7 +161,7 @@ impl Shared {
 /// A tracker being listened to on a thread of its own.
 #[derive(Debug)]
 pub struct Tracker {
-    messages: Receiver<Message>,
+    messages: Receiver<(Instant, Message)>,
     shared: Arc<Shared>,
     local_address: Option<SocketAddr>,
     /// Not joined for standard input, where a read cannot be called off.
@@ -206,6 +215,11 @@ impl Tracker {
 
     /// The next message, if one has come.
     pub fn take(&self) -> Option<Message> {
+        self.take_heard().map(|(_, message)| message)
+    }
+
+    /// The next message, if one has come, and when it came.
+    pub fn take_heard(&self) -> Option<(Instant, Message)> {
         self.shared.is_woken.store(false, Ordering::SeqCst);
         self.messages.try_recv().ok()
     }
@@ -225,6 +239,8 @@ impl Tracker {
             malformed: self.shared.malformed.load(Ordering::Relaxed),
             dropped: self.shared.dropped.load(Ordering::Relaxed),
             refused: self.shared.refused.load(Ordering::Relaxed),
+            lost: (self.shared.last_frame.load(Ordering::Relaxed) > 0)
+                .then(|| self.shared.lost.load(Ordering::Relaxed)),
             has_given_up: self.shared.has_given_up.load(Ordering::Relaxed),
         }
     }
@@ -257,7 +273,7 @@ enum LinesEnd {
 }
 
 struct Output {
-    sender: SyncSender<Message>,
+    sender: SyncSender<(Instant, Message)>,
     shared: Arc<Shared>,
     wake: Box<dyn Fn() + Send>,
 }
@@ -270,19 +286,20 @@ impl Output {
     /// Passes a message of a socket on, if there is room: what comes next is newer.
     fn pass_on(&self, message: Message) {
         self.shared.messages.fetch_add(1, Ordering::Relaxed);
-        if self.sender.try_send(message).is_err() {
+        if self.sender.try_send((Instant::now(), message)).is_err() {
             self.note_dropped(1);
         }
     }
 
     /// Passes a message of a stream on, once there is room: all of it is a drawing, and it can wait.
-    fn pass_on_patiently(&self, mut message: Message) {
+    fn pass_on_patiently(&self, message: Message) {
         self.shared.messages.fetch_add(1, Ordering::Relaxed);
-        while let Err(TrySendError::Full(back)) = self.sender.try_send(message) {
+        let mut heard = (Instant::now(), message);
+        while let Err(TrySendError::Full(back)) = self.sender.try_send(heard) {
             if self.is_over() {
                 return;
             }
-            message = back;
+            heard = back;
             thread::sleep(NAP);
         }
     }
@@ -293,6 +310,18 @@ impl Output {
 
     fn note_dropped(&self, count: u64) {
         self.shared.dropped.fetch_add(count, Ordering::Relaxed);
+    }
+
+    /// Counts the frames between the last one and this. One that comes late, or of a sender that has begun anew, counts
+    /// nothing.
+    fn note_frame(&self, number: u32) {
+        /// More are no loss but another count.
+        const MOST_LOST: u64 = 100_000;
+        let last = self.shared.last_frame.swap(u64::from(number) + 1, Ordering::Relaxed);
+        let lost = u64::from(number).saturating_sub(last);
+        if last > 0 && lost <= MOST_LOST {
+            self.shared.lost.fetch_add(lost, Ordering::Relaxed);
+        }
     }
 
     fn wake(&self) {
@@ -339,6 +368,9 @@ impl Output {
             return;
         }
         let Ok(text) = str::from_utf8(packet) else { return self.note_malformed(1) };
+        if let Some(number) = frame_number(text) {
+            self.note_frame(number);
+        }
         if is_dtrack(packet) {
             return self.note_malformed(parse_dtrack(text, z_up, messages));
         }

@@ -9,13 +9,14 @@ use glam::Vec3;
 use super::{
     actions::Action,
     brushes::BrushList,
+    calibrating::Calibrating,
     canvas,
     dialog::{Answer, PathDialog},
     groups::GroupList,
     keys::{HINTS, SHORTCUTS},
     menu, numbers,
     paint_layers::LayerList,
-    questions, replay_bar,
+    questions, replay_bar, room,
     selected::SelectionPanel,
     tools,
     wishes::Wishes,
@@ -58,6 +59,7 @@ pub struct Interface {
     groups: GroupList,
     layers: LayerList,
     selected: SelectionPanel,
+    calibrating: Option<Calibrating>,
 }
 
 impl Interface {
@@ -141,6 +143,18 @@ impl Interface {
             }
             status(ui, studio);
         });
+        if studio.room().rig().is_some() || studio.tracker().is_some() {
+            Panel::bottom("room").resizable(false).show(ui, |ui| {
+                ScrollArea::horizontal()
+                    .show(ui, |ui| room::show(ui, studio, &mut self.calibrating, &mut wishes));
+            });
+        }
+        if let Some(calibrating) = &mut self.calibrating {
+            let goes_on = calibrating.show(ui.ctx(), studio, &mut wishes);
+            if !goes_on {
+                self.calibrating = None;
+            }
+        }
         if self.shows_tools || !is_narrow {
             Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {
@@ -272,8 +286,9 @@ impl Interface {
             return;
         }
         for shortcut in SHORTCUTS {
-            // An open list or menu closes by itself.
-            let is_taken = shortcut.action == Action::Escape && egui::Popup::is_any_open(ui.ctx());
+            // An open list, menu or dialog closes by itself.
+            let is_taken = shortcut.action == Action::Escape
+                && (egui::Popup::is_any_open(ui.ctx()) || self.calibrating.is_some());
             // Taken also if it cannot be done now: the same key with fewer keys held must not answer to it.
             if !is_taken && ui.input_mut(|input| input.consume_shortcut(&shortcut.keys)) {
                 shortcut.action.perform(studio, wishes);

@@ -4,6 +4,7 @@
 
 mod actions;
 mod brushes;
+mod calibrating;
 mod canvas;
 mod dialog;
 mod groups;
@@ -15,6 +16,7 @@ mod paint_layers;
 mod plot;
 mod questions;
 mod replay_bar;
+mod room;
 mod selected;
 mod tools;
 mod wishes;

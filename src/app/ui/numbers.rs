@@ -21,7 +21,7 @@ fn ms(ns: u64) -> String {
 }
 
 /// A count with its thousands separated.
-fn count(n: u64) -> String {
+pub(super) fn count(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -45,27 +45,6 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, history: &History, adapter: &st
     ui.separator();
     layers(ui, studio, wishes);
     CollapsingHeader::new("Picking").show(ui, |ui| picking(ui, studio));
-    if let Some(tracker) = studio.tracker() {
-        CollapsingHeader::new("Tracker").default_open(true).show(ui, |ui| {
-            let counts = tracker.counts();
-            table(
-                ui,
-                "tracker",
-                &[
-                    ("messages", count(counts.messages)),
-                    ("malformed", count(counts.malformed)),
-                    ("dropped", count(counts.dropped)),
-                    ("refused", count(counts.refused)),
-                ],
-            );
-            if counts.has_given_up {
-                ui.label("one megabyte without a line end: reading has stopped");
-            }
-            if let Some(address) = tracker.local_address() {
-                ui.label(RichText::new(format!("udp://{address}")).weak());
-            }
-        });
-    }
     ui.label(RichText::new(adapter).weak().small());
 }
 

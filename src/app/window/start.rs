@@ -1,23 +1,16 @@
 //! How a window is opened, and why there is none.
 
-use std::{io, path::PathBuf, sync::Arc};
+use std::{io, path::PathBuf};
 
 use thiserror::Error;
-use winit::{
-    dpi::LogicalSize,
-    event_loop::{ActiveEventLoop, EventLoop},
-    window::Window,
-};
+use winit::event_loop::EventLoop;
 
 use crate::{
     app::{
         journal::Unwritten,
-        painter::Painter,
-        studio::Studio,
         tracker::{TrackerAddress, TrackerError, TrackerOptions},
     },
     render::RenderError,
-    view::Stereo,
 };
 
 /// How the window is opened.
@@ -33,6 +26,26 @@ pub struct WindowOptions {
     pub trace: Option<PathBuf>,
     /// Where the window keeps its settings; nowhere if left out.
     pub settings: Option<PathBuf>,
+}
+
+/// A monitor.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MonitorInfo {
+    /// Its number, from 1: from left to right, then from top to bottom.
+    pub number: usize,
+    /// Its name as the system says it; empty if it has none.
+    pub name: String,
+    /// Width and height, pixels.
+    pub size_px: (u32, u32),
+    /// Its left upper corner on the desktop, pixels.
+    pub at_px: (i32, i32),
+}
+
+impl std::fmt::Display for MonitorInfo {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ((width, height), (x, y)) = (self.size_px, self.at_px);
+        write!(f, "{} `{}` ({width}x{height} at {x},{y})", self.number, self.name)
+    }
 }
 
 /// An error of the window system without the place in its source, which says nothing to a user.
@@ -53,6 +66,14 @@ pub enum WindowError {
     /// The tracker cannot be listened to.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
+    /// A rig names a monitor that is not there.
+    #[error("no monitor `{wanted}`: expected one of {}", said(.there))]
+    NoMonitor {
+        /// What the rig says.
+        wanted: String,
+        /// Those that are there.
+        there: Vec<MonitorInfo>,
+    },
     /// A part of a session could not be written.
     #[error(transparent)]
     Unwritten(#[from] Unwritten),
@@ -64,6 +85,10 @@ pub enum WindowError {
         /// The system's error.
         cause: io::Error,
     },
+}
+
+fn said(monitors: &[MonitorInfo]) -> String {
+    monitors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
 /// An event from another thread: messages of a tracker, or the end of a dialog.
@@ -86,27 +111,4 @@ pub(super) fn open_event_loop() -> Result<EventLoop<Wake>, WindowError> {
             Err(WindowError::NoDisplay(said.replace('\n', " ")))
         }
     }
-}
-
-/// A window for each screen and eye, where the rig asks for it.
-pub(super) fn open_screens(
-    event_loop: &ActiveEventLoop,
-    studio: &Studio,
-    painter: &mut Painter,
-) -> Result<(), WindowError> {
-    let room = studio.room();
-    let Some(rig) = room.rig().filter(|_| room.stereo() == Stereo::Windows) else { return Ok(()) };
-    for screen in &rig.screens {
-        for eye in room.stereo().eyes() {
-            let height = 480.0;
-            let attributes = Window::default_attributes()
-                .with_title(format!("osp: {} {eye:?}", screen.name))
-                .with_inner_size(LogicalSize::new(height * f64::from(screen.aspect()), height));
-            let window = event_loop
-                .create_window(attributes)
-                .map_err(|error| WindowError::NoDisplay(error.to_string()))?;
-            painter.add_window(Arc::new(window))?;
-        }
-    }
-    Ok(())
 }

@@ -1,0 +1,135 @@
+//! Where the screens of a rig are shown: monitors, and parts of them.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Eye, Stereo};
+
+/// The eyes whose pictures an output shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Eyes {
+    /// Both, as [`Stereo`] says.
+    #[default]
+    Both,
+    /// The left one's alone.
+    Left,
+    /// The right one's alone.
+    Right,
+}
+
+/// A part of a monitor: left and upper side, width, height, as parts of the monitor's width and height.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Viewport(pub f32, pub f32, pub f32, pub f32);
+
+impl Viewport {
+    /// All of the monitor.
+    pub const WHOLE: Self = Self(0.0, 0.0, 1.0, 1.0);
+
+    fn whole() -> Self {
+        Self::WHOLE
+    }
+
+    fn is_whole(&self) -> bool {
+        *self == Self::WHOLE
+    }
+
+    fn is_on_monitor(self) -> bool {
+        /// A third and two thirds may add up to a little more than one.
+        const ROUNDING: f32 = 1.0e-4;
+        let Self(x, y, width, height) = self;
+        let inside = |from: f32, size: f32| from >= 0.0 && size > 0.0 && from + size <= 1.0 + ROUNDING;
+        inside(x, width) && inside(y, height)
+    }
+
+    /// The part that is `from` to `to` of this one (0 to 1, y up).
+    pub fn part(self, from: [f32; 2], to: [f32; 2]) -> Self {
+        let Self(x, y, width, height) = self;
+        Self(
+            x + from[0] * width,
+            y + (1.0 - to[1]) * height,
+            (to[0] - from[0]) * width,
+            (to[1] - from[1]) * height,
+        )
+    }
+
+    fn overlaps(self, other: Self) -> bool {
+        let apart = |a: f32, a_size: f32, b: f32| b >= a + a_size - 1.0e-4;
+        let Self(x, y, width, height) = self;
+        let Self(other_x, other_y, other_width, other_height) = other;
+        !(apart(x, width, other_x)
+            || apart(other_x, other_width, x)
+            || apart(y, height, other_y)
+            || apart(other_y, other_height, y))
+    }
+}
+
+/// Where a screen's picture goes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// The monitor: its name as the system says it, or its number from 1 (from left to right, then from top to bottom).
+    pub monitor: String,
+    /// The part of it that shows the screen.
+    #[serde(default = "Viewport::whole", skip_serializing_if = "Viewport::is_whole")]
+    pub viewport: Viewport,
+    /// The eyes whose pictures it shows.
+    #[serde(default, skip_serializing_if = "is_both")]
+    pub eyes: Eyes,
+}
+
+fn is_both(eyes: &Eyes) -> bool {
+    *eyes == Eyes::Both
+}
+
+impl Output {
+    /// Whether it shows an eye's picture.
+    pub fn shows(&self, eye: Eye) -> bool {
+        match self.eyes {
+            Eyes::Both => true,
+            Eyes::Left => eye == Eye::Left,
+            Eyes::Right => eye == Eye::Right,
+        }
+    }
+
+    /// The part of the monitor that an eye's picture has.
+    pub fn place_of(&self, stereo: Stereo, eye: Eye) -> Viewport {
+        match self.eyes {
+            Eyes::Both => {
+                let (from, to) = stereo.part_of(eye);
+                self.viewport.part(from, to)
+            }
+            // Alone it has all of it.
+            Eyes::Left | Eyes::Right => self.viewport,
+        }
+    }
+
+    /// Checks the outputs of a rig's screens (screen, output); the error says what was expected.
+    pub(super) fn check(outputs: &[(&str, &Self)], stereo: Stereo) -> Result<(), String> {
+        for (i, (screen, output)) in outputs.iter().enumerate() {
+            let expected = if output.monitor.trim().is_empty() {
+                "the name or number of a monitor"
+            } else if !output.viewport.is_on_monitor() {
+                "a viewport (left, top, width, height) within the monitor, each a part of 1"
+            } else if output.eyes == Eyes::Both && stereo == Stereo::Windows {
+                "`eyes: Left` or `eyes: Right`, as `stereo: Windows` has an output for each eye,"
+            } else if output.eyes != Eyes::Both && stereo == Stereo::Mono {
+                "no `eyes`, as `stereo: Mono` has one picture,"
+            } else {
+                let same = |(_, other): &&(&str, &Self)| {
+                    other.monitor == output.monitor && other.viewport.overlaps(output.viewport)
+                };
+                match outputs[..i].iter().find(same) {
+                    // Anaglyphs are made of two pictures at one place.
+                    Some((other, _)) => {
+                        return Err(format!(
+                            "outputs that do not overlap: `{screen}` and `{other}` share a part of monitor `{}`",
+                            output.monitor
+                        ));
+                    }
+                    None => continue,
+                }
+            };
+            return Err(format!("{expected} in the outputs of screen `{screen}`"));
+        }
+        Ok(())
+    }
+}
