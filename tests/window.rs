@@ -13,6 +13,8 @@ mod replaying;
 mod required;
 #[path = "window/sketching.rs"]
 mod sketching;
+#[path = "window/tasks.rs"]
+mod tasks;
 #[path = "window/tracking.rs"]
 mod tracking;
 #[path = "window/walls.rs"]

@@ -86,6 +86,7 @@ impl Trace {
             "frozen": studio.is_frozen(),
             "tool": tool,
             "selected": studio.selection().strokes().len(),
+            "measured_m": studio.measured().map(|(from, to)| from.distance(to)),
             "message": studio.messages().last(),
             "question": studio.question().map(Question::title),
             "trouble": trouble,

@@ -1,13 +1,20 @@
 //! The strip of who runs a wall: what the tracker does, where the head is, and how the screens show the model.
 
-use std::net::UdpSocket;
+use std::{
+    io::Write,
+    net::UdpSocket,
+    process::{Command as Process, Stdio},
+};
 
 use egui_kittest::{
     Harness,
     kittest::{NodeT, Queryable},
 };
 use osp::{
-    app::{Command, Room, tracker::TrackerOptions},
+    app::{
+        Command, Room,
+        tracker::{Message, TrackerOptions, parse_line},
+    },
     glam::{Quat, Vec3},
     view::{Eye, Rig, Stereo},
 };
@@ -201,4 +208,41 @@ fn the_strip_sets_how_the_screens_show_the_model() {
     harness.get_by_label("test pattern").click_accesskit();
     harness.run_steps(2);
     assert!(harness.state().studio.room().shows_pattern());
+}
+
+/// What VRPN's `vrpn_print_devices` prints becomes messages, by the script that docs/walls.md names.
+#[test]
+fn a_script_makes_messages_of_what_vrpn_prints() {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/vrpn.awk");
+    let started =
+        Process::new("awk").args(["-f", script]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+    let Ok(mut awk) = started else {
+        eprintln!("skipped: there is no awk");
+        return;
+    };
+    let printed = "Opened Tracker0@host as: Tracker Button Warning/Error.\n\
+        Tracker Tracker0@host, sensor 0:\n        pos ( 0.10,  1.62, -0.30); quat ( 0.00,  0.71,  0.00,  0.71)\n\
+        Tracker Tracker0@host, sensor 1:\n        pos ( 0.30,  1.10, -0.40); quat ( 0.00,  0.00,  0.00,  1.00)\n\
+        Button Tracker0@host, number 0 was just pressed\n\
+        Tracker Tracker0@host, sensor 1:\n        vel ( 9.30,  9.10, -9.40); quatvel ( 0.00,  0.00,  0.00,  1.00)\n\
+        Tracker Tracker0@host, sensor 1:\n        pos ( 0.32,  1.10, -0.40); quat ( 0.00,  0.00,  0.00,  1.00)\n\
+        Button Tracker0@host, number 0 was just released\n\
+        Tracker Tracker0@host, sensor 3:\n        pos (-0.32,  1.10, -0.40); quat ( 0.00,  0.00,  0.00,  1.00)\n";
+    awk.stdin.take().expect("a pipe").write_all(printed.as_bytes()).expect("written");
+    let output = awk.wait_with_output().expect("awk");
+    let lines = String::from_utf8_lossy(&output.stdout).into_owned();
+    let messages: Vec<Message> =
+        lines.lines().map(|line| parse_line(line).expect("a message").expect("no comment")).collect();
+    let Message::Head { p, q } = messages[0] else { panic!("a head first: {messages:?}") };
+    assert!(
+        p == Vec3::new(0.1, 1.62, -0.3) && q.dot(Quat::from_xyzw(0.0, 0.71, 0.0, 0.71).normalize()) > 0.9999
+    );
+    let hands: Vec<(u8, f32, f32)> = messages[1..]
+        .iter()
+        .map(|message| match message {
+            Message::Hand { hand, p, pressure, .. } => (*hand, p.x, *pressure),
+            other => panic!("a hand: {other:?}"),
+        })
+        .collect();
+    assert_eq!(hands, [(1, 0.3, 0.0), (1, 0.3, 1.0), (1, 0.32, 1.0), (1, 0.32, 0.0), (3, -0.32, 0.0)]);
 }

@@ -284,8 +284,14 @@ pub(crate) struct OspWindow<'d> {
 impl OspWindow<'_> {
     fn find(&mut self) {
         let process = self.process_id().to_string();
-        let (desk, mut id) = (self.desk, String::new());
+        let (desk, mut id, mut asked_at) = (self.desk, String::new(), Instant::now());
         self.until("a window", |_| {
+            // The window manager may have been too busy to show it.
+            if asked_at.elapsed() > Duration::from_secs(5) {
+                let again = ["search", "--all", "--pid", &process, "--name", "osp", "windowmap", "%@"];
+                desk.command("xdotool").args(again).output().expect("xdotool");
+                asked_at = Instant::now();
+            }
             let search = ["search", "--all", "--onlyvisible", "--pid", &process, "--name", " - osp$"];
             let found = desk.command("xdotool").args(search).output().expect("xdotool");
             id = String::from_utf8_lossy(&found.stdout).lines().next().unwrap_or_default().to_owned();

@@ -1,10 +1,7 @@
-use std::{
-    net::SocketAddr,
-    str::FromStr,
-    time::{Duration, Instant},
-};
+use std::{net::SocketAddr, str::FromStr, time::Duration};
 
 use super::osc::osc_key;
+use crate::platform::time::Instant;
 
 /// Datagrams of one second that are read; later ones are dropped and counted. Ten trackers at a thousand poses a second
 /// stay below.

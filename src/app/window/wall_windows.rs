@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use winit::{
-    dpi::LogicalSize,
+    dpi::{LogicalSize, PhysicalSize},
     event_loop::ActiveEventLoop,
     monitor::MonitorHandle,
     window::{Fullscreen, Window},
@@ -14,6 +14,8 @@ use crate::app::{painter::Painter, studio::Studio, walls::walls};
 
 /// Height of a wall that covers no monitor, points.
 const PLAIN_HEIGHT: f64 = 480.0;
+/// Height of a window's title, about.
+const FRAME_PX: u32 = 48;
 
 /// The monitors by their numbers.
 fn numbered(event_loop: &ActiveEventLoop) -> Vec<(MonitorInfo, MonitorHandle)> {
@@ -89,6 +91,15 @@ pub(super) fn open_walls(
     let free = monitors.iter().find(|(info, _)| !covered.contains(&info.number));
     if let (Some((_, monitor)), false) = (free, covered.is_empty()) {
         control.set_outer_position(monitor.position());
+        // With its frame it has to fit.
+        let (own, room) = (control.inner_size(), monitor.size());
+        let fitted = PhysicalSize::new(
+            own.width.min(room.width),
+            own.height.min(room.height.saturating_sub(FRAME_PX)),
+        );
+        if fitted != own {
+            let _ = control.request_inner_size(fitted);
+        }
     }
     control.focus_window();
     Ok(())
