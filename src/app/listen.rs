@@ -44,8 +44,12 @@ impl Studio {
         while messages < MESSAGES_A_FRAME && edits < EDITS_A_FRAME && self.changes_waiting() < CHANGES_A_FRAME
         {
             let Some((at, sent)) = tracker.take_heard() else { return true };
-            let in_room = self.room.message_to_room(sent);
+            let mut in_room = self.room.message_to_room(sent);
             self.watch.note(at, &sent, &in_room);
+            if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.is_calibrating) {
+                // It touches the corners of a screen.
+                *pressure = 0.0;
+            }
             messages += 1;
             if !matches!(in_room, Message::Head { .. } | Message::Brush { .. }) {
                 self.part_eraser_step();
@@ -53,6 +57,7 @@ impl Studio {
             let message = self.room.message_to_world(&self.navigator, in_room);
             let Subject::Sketch(document) = &mut self.subject else { continue };
             if document.is_read_only() {
+                self.hands.look(&message);
                 continue;
             }
             let first = self.events.len();

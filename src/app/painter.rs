@@ -176,8 +176,6 @@ impl Painter {
         let size = window.inner_size();
         let surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
         let show = ShowPass::new(&self.gpu, surface.format());
-        // The walls wait for their displays; if this window did, too, a frame would wait twice.
-        self.surface.set_waits(false);
         self.walls.push(WallWindow { wall, window, surface, show });
         Ok(())
     }
@@ -193,7 +191,6 @@ impl Painter {
         let surface = create_surface(self.gpu.instance(), window)?;
         let size = window.inner_size();
         self.surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
-        self.surface.set_waits(self.walls.is_empty());
         Ok(())
     }
 
@@ -250,7 +247,7 @@ impl Painter {
         }
         self.panes.truncate(views.len().max(1));
         let send_ns = self.clock.since(start).ns;
-        self.paint_walls(studio, &views)?;
+        let is_on_wall = self.paint_walls(studio, &views)?;
 
         let is_shown = match self.surface.acquire(&self.gpu)? {
             Acquired::Frame(frame) => {
@@ -274,7 +271,7 @@ impl Painter {
             self.draw_ns = times.total_ns;
         }
         self.tell_counts(studio, times);
-        Ok(PaintTimes { send_ns, draw_ns: self.draw_ns, is_shown })
+        Ok(PaintTimes { send_ns, draw_ns: self.draw_ns, is_shown: is_shown || is_on_wall })
     }
 
     /// Reports to the studio what the GPU culled.
@@ -392,9 +389,7 @@ impl Painter {
                 })
                 .forget_lifetime();
             for (pane, view) in self.panes.iter().zip(views) {
-                let part = part_of(model, view);
-                let part = if self.walls.is_empty() { part } else { fitted(pane.target.size(), part) };
-                let area = within(part, width, height);
+                let area = within(part_of(model, view), width, height);
                 let level = studio.layers().pyramid.then_some(studio.layers().pyramid_level);
                 let has_pyramid = |level| self.pyramid.draw(gpu, &mut pass, &pane.slot, level, area);
                 if !level.is_some_and(has_pyramid) {
@@ -406,9 +401,8 @@ impl Painter {
         commands.push(encoder.finish());
         let start = self.clock.start();
         gpu.queue().submit(commands);
-        for pane in &mut self.panes {
-            pane.timer.submitted();
-            pane.slot.submitted();
+        if self.walls.is_empty() {
+            note_submitted(&mut self.panes);
         }
         gpu.queue().present(frame);
         if self.panes.first().is_some_and(|pane| !pane.timer.is_available()) {
@@ -416,10 +410,10 @@ impl Painter {
         }
     }
 
-    /// Draws the windows of a rig's screens.
-    fn paint_walls(&mut self, studio: &Studio, views: &[RoomView]) -> Result<(), PaintError> {
+    /// Draws the windows of a rig's screens; whether one of them can be seen.
+    fn paint_walls(&mut self, studio: &Studio, views: &[RoomView]) -> Result<bool, PaintError> {
         if self.walls.is_empty() {
-            return Ok(());
+            return Ok(false);
         }
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
         encode_panes(&self.renderer, &mut self.panes, &mut encoder);
@@ -432,6 +426,7 @@ impl Painter {
                     let surface = create_surface(self.gpu.instance(), &wall.window)?;
                     let size = wall.window.inner_size();
                     wall.surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
+                    wall.window.request_redraw();
                     continue;
                 }
             };
@@ -459,10 +454,22 @@ impl Painter {
             frames.push(frame);
         }
         self.gpu.queue().submit([encoder.finish()]);
+        note_submitted(&mut self.panes);
+        // The walls wait for their displays: if this window did, too, a frame would wait twice.
+        let is_shown = !frames.is_empty();
+        self.surface.set_waits(!is_shown);
         for frame in frames {
             self.gpu.queue().present(frame);
         }
-        Ok(())
+        Ok(is_shown)
+    }
+}
+
+/// The pictures of the views are on their way to the GPU.
+fn note_submitted(panes: &mut [Pane]) {
+    for pane in panes {
+        pane.timer.submitted();
+        pane.slot.submitted();
     }
 }
 
@@ -490,14 +497,6 @@ fn part_of(model: Area, view: &RoomView) -> Area {
     let y = (model.y + (1.0 - view.to.y) * model.height).round();
     let bottom = (model.y + (1.0 - view.from.y) * model.height).round();
     Area { x, y, width: right - x, height: bottom - y }
-}
-
-/// The largest area of this shape in the middle of another.
-fn fitted((width, height): (u32, u32), into: Area) -> Area {
-    let scale = (into.width / width.max(1) as f32).min(into.height / height.max(1) as f32);
-    let (width, height) = ((width as f32 * scale).floor(), (height as f32 * scale).floor());
-    let (x, y) = (into.x + (into.width - width) * 0.5, into.y + (into.height - height) * 0.5);
-    Area { x: x.floor(), y: y.floor(), width, height }
 }
 
 /// The area cut to a window: a window that has just shrunk may be smaller than the area laid out for it.

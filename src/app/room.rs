@@ -187,11 +187,22 @@ impl Room {
         out.clear();
         let eyes = self.stereo.eyes();
         let screens = self.rig.as_ref().map_or(1, |rig| rig.screens.len());
+        let on_walls = self.rig.as_ref().is_some_and(Rig::asks_for_windows);
         for screen in 0..screens {
             for &eye in eyes {
                 let shown_at = self.shown_at(eye);
-                let (from, to) = self.stereo.part_of(shown_at);
-                let corner = |[x, y]: [f32; 2]| Vec2::new((screen as f32 + x) / screens as f32, y);
+                let here =
+                    if on_walls && self.stereo == Stereo::Windows { Stereo::SideBySide } else { self.stereo };
+                let (from, to) = here.part_of(shown_at);
+                // A copy of what a wall shows has its shape.
+                let (margin, size) = match &self.rig {
+                    Some(rig) if on_walls => fitted(rig.screens[screen].aspect(), aspect / screens as f32),
+                    _ => (Vec2::ZERO, Vec2::ONE),
+                };
+                let corner = |part: [f32; 2]| {
+                    let part = margin + size * Vec2::from(part);
+                    Vec2::new((screen as f32 + part.x) / screens as f32, part.y)
+                };
                 let (from, to) = (corner(from), corner(to));
                 let channels = match (self.stereo, shown_at) {
                     (Stereo::Anaglyph, Eye::Left) => Channels::Red,
@@ -247,6 +258,12 @@ impl Room {
         let on_screen = (part - found.from) / (found.to - found.from) * 2.0 - 1.0;
         Some((found.view, on_screen))
     }
+}
+
+/// The largest part of this shape in the middle of an area of another: its corner and size, as parts of the area's.
+fn fitted(aspect: f32, into: f32) -> (Vec2, Vec2) {
+    let size = Vec2::new((aspect / into).min(1.0), (into / aspect).min(1.0));
+    ((Vec2::ONE - size) * 0.5, size)
 }
 
 /// The view of an eye before a plain window.

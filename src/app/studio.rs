@@ -104,6 +104,8 @@ pub struct Studio {
     pub(super) tracker_waits: bool,
     pub(super) hands: Hands,
     pub(super) watch: Watch,
+    /// The tracker is being calibrated: hands do not draw.
+    pub(super) is_calibrating: bool,
     /// The screens that the head was behind in the last frame.
     behind: Vec<String>,
     pub(super) messages: Vec<String>,
@@ -188,6 +190,7 @@ impl Studio {
             lines: LineBatch::new(),
             patterns: Vec::new(),
             watch: Watch::default(),
+            is_calibrating: false,
             behind: Vec::new(),
             report: FrameReport::default(),
             while_drawing: None,

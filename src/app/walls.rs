@@ -46,9 +46,9 @@ pub(super) fn walls(room: &Room) -> Vec<Wall> {
             }
         }
     }
-    if walls.is_empty() && room.stereo() == Stereo::Windows {
+    if walls.is_empty() && rig.stereo == Stereo::Windows {
         for (number, screen) in rig.screens.iter().enumerate() {
-            for &eye in room.stereo().eyes() {
+            for &eye in rig.stereo.eyes() {
                 let eyes = if eye == Eye::Left { Eyes::Left } else { Eyes::Right };
                 let output = Output { monitor: String::new(), viewport: Viewport::WHOLE, eyes };
                 walls.push(Wall {
@@ -141,9 +141,9 @@ mod tests {
         let text = format!(
             "(name: \"r\", head: (0,0.5,0), screens: [(name: \"a\", {LEFT}), (name: \"b\", {RIGHT})])"
         );
-        let mut room = room(&text);
-        assert!(walls(&room).is_empty());
-        room.set_stereo(Stereo::Windows);
+        assert!(walls(&room(&text)).is_empty());
+        let rig = Rig::parse(&text, "r.ron").expect("a rig").with_stereo(Stereo::Windows).expect("a rig");
+        let room = Room::new(rig);
         let of = walls(&room);
         assert_eq!(of.len(), 4);
         for (wall, i) in of.iter().zip(0..) {

@@ -183,7 +183,9 @@ impl ApplicationHandler<Wake> for App {
             match &event {
                 WindowEvent::Resized(size) => live.painter.resize_wall(id, size.width, size.height),
                 // A desktop may give a wall the keyboard.
-                WindowEvent::KeyboardInput { .. } | WindowEvent::ModifiersChanged(_) => {
+                WindowEvent::KeyboardInput { .. }
+                | WindowEvent::ModifiersChanged(_)
+                | WindowEvent::Focused(_) => {
                     let _ = live.egui.on_window_event(&live.window, &event);
                 }
                 _ => {}
@@ -343,8 +345,13 @@ impl App {
         };
         self.opening = None;
         let mut painter = painter?;
-        if let Some(studio) = &self.studio {
-            open_walls(event_loop, studio, &window, &mut painter)?;
+        if let Some(studio) = &mut self.studio {
+            match open_walls(event_loop, studio, &window, &mut painter) {
+                Ok(remark) => remark.into_iter().for_each(|remark| studio.say(remark)),
+                // The drawing goes on without a monitor that was taken away.
+                Err(error) if self.recoveries > 0 => studio.say(error.to_string()),
+                Err(error) => return Err(error),
+            }
         }
         let context = egui::Context::default();
         let side = painter.max_texture_side();

@@ -64,8 +64,11 @@ impl RigArgs {
     /// The rig, with the way to show it to two eyes.
     pub(super) fn open(&self) -> anyhow::Result<Option<(Rig, Stereo)>> {
         let Some(name) = &self.rig else { return Ok(None) };
-        let rig = Rig::open(name)?;
-        let stereo = self.stereo.unwrap_or(rig.stereo);
+        let mut rig = Rig::open(name)?;
+        if let Some(stereo) = self.stereo {
+            rig = rig.with_stereo(stereo)?;
+        }
+        let stereo = rig.stereo;
         Ok(Some((rig, stereo)))
     }
 

@@ -241,9 +241,19 @@ impl Rig {
         Output::check(&outputs, self.stereo).or_else(invalid)
     }
 
-    /// Whether some screen says where its picture goes.
-    pub fn has_outputs(&self) -> bool {
-        self.screens.iter().any(|screen| !screen.outputs.is_empty())
+    /// Whether its screens are shown in windows of their own.
+    pub fn asks_for_windows(&self) -> bool {
+        self.stereo == Stereo::Windows || self.screens.iter().any(|screen| !screen.outputs.is_empty())
+    }
+
+    /// The rig with another way to show its pictures to two eyes.
+    ///
+    /// # Errors
+    /// Its outputs do not fit that.
+    pub fn with_stereo(self, stereo: Stereo) -> Result<Self, RigError> {
+        let rig = Self { stereo, ..self };
+        rig.check()?;
+        Ok(rig)
     }
 
     /// Where an eye is in the room, for a head at this place.

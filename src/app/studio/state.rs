@@ -66,6 +66,11 @@ impl Studio {
         &self.watch
     }
 
+    /// While the tracker is calibrated, its hands do not draw.
+    pub fn set_calibrating(&mut self, is_calibrating: bool) {
+        self.is_calibrating = is_calibrating;
+    }
+
     /// The screens that the head is behind, or nearly touches.
     pub fn screens_behind(&self) -> impl Iterator<Item = &str> {
         self.room.screens_behind(&self.views)

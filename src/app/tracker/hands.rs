@@ -43,6 +43,13 @@ impl Hands {
         self.state
     }
 
+    /// Follows the head where nothing is recorded.
+    pub fn look(&mut self, message: &Message) {
+        if let Message::Head { p, q } = *message {
+            self.state.head = Some((p, q));
+        }
+    }
+
     /// Takes a message that came at `t` and appends the events that it makes. `next_stroke` gives a new number.
     /// An erasure is not an event yet (the caller finds the stroke): it is returned.
     pub fn take(

@@ -10,7 +10,7 @@
 //! erase X Y Z                                     the stroke at this place
 //! undo
 //! redo
-//! frame N                                         first in a packet: its number, by which lost packets are counted
+//! frame N                                         first in a packet of a socket: its number; gaps are counted as lost
 //! key WORD                                        first in every packet, where the listener asks for a key
 //! # anything
 //! ```

@@ -312,15 +312,24 @@ impl Output {
         self.shared.dropped.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Counts the frames between the last one and this. One that comes late, or of a sender that has begun anew, counts
-    /// nothing.
+    /// Counts the frames between the last one and this. One that comes late is not lost after all; a sender that has begun
+    /// anew counts nothing.
     fn note_frame(&self, number: u32) {
         /// More are no loss but another count.
         const MOST_LOST: u64 = 100_000;
-        let last = self.shared.last_frame.swap(u64::from(number) + 1, Ordering::Relaxed);
-        let lost = u64::from(number).saturating_sub(last);
-        if last > 0 && lost <= MOST_LOST {
-            self.shared.lost.fetch_add(lost, Ordering::Relaxed);
+        /// One that is farther behind begins anew.
+        const LATE: u64 = 1000;
+        let Shared { lost, last_frame, .. } = &*self.shared;
+        let (next, expected) = (u64::from(number) + 1, last_frame.load(Ordering::Relaxed));
+        if next <= expected && expected - next < LATE {
+            // It was counted when a later one came.
+            let _ = lost.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |lost| lost.checked_sub(1));
+            return;
+        }
+        last_frame.store(next, Ordering::Relaxed);
+        let missing = next.saturating_sub(expected + 1);
+        if expected > 0 && missing <= MOST_LOST {
+            lost.fetch_add(missing, Ordering::Relaxed);
         }
     }
 

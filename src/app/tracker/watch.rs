@@ -1,4 +1,7 @@
-use std::{collections::VecDeque, time::Duration};
+use std::{
+    collections::{BTreeMap, VecDeque},
+    time::Duration,
+};
 
 use glam::{Quat, Vec3};
 
@@ -16,7 +19,9 @@ const COUNTED: Duration = Duration::from_secs(1);
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     head: Body,
-    hand: Body,
+    hands: BTreeMap<u8, Body>,
+    /// The hand that spoke last.
+    last_hand: u8,
     /// When the first pose came that no picture has shown yet.
     waiting: Option<Instant>,
     latencies: VecDeque<Duration>,
@@ -46,6 +51,9 @@ struct Body {
 
 impl Body {
     fn note(&mut self, heard: Heard) {
+        if self.last.is_some_and(|last| heard.at.saturating_duration_since(last.at) > SILENCE) {
+            (self.counting, self.rate) = (None, 0.0);
+        }
         let (began, poses) = self.counting.get_or_insert((heard.at, 0));
         let taken = heard.at.saturating_duration_since(*began);
         if taken >= COUNTED {
@@ -69,8 +77,14 @@ impl Watch {
             (Message::Head { p, q }, &Message::Head { p: room_p, q: room_q }) => {
                 self.head.note(Heard { at, in_tracker: (*p, *q), in_room: (room_p, room_q), pressure: 0.0 });
             }
-            (Message::Hand { p, q, .. }, &Message::Hand { p: room_p, q: room_q, pressure, .. }) => {
-                self.hand.note(Heard { at, in_tracker: (*p, *q), in_room: (room_p, room_q), pressure });
+            (Message::Hand { p, q, .. }, &Message::Hand { hand, p: room_p, q: room_q, pressure }) => {
+                self.last_hand = hand;
+                self.hands.entry(hand).or_default().note(Heard {
+                    at,
+                    in_tracker: (*p, *q),
+                    in_room: (room_p, room_q),
+                    pressure,
+                });
             }
             _ => return,
         }
@@ -93,12 +107,22 @@ impl Watch {
 
     /// The last pose of the hand that spoke last.
     pub fn hand(&self) -> Option<Heard> {
-        self.hand.last
+        self.hand_of(self.last_hand)
     }
 
-    /// Poses of the head and of the hands a second, over the last second.
+    /// The last pose of a hand.
+    pub fn hand_of(&self, hand: u8) -> Option<Heard> {
+        self.hands.get(&hand)?.last
+    }
+
+    /// The hands that have said something.
+    pub fn hands(&self) -> impl Iterator<Item = u8> + '_ {
+        self.hands.keys().copied()
+    }
+
+    /// Poses of the head, and of the hand that spoke last, a second, over the last second.
     pub fn rates(&self, now: Instant) -> [f32; 2] {
-        [self.head.rate(now), self.hand.rate(now)]
+        [self.head.rate(now), self.hands.get(&self.last_hand).map_or(0.0, |hand| hand.rate(now))]
     }
 
     /// Median time from the first pose's arrival to the handing over of the picture that shows it. What the tracker took

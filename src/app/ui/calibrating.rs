@@ -3,7 +3,10 @@
 use egui::{Align2, ComboBox, Context, Window};
 use glam::Vec3;
 
-use super::wishes::Wishes;
+use super::{
+    room::{LOST_SECS, age_secs},
+    wishes::Wishes,
+};
 use crate::{
     app::{command::Command, studio::Studio},
     view::{Calibration, RoomFromTracker, Screen},
@@ -17,6 +20,8 @@ const GOOD_M: f32 = 0.01;
 #[derive(Debug, Default)]
 pub(super) struct Calibrating {
     screen: usize,
+    /// The hand that touches the corners; the first that is heard.
+    hand: Option<u8>,
     /// In the tracker's space.
     points: Vec<Vec3>,
 }
@@ -26,7 +31,10 @@ impl Calibrating {
     pub(super) fn show(&mut self, ctx: &Context, studio: &Studio, wishes: &mut Wishes) -> bool {
         let Some(rig) = studio.room().rig() else { return false };
         let mut is_open = true;
-        let mut is_done = ctx.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Escape));
+        let pressed = |key| ctx.input_mut(|input| input.consume_key(egui::Modifiers::NONE, key));
+        let mut is_done = !egui::Popup::is_any_open(ctx) && pressed(egui::Key::Escape);
+        let takes_by_key = pressed(egui::Key::Enter);
+        self.hand = self.hand.or_else(|| studio.watch().hands().next());
         Window::new("Calibrate the tracker")
             .open(&mut is_open)
             .collapsible(false)
@@ -46,6 +54,16 @@ impl Calibrating {
                         }
                     },
                 );
+                if studio.watch().hands().nth(1).is_some() {
+                    let named = self.hand.map(|hand| hand.to_string()).unwrap_or_default();
+                    ComboBox::from_label("hand").selected_text(named).show_ui(ui, |ui| {
+                        for hand in studio.watch().hands() {
+                            if ui.selectable_label(self.hand == Some(hand), hand.to_string()).clicked() {
+                                (self.hand, self.points) = (Some(hand), Vec::new());
+                            }
+                        }
+                    });
+                }
                 ui.add_space(4.0);
                 let screen = &rig.screens[self.screen];
                 for (i, name) in CORNERS.iter().enumerate() {
@@ -58,15 +76,16 @@ impl Calibrating {
                     };
                 }
                 ui.add_space(4.0);
-                let hand = studio.watch().hand();
+                let heard = self.hand.and_then(|hand| studio.watch().hand_of(hand));
+                let heard = heard.filter(|heard| age_secs(heard) < LOST_SECS);
                 ui.horizontal(|ui| {
-                    let can_take = hand.is_some() && self.points.len() < CORNERS.len();
-                    let take = ui.add_enabled(can_take, egui::Button::new("Take this point"));
+                    let can_take = heard.is_some() && self.points.len() < CORNERS.len();
+                    let take = ui.add_enabled(can_take, egui::Button::new("Take this point (Enter)"));
                     let take = take.on_disabled_hover_text(
-                        "the tracker has sent no pose of a hand, or all three points are there",
+                        "no pose of a hand has come in the last half second, or all three points are there",
                     );
-                    if let (true, Some(hand)) = (take.clicked(), hand) {
-                        self.points.push(hand.in_tracker.0);
+                    if let (true, true, Some(heard)) = (can_take, take.clicked() || takes_by_key, heard) {
+                        self.points.push(heard.in_tracker.0);
                     }
                     if ui.add_enabled(!self.points.is_empty(), egui::Button::new("Begin again")).clicked() {
                         self.points.clear();

@@ -149,12 +149,14 @@ impl Interface {
                     .show(ui, |ui| room::show(ui, studio, &mut self.calibrating, &mut wishes));
             });
         }
-        if let Some(calibrating) = &mut self.calibrating {
+        let is_aside = self.dialog.is_some() || studio.question().is_some();
+        if let Some(calibrating) = self.calibrating.as_mut().filter(|_| !is_aside) {
             let goes_on = calibrating.show(ui.ctx(), studio, &mut wishes);
             if !goes_on {
                 self.calibrating = None;
             }
         }
+        studio.set_calibrating(self.calibrating.is_some());
         if self.shows_tools || !is_narrow {
             Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {

@@ -20,8 +20,10 @@ use crate::{
 
 /// Size of the plan, points.
 const PLAN: egui::Vec2 = vec2(112.0, 78.0);
+/// How often ages are shown anew while nothing else happens.
+const AGES_SHOWN_EVERY: std::time::Duration = std::time::Duration::from_millis(250);
 /// A pose of this age, seconds, is shown as lost.
-const LOST_SECS: f32 = 0.5;
+pub(super) const LOST_SECS: f32 = 0.5;
 
 const HEAD: Color32 = Color32::from_rgb(90, 200, 120);
 const HAND: Color32 = Color32::from_rgb(80, 170, 240);
@@ -48,13 +50,17 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, calibrating: &mut Option<Calibr
     }
 }
 
-fn age_secs(heard: &Heard) -> f32 {
+pub(super) fn age_secs(heard: &Heard) -> f32 {
     Instant::now().saturating_duration_since(heard.at).as_secs_f32()
 }
 
 /// What the tracker says.
 fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
     let (watch, counts) = (studio.watch(), tracker.counts());
+    if watch.head().or(watch.hand()).is_some() {
+        // The age grows while nothing comes.
+        ui.ctx().request_repaint_after(AGES_SHOWN_EVERY);
+    }
     let rates = watch.rates(Instant::now());
     // Columns of one width: numbers that change move nothing.
     Grid::new("tracker").num_columns(4).min_col_width(62.0).spacing([6.0, 0.0]).show(ui, |ui| {

@@ -67,13 +67,16 @@ pub enum WindowError {
     #[error(transparent)]
     Tracker(#[from] TrackerError),
     /// A rig names a monitor that is not there.
-    #[error("no monitor `{wanted}`: expected one of {}", said(.there))]
+    #[error("no monitor `{wanted}`: expected {}", said(.there))]
     NoMonitor {
         /// What the rig says.
         wanted: String,
         /// Those that are there.
         there: Vec<MonitorInfo>,
     },
+    /// A rig calls one monitor by two names.
+    #[error("the rig has two names for monitor {0}: expected one for all its outputs")]
+    SameMonitor(MonitorInfo),
     /// A part of a session could not be written.
     #[error(transparent)]
     Unwritten(#[from] Unwritten),
@@ -88,7 +91,10 @@ pub enum WindowError {
 }
 
 fn said(monitors: &[MonitorInfo]) -> String {
-    monitors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+    match monitors {
+        [] => "a display with monitors".to_owned(),
+        _ => format!("one of {}", monitors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")),
+    }
 }
 
 /// An event from another thread: messages of a tracker, or the end of a dialog.

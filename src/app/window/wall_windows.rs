@@ -46,16 +46,16 @@ fn find<'a>(
 }
 
 /// Opens the windows that a rig asks for. They have no panels; the first window, from which they are controlled, goes to a
-/// monitor that none of them covers, if there is one.
+/// monitor that none of them covers; a remark if there is none.
 pub(super) fn open_walls(
     event_loop: &ActiveEventLoop,
     studio: &Studio,
     control: &Window,
     painter: &mut Painter,
-) -> Result<(), WindowError> {
+) -> Result<Option<String>, WindowError> {
     let walls = walls(studio.room());
     if walls.is_empty() {
-        return Ok(());
+        return Ok(None);
     }
     let monitors = numbered(event_loop);
     let mut covered = Vec::new();
@@ -66,6 +66,9 @@ pub(super) fn open_walls(
         attributes_of.push(match &wall.monitor {
             Some(name) => {
                 let (info, monitor) = find(&monitors, name)?;
+                if covered.contains(&info.number) {
+                    return Err(WindowError::SameMonitor(info.clone()));
+                }
                 covered.push(info.number);
                 // Its size and place, too: a desktop without a window manager knows no full screen.
                 attributes
@@ -102,7 +105,8 @@ pub(super) fn open_walls(
         }
     }
     control.focus_window();
-    Ok(())
+    let is_covered = free.is_none() && !covered.is_empty();
+    Ok(is_covered.then(|| "no monitor is left for this window: the rig covers them all".to_owned()))
 }
 
 /// The monitors of the desktop.
