@@ -100,7 +100,8 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     let mut twice = 0;
     each_row(&args.from, |row| {
         let is_new = seen.insert(xxh3_128(&serde_json::to_vec(&row)?));
-        if is_new { table.add(row) } else { Ok(twice += 1) }
+        twice += u64::from(!is_new);
+        if is_new { table.add(row) } else { Ok(()) }
     })?;
     let rows = table.commit()?;
     let twice = if twice > 0 { format!("; {} were there twice", thousands(twice)) } else { String::new() };
