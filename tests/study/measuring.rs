@@ -45,7 +45,8 @@ fn is_as_replayed(folder: &Path, session: &Path, options: &[&str], rows: &[&Stud
         assert!(times.is_sorted(), "{name}: {times:?}");
         if row.frames > Some(0) {
             assert!(times[3] > 0.0 && row.cull_us > Some(0.0), "{name}: {times:?}");
-            assert!(row.insert_ns_per_polygon > Some(0.0), "{name}");
+            // In some sessions every frame also changes what is there: then there is none.
+            assert!(row.insert_ns_per_polygon >= Some(0.0), "{name}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{fs, fs::File, path::Path, sync::Arc};
 
-use osp::lab::study::{StudyRow, StudyWriter};
+use osp::lab::study::{StudyReader, StudyRow, StudyWriter};
 use parquet::{file::writer::SerializedFileWriter, schema::parser::parse_message_type};
 
 use super::{done, osp, rows, sessions, stderr, temp};
@@ -132,6 +132,43 @@ fn a_damaged_table_is_one_clear_error() {
         fs::write(&damaged, bytes).expect("written");
         check(&format!("byte {at}"));
     }
+}
+
+/// Bytes as good as random, the same in every run (SplitMix64; Steele, Lea, Flood, 2014).
+fn random(state: &mut u64) -> usize {
+    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let z = (*state ^ *state >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+    (z ^ z >> 31) as usize
+}
+
+#[test]
+fn no_damage_of_a_table_is_a_panic() {
+    let folder = temp();
+    let path = folder.path().join("d.parquet");
+    let row = |i: usize| StudyRow {
+        file: format!("{i}.ron"),
+        polygons: Some(i as u64),
+        frame_p50_us: i.is_multiple_of(2).then_some(i as f64),
+        ..StudyRow::default()
+    };
+    write_rows(&path, (0..40).map(row));
+    let whole = fs::read(&path).expect("there");
+    // What the table is like is said at its end.
+    let footer = u32::from_le_bytes(whole[whole.len() - 8..][..4].try_into().expect("four bytes")) as usize;
+    let (mut state, mut refused) = (7, 0);
+    for round in 0..3000 {
+        let mut bytes = whole.clone();
+        for _ in 0..[1, 1, 2, 8][round % 4] {
+            let from = if round % 3 == 0 { 0 } else { whole.len() - footer - 8 };
+            let at = from + random(&mut state) % (whole.len() - from);
+            bytes[at] = random(&mut state) as u8;
+        }
+        fs::write(&path, bytes).expect("written");
+        let read = StudyReader::open(&path).and_then(|rows| rows.collect::<Result<Vec<_>, _>>());
+        refused += usize::from(read.is_err_and(|error| error.to_string().contains("d.parquet")));
+    }
+    assert!(refused > 300, "{refused}");
 }
 
 #[test]

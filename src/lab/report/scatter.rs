@@ -22,22 +22,22 @@ const DOTS: usize = 2000;
 pub(crate) struct Scatter {
     /// What lies below, and beside.
     pub(crate) axes: [&'static str; 2],
-    /// Each structure with its points, as (size, figure); what is not above 0 is left out.
-    pub(crate) lines: Vec<(String, Vec<(f64, f64)>)>,
+    /// Each structure with its look and its points, as (size, figure); what is not above 0 is left out.
+    pub(crate) lines: Vec<(String, LineStyle, Vec<(f64, f64)>)>,
 }
 
 impl Scatter {
     /// The points that a logarithmic scale has.
-    fn points(&self) -> impl Iterator<Item = (&str, Vec<(f64, f64)>)> {
-        self.lines.iter().map(|(name, points)| {
+    fn points(&self) -> impl Iterator<Item = (&str, LineStyle, Vec<(f64, f64)>)> {
+        self.lines.iter().map(|(name, style, points)| {
             let is_drawn = |(x, y): &&(f64, f64)| *x > 0.0 && *y > 0.0 && x.is_finite() && y.is_finite();
-            (name.as_str(), points.iter().filter(is_drawn).copied().collect())
+            (name.as_str(), *style, points.iter().filter(is_drawn).copied().collect())
         })
     }
 
     /// Whether there is nothing to draw.
     pub(crate) fn is_empty(&self) -> bool {
-        self.points().all(|(_, points)| points.is_empty())
+        self.points().all(|(.., points)| points.is_empty())
     }
 
     /// The chart as SVG.
@@ -70,8 +70,8 @@ impl Picture for Scatter {
         B::ErrorType: 'static,
     {
         area.fill(&WHITE)?;
-        let lines: Vec<_> = self.points().filter(|(_, points)| !points.is_empty()).collect();
-        let all = || lines.iter().flat_map(|(_, points)| points);
+        let lines: Vec<_> = self.points().filter(|(.., points)| !points.is_empty()).collect();
+        let all = || lines.iter().flat_map(|(.., points)| points);
         let range = |values: &mut dyn Iterator<Item = f64>| {
             let (low, high) = values.fold((f64::INFINITY, 0.0), |(low, high), v| (v.min(low), v.max(high)));
             low * 0.7..high * 1.4
@@ -94,19 +94,18 @@ impl Picture for Scatter {
             .label_style(("sans-serif", 14))
             .axis_desc_style(("sans-serif", 15))
             .draw()?;
-        for (name, points) in &lines {
-            let dot = LineStyle::of_structure(name).faint().filled();
+        for (_, style, points) in &lines {
+            let dot = style.faint().filled();
             let step = points.len().div_ceil(DOTS).max(1);
             chart.draw_series(points.iter().step_by(step).map(|&point| Circle::new(point, 3, dot)))?;
         }
         // The first line lies on top.
-        for (name, points) in lines.iter().rev() {
-            LineStyle::of_structure(name).draw(&mut chart, &medians(points), LINE_PIXELS)?;
+        for (_, style, points) in lines.iter().rev() {
+            style.draw(&mut chart, &medians(points), LINE_PIXELS)?;
         }
-        for (name, _) in &lines {
+        for &(name, style, _) in &lines {
             let nothing: [PathElement<(f64, f64)>; 0] = [];
-            let style = LineStyle::of_structure(name);
-            chart.draw_series(nothing)?.label(*name).legend(move |at| style.sample(at, LINE_PIXELS));
+            chart.draw_series(nothing)?.label(name).legend(move |at| style.sample(at, LINE_PIXELS));
         }
         chart
             .configure_series_labels()
@@ -133,8 +132,10 @@ mod tests {
 
     #[test]
     fn what_has_no_logarithm_is_not_drawn() {
-        let of =
-            |points: Vec<(f64, f64)>| Scatter { axes: ["x", "y"], lines: vec![("osp".to_owned(), points)] };
+        let of = |points: Vec<(f64, f64)>| Scatter {
+            axes: ["x", "y"],
+            lines: vec![("osp".to_owned(), LineStyle::of_structure("osp"), points)],
+        };
         assert!(of(vec![(0.0, 1.0), (1.0, 0.0), (f64::NAN, 1.0)]).is_empty());
         let one = of(vec![(0.0, 1.0), (10.0, 3.0)]).svg().expect("drawn");
         assert!(one.starts_with("<svg") && one.contains("osp"), "{one}");

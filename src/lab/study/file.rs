@@ -1,10 +1,12 @@
 //! The table of a study as a Parquet file: one row a session and index, without arrow.
 
 use std::{
+    cell::Cell,
     fs::File,
     io::{self, Write},
+    panic::{self, AssertUnwindSafe},
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, Once},
 };
 
 use parquet::{
@@ -129,6 +131,27 @@ fn io_error(error: ParquetError) -> io::Error {
     }
 }
 
+/// Calls the reader of Parquet, which stops with a panic at some damage: that is an error like any other, without the words that
+/// a panic prints.
+fn guarded<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    thread_local! {
+        static IS_QUIET: Cell<bool> = const { Cell::new(false) };
+    }
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let others = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !IS_QUIET.get() {
+                others(info);
+            }
+        }));
+    });
+    IS_QUIET.set(true);
+    let outcome = panic::catch_unwind(AssertUnwindSafe(read));
+    IS_QUIET.set(false);
+    outcome.unwrap_or_else(|_| Err("a count or a length in it cannot be".to_owned()))
+}
+
 /// Whether a file is the table of a study.
 pub fn is_study(path: &Path) -> bool {
     StudyReader::open(path).is_ok()
@@ -137,7 +160,8 @@ pub fn is_study(path: &Path) -> bool {
 /// Reads the rows of a table, one after the other.
 pub struct StudyReader {
     path: PathBuf,
-    rows: RowIter<'static>,
+    /// `None` after an error: then nothing is known of what follows.
+    rows: Option<RowIter<'static>>,
 }
 
 impl std::fmt::Debug for StudyReader {
@@ -154,8 +178,7 @@ impl StudyReader {
     pub fn open(path: &Path) -> Result<Self, StudyError> {
         let io = |cause| StudyError::Io { path: path.to_owned(), cause };
         let other = |found: &str| StudyError::Other { path: path.to_owned(), found: found.to_owned() };
-        let damaged =
-            |error: ParquetError| StudyError::Damaged { path: path.to_owned(), cause: error.to_string() };
+        let damaged = |cause| StudyError::Damaged { path: path.to_owned(), cause };
         // Neither a folder nor a pipe is opened.
         if !std::fs::metadata(path).map_err(io)?.is_file() {
             return Err(other("no regular file"));
@@ -170,7 +193,8 @@ impl StudyReader {
             }
             Err(error) => return Err(io(error)),
         }
-        let reader = SerializedFileReader::new(file).map_err(damaged)?;
+        let reader = guarded(|| SerializedFileReader::new(file).map_err(|error| error.to_string()))
+            .map_err(damaged)?;
         let metadata = reader.metadata().file_metadata();
         let marked = metadata.key_value_metadata().into_iter().flatten().find(|entry| entry.key == MARK.0);
         match marked.map(|entry| entry.value.as_deref().unwrap_or_default()) {
@@ -178,7 +202,8 @@ impl StudyReader {
             Some(form) => return Err(other(&format!("those of another version (form {form})"))),
             None => return Err(other("a table of another program")),
         }
-        Ok(Self { path: path.to_owned(), rows: RowIter::from_file_into(Box::new(reader)) })
+        let rows = guarded(|| Ok(RowIter::from_file_into(Box::new(reader)))).map_err(damaged)?;
+        Ok(Self { path: path.to_owned(), rows: Some(rows) })
     }
 }
 
@@ -186,10 +211,15 @@ impl Iterator for StudyReader {
     type Item = Result<StudyRow, StudyError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let damaged = |cause: String| StudyError::Damaged { path: self.path.clone(), cause };
-        let row = self.rows.next()?;
-        let row = row.map_err(|error| error.to_string());
-        let row = row.and_then(|row| serde_json::from_value(row.to_json_value()).map_err(|e| e.to_string()));
-        Some(row.map_err(damaged))
+        let rows = self.rows.as_mut()?;
+        let row = guarded(|| {
+            let row = rows.next().transpose().map_err(|error| error.to_string())?;
+            row.map(|row| serde_json::from_value(row.to_json_value())).transpose().map_err(|e| e.to_string())
+        });
+        if row.is_err() {
+            self.rows = None;
+        }
+        let damaged = |cause| StudyError::Damaged { path: self.path.clone(), cause };
+        row.map_err(damaged).transpose()
     }
 }

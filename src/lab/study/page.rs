@@ -1,7 +1,7 @@
 use std::error::Error;
 
 use super::{Compared, Disagreements, SessionOutcome};
-use crate::lab::report::{Scatter, printable, short, thousands};
+use crate::lab::report::{LineStyle, Scatter, printable, short, thousands};
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:1240px;margin:2em auto;padding:0 1em;color:#222}\
 table{border-collapse:collapse;font-size:13px;margin:1em 0;display:block;overflow-x:auto}\
@@ -10,7 +10,7 @@ th:first-child,td:first-child{text-align:left}td.text{text-align:left}\
 figure{margin:2em 0}figcaption{font-weight:600}svg{max-width:100%;height:auto}";
 /// Rows of a table at most: a browser shows no more without stuttering.
 const MOST_ROWS: usize = 5000;
-/// The index that the others are compared with, where it was measured.
+/// The index that the others are compared with, where it was measured without occlusion culling.
 const REFERENCE: &str = "osp";
 
 /// The results of a study as one HTML page that needs no other file: a verdict, charts (SVG) of the figures against the size
@@ -69,10 +69,12 @@ fn verdict(compared: &Compared, disagreements: &Disagreements) -> Vec<String> {
         ));
     }
     let names = compared.names();
-    for other in names.iter().filter(|name| *name != REFERENCE && names.iter().any(|n| n == REFERENCE)) {
-        if let Some([least, median, most]) = compared.ratio(REFERENCE, other) {
+    let reference = names.iter().find(|name| *name == REFERENCE).or(names.first());
+    for other in names.iter().filter(|name| Some(*name) != reference) {
+        let Some(reference) = reference else { continue };
+        if let Some([least, median, most]) = compared.ratio(reference, other) {
             lines.push(format!(
-                "{other} took {} times as long as {REFERENCE} in the median session ({} to {}).",
+                "{other} took {} times as long as {reference} in the median session ({} to {}).",
                 short(median),
                 short(least),
                 short(most)
@@ -101,7 +103,7 @@ fn charts(compared: &Compared, names: &[String]) -> [(&'static str, Scatter); 3]
                 let run = session.runs.iter().find(|(other, ..)| other == name)?;
                 Some((session.polygons as f64, figure(session, run)))
             });
-            (name.clone(), runs.collect())
+            (name.clone(), look(name, names), runs.collect())
         };
         Scatter { axes, lines: names.iter().map(points).collect() }
     };
@@ -121,6 +123,15 @@ fn charts(compared: &Compared, names: &[String]) -> [(&'static str, Scatter); 3]
             }),
         ),
     ]
+}
+
+/// How the line of a structure looks, or that of its method of occlusion culling.
+fn look(name: &str, names: &[String]) -> LineStyle {
+    let Some((index, method)) = name.split_once(" + ") else { return LineStyle::of_structure(name) };
+    let mut indexes: Vec<&str> = names.iter().filter_map(|name| Some(name.split_once(" + ")?.0)).collect();
+    indexes.dedup();
+    let number = indexes.iter().position(|other| *other == index).unwrap_or(0);
+    LineStyle::of_method(index, number, method)
 }
 
 fn sessions(page: &mut Page, compared: &Compared, names: &[String]) {
