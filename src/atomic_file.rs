@@ -327,6 +327,18 @@ fn own_copy(stream: &impl std::os::windows::io::AsHandle) -> io::Result<File> {
     stream.as_handle().try_clone_to_owned().map(File::from)
 }
 
+/// What the program says before a signal ends it.
+#[cfg(feature = "cli")]
+type LastWords = Box<dyn Fn() + Send>;
+#[cfg(feature = "cli")]
+static LAST_WORDS: Mutex<Option<LastWords>> = Mutex::new(None);
+
+/// Has the program say something before a signal ends it, or nothing any more.
+#[cfg(feature = "cli")]
+pub(crate) fn before_a_signal_ends(words: Option<LastWords>) {
+    *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
+}
+
 /// Has the program remove what is unfinished when a signal ends it, which then ends it as it would have.
 ///
 /// # Errors
@@ -349,6 +361,9 @@ pub(crate) fn remove_unfinished_on_signals() -> io::Result<()> {
             let all = unfinished();
             for path in all.iter() {
                 let _ = fs::remove_file(path);
+            }
+            if let Some(words) = &*LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) {
+                words();
             }
             // Does not return for these signals.
             let _ = emulate_default_handler(signal);

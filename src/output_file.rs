@@ -35,14 +35,16 @@ pub(crate) enum OutputKind {
     Pvs,
     /// A model, binary glTF.
     Glb,
+    /// The table of a study.
+    Parquet,
     /// A session.
     Recording,
 }
 
-use OutputKind::{Csv, Dot, Glb, Html, Pins, Png, Pvs, Recording, Svg, Trace};
+use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Svg, Trace};
 
 impl OutputKind {
-    const ALL: [Self; 10] = [Png, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Csv, Recording];
+    const ALL: [Self; 11] = [Png, Glb, Parquet, Pvs, Html, Svg, Dot, Pins, Trace, Csv, Recording];
 
     /// What it is called in messages.
     fn name(self) -> &'static str {
@@ -56,6 +58,7 @@ impl OutputKind {
             Pins => "pinned fingerprints",
             Pvs => "sets of what can be seen (.pvs)",
             Glb => "a model (.glb)",
+            Parquet => "a table (Parquet)",
             Recording => "a session",
         }
     }
@@ -72,13 +75,14 @@ impl OutputKind {
             Pins => &[".pins"],
             Pvs => &[".pvs"],
             Glb => &[".glb"],
+            Parquet => &[".parquet"],
             Recording => &[".ron", ".ron.zst"],
         }
     }
 
     /// Whether programs go by the ending; text may be called anything that does not name another kind.
     fn needs_ending(self) -> bool {
-        matches!(self, Png | Svg | Dot | Pvs | Glb | Recording)
+        matches!(self, Png | Svg | Dot | Pvs | Glb | Parquet | Recording)
     }
 
     fn is_named(self, path: &Path) -> bool {
@@ -115,6 +119,7 @@ impl OutputKind {
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Glb => start.starts_with(b"glTF"),
+            Parquet => start.starts_with(b"PAR1"),
             Pvs => start.starts_with(b"osp pvs "),
             Html => starts("<!doctype html") || starts("<html"),
             Svg => starts("<svg") || (starts("<?xml") && holds(text, "<svg")),
@@ -314,6 +319,7 @@ mod tests {
             ("// ours\n(pins: [])", "a.pins", Some(Pins)),
             ("osp pvs 1\n", "a", Some(Pvs)),
             ("v 0 0 0\n", "a.obj", Some(Recording)),
+            ("PAR1\u{15}", "a", Some(Parquet)),
             ("PK\u{3}\u{4}", "a.zip", None),
         ] {
             assert_eq!(found(start, name), kind, "{name}: {start}");
@@ -333,6 +339,7 @@ mod tests {
             (Pins, &["a.pins", "a.ron", "a"], &["a.png", "a.tilt", "a.csv"]),
             (Trace, &["a.jsonl", "a.json", "a.log"], &["a.ron", "a.csv"]),
             (Glb, &["a.glb"], &["p.obj", "a", "a.gltf"]),
+            (Parquet, &["a.parquet"], &["a", "a.csv", "a.parquet.json"]),
             (Recording, &["a.ron", "a.ron.zst"], &["a.zst", "a.txt"]),
         ] {
             assert!(good.iter().all(|name| fits(kind, name)), "{kind:?} {good:?}");

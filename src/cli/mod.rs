@@ -54,6 +54,11 @@ mod send;
 mod serve;
 #[cfg(feature = "window")]
 mod sketch;
+mod study;
+mod study_files;
+mod study_measure;
+mod study_progress;
+mod study_results;
 mod synth;
 mod verify;
 mod verify_all;
@@ -84,6 +89,7 @@ const EXAMPLES: &str = "Examples:
   osp import painting.apa painting.ron
   osp export sketch.tilt sketch.glb
   osp bench recordings/*.ron --quick --html bench.html
+  osp study sketches --out results.parquet
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
   osp render recordings/room.ron room.png
@@ -106,6 +112,7 @@ enum Command {
     DrawIndex(draw_index::DrawIndexArgs),
     Pick(pick::PickArgs),
     Query(query::QueryArgs),
+    Study(study::StudyArgs),
     Synth(synth::SynthArgs),
     #[cfg(feature = "render")]
     Render(render::RenderArgs),
@@ -155,6 +162,7 @@ pub fn run() -> ExitCode {
         Command::DrawIndex(args) => draw_index::run(&args),
         Command::Pick(args) => pick::run(&args),
         Command::Query(args) => query::run(&args),
+        Command::Study(args) => study::run(&args),
         Command::Synth(args) => synth::run(&args),
         #[cfg(feature = "render")]
         Command::Render(args) => render::run(&args),

@@ -4,7 +4,9 @@ use std::path::Path;
 #[cfg(feature = "window")]
 use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
+#[cfg(feature = "window")]
+use anyhow::bail;
 
 pub(super) use super::replay_args::ReplayArgs;
 use super::{
@@ -34,16 +36,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     let draws = args.draw.is_some();
     #[cfg(not(feature = "render"))]
     let draws = false;
-    if let Some(choice) = args.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
-        bail!(
-            "--occlusion {} culls while drawing: it needs {}",
-            choice.name(),
-            if cfg!(feature = "render") { "--draw" } else { "a build with the feature `render`, and --draw" }
-        );
-    }
-    if let Some(option) = args.tests.given().filter(|_| args.occlusion.is_empty()) {
-        bail!("{option} is about occlusion culling: it needs --occlusion");
-    }
+    args.play.check(draws)?;
     let rig = args.rig.path()?;
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
     let mut new_pins = match &outputs.pin {
@@ -52,7 +45,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     };
     let mut csv = match &outputs.csv {
         Some(output) => {
-            let columns = match args.occlusion.is_empty() {
+            let columns = match args.play.occlusion.is_empty() {
                 true => OcclusionColumns::Without,
                 false => OcclusionColumns::With,
             };
@@ -139,12 +132,12 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     }
     let room = args.rig.screens.room()?;
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
-    let options = args.reading.options();
-    let player = Player::open_with(file, args.pace, args.camera, &options)?;
+    let options = args.play.reading.options();
+    let player = Player::open_with(file, args.play.pace, args.play.camera, &options)?;
     for remark in player.remarks() {
         complain(&format!("warning: {remark}"));
     }
-    let index = args.index.first().copied().unwrap_or(IndexKind::Osp);
+    let index = args.play.index.first().copied().unwrap_or(IndexKind::Osp);
     let pvs = args.pvs.as_ref().map(|path| Pvs::read(path, &player.finished_model())).transpose()?;
     let mut studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
     studio.set_room(room);
@@ -152,9 +145,9 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     if let Some(pvs) = pvs {
         studio.set_pvs(Arc::new(pvs));
     }
-    studio.set_tests(args.tests.node_test(), args.tests.score());
+    studio.set_tests(args.play.tests.node_test(), args.play.tests.score());
     let occlusion = args.pvs.as_ref().map_or(Occlusion::Auto, |_| Occlusion::Pvs);
-    studio.command(Command::Occlusion(args.occlusion.first().copied().unwrap_or(occlusion)));
+    studio.command(Command::Occlusion(args.play.occlusion.first().copied().unwrap_or(occlusion)));
     let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
     studio.command(Command::Play(!args.paused));
     let settings = Some(Settings::default_path());

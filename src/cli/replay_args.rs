@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::bail;
 use clap::{Args, ValueEnum};
 
 use super::{
@@ -11,7 +12,12 @@ use super::{
     reading::ReadArgs,
     rig_args::RigPathArgs,
 };
-use crate::{occlusion::Occlusion, recording::Pace, replay::CameraChoice, rivals::IndexKind};
+use crate::{
+    occlusion::Occlusion,
+    recording::{Limits, Pace},
+    replay::CameraChoice,
+    rivals::IndexKind,
+};
 
 /// Play sessions through several indexes, frame by frame, and say what every frame cost.
 ///
@@ -87,20 +93,8 @@ pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     #[arg(required = true)]
     pub(super) files: Vec<PathBuf>,
-    /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
-    #[arg(long, value_delimiter = ',', value_parser = index_parser())]
-    pub(super) index: Vec<IndexKind>,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
-    #[arg(long, default_value = "samples:16")]
-    pub(super) pace: Pace,
-    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
-    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
-    #[arg(long, default_value = "auto", value_parser = camera_parser())]
-    pub(super) camera: CameraChoice,
-    /// Most seconds to spend on each index.
-    #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
-    pub(super) budget: f64,
+    #[command(flatten)]
+    pub(super) play: PlayArgs,
     /// Write a CSV file with one line for each index and frame.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
@@ -116,39 +110,18 @@ pub(super) struct ReplayArgs {
     /// Write the fingerprints of this run to a file for --check.
     #[arg(long, value_name = "FILE")]
     pub(super) pin: Option<PathBuf>,
-    /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index
-    /// is then `osp`. `auto` chooses by measured times; with --check or --pin it chooses by counts of work, which are the
-    /// same on every machine. `hzb` and `queries` need --draw.
-    #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
-    pub(super) occlusion: Vec<Occlusion>,
     /// Walk through the finished model and add a run, `pvs`, that culls by the sets that `osp bake` has written for it. The
     /// sets are sampled, not exact. A window uses them from the end of the replay on.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
     pub(super) pvs: Option<PathBuf>,
-    /// Largest number of occluders in a frame [default: 64; 16 for `auto`].
-    #[arg(long, value_name = "N", value_parser = numbers::occluders)]
-    pub(super) occluders: Option<usize>,
-    #[command(flatten)]
-    pub(super) tests: TestArgs,
-    /// Assumed time to draw one polygon, nanoseconds: occlusion culling tests only what costs more to draw than to test,
-    /// and `auto` decides by it.
-    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
-    pub(super) polygon_ns: f64,
     /// Compare in this many frames what occlusion culling leaves out with what really cannot be seen.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     pub(super) verify_frames: u64,
-    /// How polygons of a group that is placed again and again are filed: `polygons` files each anew in every frame that
-    /// places the group, `whole` keeps them in an index in the group's own space, beside that of the run, whatever it is. The
-    /// answers are the same. A window takes them whole.
-    #[arg(long, value_enum, default_value_t = GroupFiling::Polygons)]
-    pub(super) groups: GroupFiling,
     /// Let an output replace a file of another kind, even a session, but never a file that is read.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]
     pub(super) rig: RigPathArgs,
-    #[command(flatten)]
-    pub(super) reading: ReadArgs,
     /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].
     #[cfg(feature = "render")]
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
@@ -167,6 +140,46 @@ pub(super) struct ReplayArgs {
     pub(super) trace: Option<PathBuf>,
 }
 
+/// How a session is played, and through what.
+#[derive(Args, Clone, Debug)]
+pub(super) struct PlayArgs {
+    /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
+    #[arg(long, value_delimiter = ',', value_parser = index_parser())]
+    pub(super) index: Vec<IndexKind>,
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
+    #[arg(long, default_value = "samples:16")]
+    pub(super) pace: Pace,
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    pub(super) camera: CameraChoice,
+    /// Most seconds to spend on each index.
+    #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
+    pub(super) budget: f64,
+    /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index
+    /// is then `osp`. `auto` chooses by measured times; in a study, and with --check or --pin, it chooses by counts of work,
+    /// which are the same on every machine. `hzb` and `queries` need --draw.
+    #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
+    pub(super) occlusion: Vec<Occlusion>,
+    /// Largest number of occluders in a frame [default: 64; 16 for `auto`].
+    #[arg(long, value_name = "N", value_parser = numbers::occluders)]
+    pub(super) occluders: Option<usize>,
+    #[command(flatten)]
+    pub(super) tests: TestArgs,
+    /// Assumed time to draw one polygon, nanoseconds: occlusion culling tests only what costs more to draw than to test,
+    /// and `auto` decides by it.
+    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
+    pub(super) polygon_ns: f64,
+    /// How polygons of a group that is placed again and again are filed: `polygons` files each anew in every frame that
+    /// places the group, `whole` keeps them in an index in the group's own space, beside that of the run, whatever it is. The
+    /// answers are the same. A window takes them whole.
+    #[arg(long, value_enum, default_value_t = GroupFiling::Polygons)]
+    pub(super) groups: GroupFiling,
+    #[command(flatten)]
+    pub(super) reading: ReadArgs,
+}
+
 /// How polygons of groups that move are filed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum GroupFiling {
@@ -176,10 +189,11 @@ pub(super) enum GroupFiling {
     Whole,
 }
 
-impl ReplayArgs {
-    /// The indexes, each with its method of occlusion culling where any is asked for.
-    pub(super) fn runs(&self) -> Vec<(IndexKind, Option<Occlusion>)> {
-        let has_methods = !self.occlusion.is_empty() || self.pvs.is_some();
+impl PlayArgs {
+    /// The indexes, each with its method of occlusion culling where any is asked for; with `sets` also by baked sets of what
+    /// can be seen.
+    pub(super) fn runs(&self, sets: Option<Occlusion>) -> Vec<(IndexKind, Option<Occlusion>)> {
+        let has_methods = !self.occlusion.is_empty() || sets.is_some();
         let indexes = match (self.index.as_slice(), has_methods) {
             ([], false) => IndexKind::DEFAULT,
             ([], _) => &[IndexKind::Osp],
@@ -189,9 +203,86 @@ impl ReplayArgs {
             [] => vec![None],
             methods => methods.iter().copied().map(Some).collect(),
         };
-        if self.pvs.is_some() {
-            methods.push(Some(Occlusion::Pvs));
-        }
+        methods.extend(sets.map(Some));
         indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
+    }
+
+    /// All options, with those that were not given, in one line: the same line, the same work.
+    pub(super) fn in_one_line(&self) -> String {
+        let runs = self.runs(None);
+        let join = |names: Vec<&str>| names.join(",");
+        let mut indexes: Vec<&str> = runs.iter().map(|(index, _)| index.name()).collect();
+        indexes.dedup();
+        let Limits { polygons, unpacking } = self.reading.options().limits;
+        let mut line = format!(
+            "--index {} --pace {} --camera {} --budget {} --groups {} --max-polygons {polygons} --max-unpacking {unpacking}",
+            join(indexes),
+            self.pace,
+            self.camera.name(),
+            self.budget,
+            if self.groups == GroupFiling::Whole { "whole" } else { "polygons" },
+        );
+        if self.reading.lenient {
+            line += " --lenient";
+        }
+        if !self.occlusion.is_empty() {
+            line += &format!(
+                " --occlusion {} --node-test {} --score {} --polygon-ns {}",
+                join(self.occlusion.iter().map(|method| method.name()).collect()),
+                self.tests.node_test().name(),
+                self.tests.score().name(),
+                self.polygon_ns
+            );
+            if let Some(occluders) = self.occluders {
+                line += &format!(" --occluders {occluders}");
+            }
+        }
+        line
+    }
+
+    /// Whatever is wrong with the options is said before the work, not after it. `draws`: whether frames are drawn.
+    pub(super) fn check(&self, draws: bool) -> anyhow::Result<()> {
+        if let Some(choice) = self.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
+            bail!(
+                "--occlusion {} culls while drawing: it needs {}",
+                choice.name(),
+                if cfg!(feature = "render") {
+                    "`osp replay --draw`"
+                } else {
+                    "a build with the feature `render`, and `osp replay --draw`"
+                }
+            );
+        }
+        if let Some(option) = self.tests.given().filter(|_| self.occlusion.is_empty()) {
+            bail!("{option} is about occlusion culling: it needs --occlusion");
+        }
+        Ok(())
+    }
+}
+
+impl ReplayArgs {
+    /// A replay that writes nothing.
+    pub(super) fn plain(play: PlayArgs) -> Self {
+        Self {
+            files: Vec::new(),
+            play,
+            csv: None,
+            chart: None,
+            json: false,
+            check: None,
+            pin: None,
+            pvs: None,
+            verify_frames: 0,
+            force: false,
+            rig: RigPathArgs::none(),
+            #[cfg(feature = "render")]
+            draw: None,
+            #[cfg(feature = "window")]
+            window: false,
+            #[cfg(feature = "window")]
+            paused: false,
+            #[cfg(feature = "window")]
+            trace: None,
+        }
     }
 }

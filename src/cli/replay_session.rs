@@ -8,8 +8,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{
     allocations,
     output::{complain, one_line},
-    replay_args::{GroupFiling, ReplayArgs},
-    session::{OpenSession, root_cube},
+    replay_args::{GroupFiling, PlayArgs, ReplayArgs},
+    session::{OpenSession, Reader, root_cube},
 };
 use crate::{
     atomic_file::AtomicFile,
@@ -29,50 +29,88 @@ use crate::{
     scene::Scene,
 };
 
-/// Plays a session; its frames go to the CSV file, if there is one.
+/// What is around a replay: who reads the session, who hears of it, and by what `auto` chooses.
+pub(super) struct Around<'a> {
+    pub(super) reader: Reader,
+    /// By counts of work, where what is culled must not depend on the clock.
+    pub(super) basis: AutoBasis,
+    pub(super) progress: fn(frames: u64, name: &str) -> ProgressBar,
+    /// Hears what a person should know of the session.
+    pub(super) remark: &'a mut dyn FnMut(&str),
+}
+
+/// A session that was replayed.
+pub(super) struct Replayed {
+    pub(super) report: ReplayReport,
+    /// Short name of its format.
+    pub(super) format: &'static str,
+    /// Damaged pieces that were passed over.
+    pub(super) skipped: u64,
+}
+
+/// Plays a session for people at a terminal; its frames go to the CSV file, if there is one.
 pub(super) fn replay_file(
     args: &ReplayArgs,
     file: &Path,
     rig: Option<RigPath>,
-    mut csv: Option<&mut CsvWriter<AtomicFile>>,
+    csv: Option<&mut CsvWriter<AtomicFile>>,
 ) -> anyhow::Result<ReplayReport> {
-    let mut session = OpenSession::open(file, &args.reading)?;
+    // A run that is compared with pinned fingerprints must not depend on the clock.
+    let is_pinned = args.check.is_some() || args.pin.is_some();
+    let around = Around {
+        reader: Reader::Thread,
+        basis: if is_pinned { AutoBasis::Work } else { AutoBasis::Time },
+        progress: progress_bar,
+        remark: &mut |remark| complain(&format!("warning: {remark}")),
+    };
+    Ok(replay(args, file, rig, csv, around)?.report)
+}
+
+/// Plays a session; its frames go to the CSV file, if there is one.
+pub(super) fn replay(
+    args: &ReplayArgs,
+    file: &Path,
+    rig: Option<RigPath>,
+    mut csv: Option<&mut CsvWriter<AtomicFile>>,
+    around: Around<'_>,
+) -> anyhow::Result<Replayed> {
+    let mut session = OpenSession::read_by(around.reader, file, &args.play.reading)?;
     // Read once to know how long and how large it is, once to play it.
-    let (summary, _, read) = summarize(&mut session, args.pace);
-    for warning in &session.notes().warnings {
-        complain(&format!("warning: {warning}"));
-    }
-    if session.notes().skipped > 0 {
-        complain(&format!("warning: {}: {} damaged pieces skipped", file.display(), session.notes().skipped));
+    let (summary, _, read) = summarize(&mut session, args.play.pace);
+    session.notes().warnings.iter().for_each(|warning| (around.remark)(warning));
+    let skipped = session.notes().skipped;
+    if skipped > 0 {
+        (around.remark)(&format!("{}: {skipped} damaged pieces skipped", file.display()));
     }
     read?;
-    args.reading.check_frames(file, &summary, args.pace)?;
-    if summary.frames <= 1 && summary.counts.points > 1 && args.pace == Pace::Recorded {
-        complain(&format!(
-            "warning: {}: its time stamps put everything into one frame; try --pace samples:16",
+    args.play.reading.check_frames(file, &summary, args.play.pace)?;
+    if summary.frames <= 1 && summary.counts.points > 1 && args.play.pace == Pace::Recorded {
+        (around.remark)(&format!(
+            "{}: its time stamps put everything into one frame; try --pace samples:16",
             file.display()
         ));
     }
 
-    let kinds = args.runs();
-    let session = OpenSession::open(file, &args.reading)?;
-    let camera = CameraPath::new(args.camera, session.header.camera, &summary.bounds);
+    let kinds = args.play.runs(args.pvs.as_ref().map(|_| Occlusion::Pvs));
+    let session = OpenSession::read_by(around.reader, file, &args.play.reading)?;
+    let format = session.format;
+    let camera = CameraPath::new(args.play.camera, session.header.camera, &summary.bounds);
     let finished = args.pvs.as_ref().map(|path| finished_model(args, file, path)).transpose()?;
     let pvs = finished.as_ref().map(|(_, pvs)| pvs);
     let mut rig_report = rig.as_ref().map(RigReport::new);
-    let mut lanes = lanes(args, &kinds, &session.header, &summary, pvs);
+    let mut lanes = lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs);
     if rig.is_some() {
         // What several views cost is compared with one. Occlusion culling learns from frame to frame what hides in a view.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
-        let more = self::lanes(args, &kinds, &session.header, &summary, pvs);
+        let more = self::lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs);
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
     }
     let mut runs: Vec<RunReport> = Vec::new();
     for &(index, method) in &kinds {
         let mut run = RunReport::new(index.name(), summary.frames);
         run.occlusion = method.map(|method| OcclusionReport {
-            tests: (args.tests.node_test(), args.tests.score()),
-            ..OcclusionReport::new(method.name(), args.polygon_ns)
+            tests: (args.play.tests.node_test(), args.play.tests.score()),
+            ..OcclusionReport::new(method.name(), args.play.polygon_ns)
         });
         run.views = rig.as_ref().map(|_| ViewsReport::default());
         runs.push(run);
@@ -88,11 +126,13 @@ pub(super) fn replay_file(
         .transpose()?;
     let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
-    let progress = progress_bar(summary.frames, &name);
+    let progress = (around.progress)(summary.frames, &name);
     let player = match finished {
-        Some((scene, _)) => Player::walk(session, args.pace, scene),
-        None if args.groups == GroupFiling::Whole => Player::new(session, args.pace).keeping_groups_whole(),
-        None => Player::new(session, args.pace),
+        Some((scene, _)) => Player::walk(session, args.play.pace, scene),
+        None if args.play.groups == GroupFiling::Whole => {
+            Player::new(session, args.play.pace).keeping_groups_whole()
+        }
+        None => Player::new(session, args.play.pace),
     };
     let mut replay = Replay::new(player, camera, lanes);
     if let Some(rig) = rig {
@@ -134,26 +174,27 @@ pub(super) fn replay_file(
         run.refused = lane.pipeline().refused();
     }
     let counts = summary.counts;
-    Ok(ReplayReport {
+    let report = ReplayReport {
         recording: name,
         strokes: counts.strokes,
         points: counts.points,
         polygons: counts.polygons,
         frames: summary.frames,
-        pace: args.pace.to_string(),
+        pace: args.play.pace.to_string(),
         camera: match &rig_report {
-            Some(rig) => rig.camera(args.camera.name()),
-            None => args.camera.name().to_owned(),
+            Some(rig) => rig.camera(args.play.camera.name()),
+            None => args.play.camera.name().to_owned(),
         },
         rig: rig_report,
         runs,
-    })
+    };
+    Ok(Replayed { report, format, skipped })
 }
 
 /// A session's model at its end, and the sets that have been made of it.
 fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result<(Scene, Arc<Pvs>)> {
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
-    for event in OpenSession::open(file, &args.reading)? {
+    for event in OpenSession::open(file, &args.play.reading)? {
         scene.apply(&event?, &mut changes);
         changes.clear();
         scene.let_go();
@@ -194,7 +235,8 @@ where
 }
 
 fn lanes(
-    args: &ReplayArgs,
+    play: &PlayArgs,
+    basis: AutoBasis,
     kinds: &[(IndexKind, Option<Occlusion>)],
     header: &Header,
     summary: &Summary,
@@ -202,7 +244,7 @@ fn lanes(
 ) -> Vec<Lane> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(header, &summary.bounds), capacity };
-    let budget = Budget { ns: (args.budget * 1.0e9) as u64, frames: summary.frames };
+    let budget = Budget { ns: (play.budget * 1.0e9) as u64, frames: summary.frames };
     let clock = StageClock::counting(allocations::count);
     let lane = |&(index, method): &(IndexKind, Option<Occlusion>)| {
         let pipeline = Pipeline::new(index.create(&config), capacity, clock);
@@ -212,11 +254,8 @@ fn lanes(
                 None => pipeline,
             },
             Some(choice) => {
-                // A run that is compared with pinned fingerprints must not depend on the clock.
-                let is_pinned = args.check.is_some() || args.pin.is_some();
-                let basis = if is_pinned { AutoBasis::Work } else { AutoBasis::Time };
-                let (occluders, polygon_ns) = (args.occluders, args.polygon_ns);
-                let (node_test, score) = (args.tests.node_test(), args.tests.score());
+                let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);
+                let (node_test, score) = (play.tests.node_test(), play.tests.score());
                 let pass = PassConfig { choice, occluders, polygon_ns, basis, node_test, score };
                 pipeline.with_occlusion(pass)
             }

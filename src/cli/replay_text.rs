@@ -15,7 +15,7 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
         thousands(report.points),
         thousands(report.polygons),
         thousands(report.frames),
-        args.pace,
+        args.play.pace,
         one_line(&report.camera),
     )];
     if report.frames == 0 {
@@ -26,11 +26,11 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
     lines.push(replay_table(report, columns));
     lines.extend(verdict(report));
     lines.extend(report.rig.iter().flat_map(|rig| rig.blind(report.frames)));
-    if args.tests.given().is_some() {
+    if args.play.tests.given().is_some() {
         lines.push(format!(
             "Occlusion culling: nodes tested by {}, occluders scored by {}.",
-            args.tests.node_test().name(),
-            args.tests.score().name()
+            args.play.tests.node_test().name(),
+            args.play.tests.score().name()
         ));
     }
     for run in report.runs.iter().filter(|run| !run.is_complete()) {
@@ -39,7 +39,7 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
             run.name(),
             thousands(run.measured_frames()),
             thousands(report.frames),
-            args.budget
+            args.play.budget
         ));
     }
     for run in report.runs.iter().filter(|run| run.refused > 0) {

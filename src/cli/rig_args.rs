@@ -90,6 +90,11 @@ impl RigArgs {
 }
 
 impl RigPathArgs {
+    /// No rig: one eye, one screen.
+    pub(super) const fn none() -> Self {
+        Self { screens: RigArgs { rig: None, stereo: None }, room: RoomMotion::Follows }
+    }
+
     /// The screens before the first frame; `None` without a rig.
     pub(super) fn path(&self) -> anyhow::Result<Option<RigPath>> {
         let Some((rig, stereo)) = self.screens.open()? else {

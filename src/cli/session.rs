@@ -12,7 +12,7 @@ use super::reading::ReadArgs;
 use crate::{
     index::IndexConfig,
     math::Aabb,
-    recording::{self, Event, Header, Notes, OpenOptions, RecordingError},
+    recording::{self, Event, EventSource, Header, Notes, OpenOptions, RecordingError},
 };
 
 /// Events handed over at once.
@@ -29,11 +29,26 @@ enum Message {
     Notes(Notes),
 }
 
-/// An open session whose events are read on a thread of their own.
+/// Who reads the events of a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reader {
+    /// A thread of its own, which is ahead of whoever takes them.
+    Thread,
+    /// Whoever takes them: for work that has one core to itself.
+    Here,
+}
+
+/// Where the events come from.
+enum Feed {
+    Thread(Receiver<Message>),
+    Here(Box<dyn EventSource>),
+}
+
+/// An open session whose events are read ahead.
 pub(super) struct OpenSession {
     pub(super) header: Header,
     pub(super) format: &'static str,
-    messages: Receiver<Message>,
+    feed: Feed,
     batch: std::vec::IntoIter<Event>,
     notes: Notes,
     path: PathBuf,
@@ -41,9 +56,21 @@ pub(super) struct OpenSession {
 }
 
 impl OpenSession {
-    /// Opens a session of any format.
+    /// Opens a session of any format; a thread of its own reads it.
     pub(super) fn open(path: &Path, reading: &ReadArgs) -> anyhow::Result<Self> {
-        Self::of(recording::open(path, &reading.options())?, path)
+        Self::read_by(Reader::Thread, path, reading)
+    }
+
+    /// Opens a session of any format.
+    pub(super) fn read_by(reader: Reader, path: &Path, reading: &ReadArgs) -> anyhow::Result<Self> {
+        let session = recording::open(path, &reading.options())?;
+        match reader {
+            Reader::Thread => Self::of(session, path),
+            Reader::Here => {
+                let recording::Session { header, format, events } = session;
+                Ok(Self::fed(header, format, Feed::Here(events), path))
+            }
+        }
     }
 
     /// Starts to read a session that is open.
@@ -54,15 +81,19 @@ impl OpenSession {
             .name("reader".to_owned())
             .spawn(move || read(session, &sender))
             .context("a thread to read the session")?;
-        Ok(Self {
+        Ok(Self::fed(header, format, Feed::Thread(messages), path))
+    }
+
+    fn fed(header: Header, format: &'static str, feed: Feed, path: &Path) -> Self {
+        Self {
             header,
             format,
-            messages,
+            feed,
             batch: Vec::new().into_iter(),
             notes: Notes::default(),
             path: path.to_owned(),
             ended: false,
-        })
+        }
     }
 
     /// The reader's remarks; complete after the last event.
@@ -137,7 +168,17 @@ impl Iterator for OpenSession {
             if let Some(event) = self.batch.next() {
                 return Some(Ok(event));
             }
-            match self.messages.recv() {
+            let messages = match &mut self.feed {
+                Feed::Thread(messages) => messages,
+                Feed::Here(source) => {
+                    let event = source.next_event();
+                    if !matches!(event, Ok(Some(_))) {
+                        self.notes = source.notes();
+                    }
+                    return event.transpose();
+                }
+            };
+            match messages.recv() {
                 Ok(Message::Events(batch)) => self.batch = batch.into_iter(),
                 Ok(Message::Damage(error)) => {
                     self.ended = true;
@@ -181,7 +222,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::recording::{EventSource, StrokeId};
+    use crate::recording::StrokeId;
 
     /// Far more events than may be read ahead, naming so many strokes each; counts those that were asked for.
     struct Endless(Arc<AtomicUsize>, usize);

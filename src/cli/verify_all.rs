@@ -13,6 +13,7 @@ use super::output::one_line;
 use crate::{
     lab::{
         report::thousands,
+        study::WorkFolder,
         verify::{Trial, Verifier},
     },
     occlusion::Soundness,
@@ -36,6 +37,11 @@ impl Part {
 
     fn holds(self, place: usize) -> bool {
         place % self.parts == self.number
+    }
+
+    /// Whether the part holds what has this hash.
+    pub(super) fn holds_hash(self, hash: u128) -> bool {
+        hash % self.parts as u128 == self.number as u128
     }
 }
 
@@ -65,7 +71,10 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
             let path = entry.path();
             if entry.file_type().is_dir() {
                 // A .tilt may be a folder.
-                if looks_like_session(path, &[]) {
+                if WorkFolder::is_one(path) {
+                    // Results of a study: JSON, as some sessions are.
+                    walk.skip_current_dir();
+                } else if looks_like_session(path, &[]) {
                     found.push(path.to_owned());
                     walk.skip_current_dir();
                 }

@@ -2,7 +2,8 @@
 //!
 //! [`oracle`] finds the visible polygons, [`verify`] compares culling with it, [`scenes`] are models for that, [`literal`] is
 //! what the paper says where that is wrong, [`pvs`] samples potentially visible sets, [`mod@bench`] measures structures against
-//! each other, [`report`] makes tables, pages and charts. Knows all but the window and the command line.
+//! each other, [`study`] keeps the figures of many sessions on many machines, [`report`] makes tables, pages and charts. Knows
+//! all but the window and the command line.
 
 #[cfg(feature = "cli")]
 pub mod bench;
@@ -13,6 +14,8 @@ mod reach;
 #[cfg(feature = "cli")]
 pub mod report;
 pub mod scenes;
+#[cfg(feature = "cli")]
+pub mod study;
 pub mod verify;
 
 pub use reach::{Reach, lost_polygons};

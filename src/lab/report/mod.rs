@@ -9,6 +9,7 @@ mod pins;
 mod printable;
 mod rig_plan;
 mod run;
+mod scatter;
 mod structure;
 mod structure_picture;
 mod table;
@@ -24,6 +25,7 @@ pub use pins::{Pin, PinError, Pins, pinned_name};
 pub(crate) use printable::{one_line, printable};
 pub use rig_plan::RigPlan;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
+pub(crate) use scatter::Scatter;
 pub use structure::{Structure, StructureNode};
 pub use structure_picture::{
     CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
