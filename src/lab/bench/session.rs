@@ -214,8 +214,9 @@ where
     })
 }
 
-/// As many frames of every stretch of the session as of the one with the fewest, evenly spaced: a slow index is
-/// measured on fewer of the late frames, and its median must not be one of early frames for that.
+/// As many frames of every stretch of the session, evenly spaced: a slow index is measured on fewer of the late frames,
+/// and its median must not be one of early frames for that. An eighth of the stretches may have fewer frames, of which all are
+/// taken: where something else disturbed the machine for a moment, the time for a stretch is spent on one frame.
 fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     if records.len() as u64 == frames {
         return records.to_vec();
@@ -223,9 +224,15 @@ fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     let stretch = |record: &FrameRecord| stretch_of_frame(record.frame, frames);
     let chunks = || records.chunk_by(|a, b| stretch(a) == stretch(b));
     // The last stretches of a short session hold fewer frames, or none.
-    let fewest = chunks().map(<[FrameRecord]>::len).min().unwrap_or(0).max(1);
-    debug_assert!(chunks().count() as u64 <= STRETCHES);
-    chunks().flat_map(|chunk| (0..fewest).map(|i| chunk[i * chunk.len() / fewest])).collect()
+    let mut lengths: Vec<usize> = chunks().map(<[FrameRecord]>::len).collect();
+    lengths.sort_unstable();
+    debug_assert!(lengths.len() as u64 <= STRETCHES);
+    let Some(&few) = lengths.get(lengths.len() / 8) else { return Vec::new() };
+    let some = |chunk: &[FrameRecord]| {
+        let count = few.min(chunk.len());
+        (0..count).map(|i| chunk[i * chunk.len() / count]).collect::<Vec<_>>()
+    };
+    chunks().flat_map(some).collect()
 }
 
 /// The frames of one list that are in the other, too; both are in the order of the frames.
@@ -311,6 +318,24 @@ mod tests {
         let mut record = FrameRecord { frame, ..FrameRecord::default() };
         record.cull.ns = ns;
         record
+    }
+
+    #[test]
+    fn each_stretch_counts_alike_and_a_disturbed_one_does_not_empty_the_others() {
+        // A frame in ten of the second half, and one frame of the very last stretch.
+        let frames = 64 * STRETCHES;
+        let is_measured = |&frame: &u64| match frame {
+            early if early < frames / 2 => true,
+            late if late < frames - 64 => late % 8 == 0,
+            last => last == frames - 64,
+        };
+        let records: Vec<FrameRecord> =
+            (0..frames).filter(is_measured).map(|frame| record(frame, 1)).collect();
+        let fair = balanced(&records, frames);
+        let late = fair.iter().filter(|record| record.frame >= frames / 2).count() as u64;
+        assert_eq!(fair.len() as u64 - late, 8 * STRETCHES / 2);
+        assert_eq!(late, 8 * (STRETCHES / 2 - 1) + 1);
+        assert!(balanced(&[], frames).is_empty());
     }
 
     #[test]

@@ -7,11 +7,11 @@ use super::{
 };
 use crate::lab::report::{one_line, short, thousands};
 
-/// The heads of columns with the reference's times, which stand beside a ratio. The page alone has them.
-pub(super) const REFERENCE_FRAME: &str = "reference,\nsame frames, µs";
-pub(super) const REFERENCE_QUESTIONS: &str = "reference,\nsame questions, µs";
-pub(super) const REFERENCE_RAYS: &str = "reference,\nsame rays, MRays/s";
-const ON_THE_PAGE_ALONE: [&str; 3] = [REFERENCE_FRAME, REFERENCE_QUESTIONS, REFERENCE_RAYS];
+/// The heads of columns with the reference's figure for the same frames or questions, which stand before its ratio. The
+/// page alone has them.
+pub(super) const REFERENCE: &str = "reference\nµs";
+pub(super) const REFERENCE_RAYS: &str = "reference\nMRays/s";
+const ON_THE_PAGE_ALONE: [&str; 2] = [REFERENCE, REFERENCE_RAYS];
 /// The head of a column of ratios.
 pub(super) const RATIO: &str = "ratio\n(95 %)";
 
@@ -68,7 +68,7 @@ pub(super) fn session_grid(session: &SessionResult) -> Grid {
         "cull\nµs",
         "frame p50\nµs",
         "p99\nµs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
         "nodes\n/frame",
         "boxes\n/frame",
@@ -146,13 +146,13 @@ pub(super) fn growth_grid<'a>(rows: impl IntoIterator<Item = &'a GrowthRow>) -> 
         "fill\nns/polygon",
         "frame p50\nµs",
         "p99\nµs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
         "still\nµs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
         "all in view\nµs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
         "memory\nB/polygon",
     ];

@@ -19,14 +19,23 @@ struct Taken<'a> {
 /// The sentences on a report, the most important first; none if there is nothing to compare.
 pub(super) fn verdict(report: &BenchReport) -> Vec<String> {
     let mut lines: Vec<String> = report.sessions.iter().filter_map(of_session).collect();
+    if !lines.is_empty() && !report.machine.optimized {
+        lines.push(
+            "The program is NOT optimised: build it with --release for figures that mean something."
+                .to_owned(),
+        );
+    }
+    lines.extend(report.sessions.iter().filter(|session| !session.indexes_agree).map(|session| {
+        let name = one_line(&session.recording);
+        format!("NOT ALL INDEXES SAW THE SAME POLYGONS in {name}: the figures compare different work.")
+    }));
     lines.extend(over_all(&report.sessions));
     let mut sizes: Vec<u32> = report.growth.iter().map(|row| row.polygons).collect();
     sizes.dedup();
     lines.extend(sizes.into_iter().filter_map(|size| of_size(&report.growth, size, &report.reference)));
     for result in &report.rays {
-        let questions = QUESTIONS.map(|(name, asked)| {
-            let rows = result.rows.iter().map(|row| (row.index.as_str(), asked(row).ratio.median));
-            (name, rows.collect())
+        let questions = QUESTIONS.map(|(_, asked)| {
+            result.rows.iter().map(|row| (row.index.as_str(), asked(row).ratio.median)).collect()
         });
         let about = format!(
             "Rays, ranges and neighbours in {}, {} polygons",
@@ -128,29 +137,38 @@ fn of_size(rows: &[GrowthRow], size: u32, reference: &str) -> Option<String> {
 }
 
 /// In how many of several tasks the reference is the fastest, and what is in the others.
-fn count(about: &str, what: &str, tasks: &[(&str, Vec<(&str, f64)>)], reference: &str) -> Option<String> {
-    let best = |(name, rows): &(&str, Vec<(&str, f64)>)| {
-        let rows = rows.iter().filter(|(_, ratio)| *ratio > 0.0);
+fn count<'a>(about: &str, what: &str, tasks: &[Vec<(&'a str, f64)>], reference: &str) -> Option<String> {
+    let best = |rows: &Vec<(&'a str, f64)>| {
+        let rows = rows.iter().copied().filter(|(_, ratio)| *ratio > 0.0);
         // Where the reference is level, it comes first.
-        let (index, ratio) =
-            rows.min_by(|a, b| a.1.total_cmp(&b.1).then((a.0 != reference).cmp(&(b.0 != reference))))?;
-        Some(((*name).to_owned(), (*index).to_owned(), *ratio))
+        rows.min_by(|a, b| a.1.total_cmp(&b.1).then((a.0 != reference).cmp(&(b.0 != reference))))
     };
-    let best: Vec<(String, String, f64)> = tasks.iter().filter_map(best).collect();
-    let has_others = tasks.iter().any(|(_, rows)| rows.len() > 1);
+    let best: Vec<(&str, f64)> = tasks.iter().filter_map(best).collect();
+    let has_others = tasks.iter().any(|rows| rows.len() > 1);
     if best.is_empty() || !has_others {
         return None;
     }
-    let lost: Vec<String> = best
-        .iter()
-        .filter(|(_, index, _)| index != reference)
-        .map(|(name, index, ratio)| {
-            format!("{name}: {index} ({reference} takes {} times as long)", times(1.0 / ratio))
-        })
-        .collect();
-    let wins = best.len() - lost.len();
-    let rest = if lost.is_empty() { String::new() } else { format!("; {}", lost.join(", ")) };
-    Some(format!("{about}: {reference} is the fastest in {wins} of {} {what}{rest}.", best.len()))
+    let wins = best.iter().filter(|(index, _)| *index == reference).count();
+    // The others, each with the tasks that it is the fastest in.
+    let mut winners: Vec<(&str, Vec<f64>)> = Vec::new();
+    for &(index, ratio) in best.iter().filter(|(index, _)| *index != reference) {
+        match winners.iter_mut().find(|(other, _)| *other == index) {
+            Some((_, ratios)) => ratios.push(1.0 / ratio),
+            None => winners.push((index, vec![1.0 / ratio])),
+        }
+    }
+    winners.sort_by_key(|(_, ratios)| std::cmp::Reverse(ratios.len()));
+    let others = winners.iter().map(|(index, ratios)| {
+        let [least, most] = [
+            ratios.iter().copied().fold(f64::INFINITY, f64::min),
+            ratios.iter().copied().fold(0.0, f64::max),
+        ];
+        let range =
+            if ratios.len() == 1 { times(most) } else { format!("{} to {}", times(least), times(most)) };
+        format!("; {index} in {}, where {reference} takes {range} times as long", ratios.len())
+    });
+    let others: String = others.collect();
+    Some(format!("{about}: {reference} is the fastest in {wins} of {} {what}{others}.", best.len()))
 }
 
 /// A note on the times of single frames, which cannot be repeated: how many steps of the clock the shortest are.
@@ -212,11 +230,14 @@ mod tests {
 
     #[test]
     fn tasks_are_counted_and_lost_ones_named() {
-        let tasks = [("a", vec![("osp", 1.0), ("x", 1.0)]), ("b", vec![("osp", 1.0), ("x", 0.5)])];
+        let row = |ratio: f64| vec![("osp", 1.0), ("x", ratio)];
+        let tasks = [row(1.0), row(0.5), row(0.2), row(2.0)];
         assert_eq!(
             count("Rays", "questions", &tasks, "osp").as_deref(),
-            Some("Rays: osp is the fastest in 1 of 2 questions; b: x (osp takes 2.0 times as long).")
+            Some(
+                "Rays: osp is the fastest in 2 of 4 questions; x in 2, where osp takes 2.0 to 5.0 times as long."
+            )
         );
-        assert_eq!(count("Rays", "questions", &[("a", vec![("osp", 1.0)])], "osp"), None);
+        assert_eq!(count("Rays", "questions", &[vec![("osp", 1.0)]], "osp"), None);
     }
 }

@@ -5,7 +5,7 @@ use crate::lab::{
     bench::{
         charts::{Axis, Chart, Line},
         csv::Lines,
-        table::{Grid, RATIO, REFERENCE_FRAME, interval},
+        table::{Grid, RATIO, REFERENCE, interval},
     },
     report::{LineStyle, VERMILION, short, thousands},
 };
@@ -83,28 +83,28 @@ fn times(result: &MovingResult, motions: &[usize]) -> Grid {
     let pieces = vec![
         "index",
         "1 % move:\nframe, µs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
         "10 %:\nframe, µs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
         "all:\nframe, µs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
     ];
     let groups = vec![
         "index",
         "group of 1 %:\nframe, µs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
         "of 10 %:\nframe, µs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
         "of all:\nframe, µs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
         "100 instances:\nframe, µs",
-        REFERENCE_FRAME,
+        REFERENCE,
         RATIO,
     ];
     let head = if motions.len() == PIECES.len() { pieces } else { groups };
@@ -181,13 +181,13 @@ fn best_of(
     (!best.is_empty()).then(|| format!("{}.", best.join("; ")))
 }
 
-/// The ratios of the structures with each motion.
-pub(in crate::lab::bench) fn ratios(result: &MovingResult) -> Vec<(&str, Vec<(&str, f64)>)> {
-    fn of(motion: &MotionResult) -> (&str, Vec<(&str, f64)>) {
-        let rows = motion.rows.iter().map(|row| (row.index.as_str(), row.ratio.median));
-        (&motion.motion, rows.collect())
-    }
-    result.motions.iter().map(of).collect()
+/// The ratios of the structures, a list for each motion.
+pub(in crate::lab::bench) fn ratios(result: &MovingResult) -> Vec<Vec<(&str, f64)>> {
+    result
+        .motions
+        .iter()
+        .map(|motion| motion.rows.iter().map(|row| (row.index.as_str(), row.ratio.median)).collect())
+        .collect()
 }
 
 /// What is seen at a size.

@@ -137,8 +137,8 @@ fn session_chapter(page: &mut Html, session: &SessionResult, reference: &str) ->
         "NOT ALL INDEXES SAW THE SAME POLYGONS: the figures compare different work."
     });
     page.paragraph(&format!(
-        "Best first. An index that is slow was measured on fewer frames; beside its times are those of the same frames of \
-         {reference}."
+        "Best first. An index that is slow was measured on fewer frames; the column `reference` has the median of the same \
+         frames of {reference}."
     ));
     page.table(&session.recording, &session_grid(session));
     for chart in session_charts(session) {
@@ -155,7 +155,8 @@ fn growth_chapter(page: &mut Html, report: &BenchReport) -> Written {
     }
     page.chapter("Growth: a synthetic session of loose strokes in a 4 m cube");
     page.paragraph(
-        "Frame: inserts a batch and culls from inside; still: inserts nothing; all in view: the same from outside.",
+        "Frame: inserts a batch and culls from inside; still: inserts nothing; all in view: the same from outside. Best first; \
+         the column before a ratio has the reference's time for the same frames.",
     );
     let mut sizes: Vec<u32> = rows.iter().map(|row| row.polygons).collect();
     sizes.sort_unstable();

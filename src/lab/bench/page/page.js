@@ -150,7 +150,7 @@
 
     size() {
       const width = Math.max(260, Math.floor(this.box.clientWidth));
-      return { width, height: Math.max(260, Math.min(460, Math.round(width * 0.4375))) };
+      return { width, height: Math.max(330, Math.min(460, Math.round(width * 0.4375))) };
     }
 
     legend() {

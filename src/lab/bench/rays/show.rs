@@ -5,7 +5,7 @@ use crate::lab::{
     bench::{
         charts::{Axis, Chart, Line},
         csv::Lines,
-        table::{Grid, RATIO, REFERENCE_QUESTIONS, REFERENCE_RAYS, interval},
+        table::{Grid, RATIO, REFERENCE, REFERENCE_RAYS, interval},
     },
     report::{GREEN, LineStyle, ORANGE, VERMILION, one_line, short, thousands},
 };
@@ -44,13 +44,13 @@ pub(in crate::lab::bench) fn times(result: &RaysResult) -> Grid {
         REFERENCE_RAYS,
         RATIO,
         "box\nµs",
-        REFERENCE_QUESTIONS,
+        REFERENCE,
         RATIO,
         "near\nµs",
-        REFERENCE_QUESTIONS,
+        REFERENCE,
         RATIO,
         "growing\nµs/frame",
-        REFERENCE_QUESTIONS,
+        REFERENCE,
         RATIO,
     ];
     let rays = |asked: &Asked| {
