@@ -189,7 +189,7 @@ fn charts_have_the_figures_of_the_csv_and_every_structure() {
         assert_eq!(names.len(), KINDS.len(), "{title}: {names:?}");
         for line in lines {
             let x = data["xs"][line["x"].as_u64().expect("a place") as usize].as_array().expect("places");
-            assert_eq!(x, &[200.0.into(), 600.0.into()], "{title}");
+            assert_eq!(x, &[Value::from(200.0), Value::from(600.0)], "{title}");
             for (size, y) in x.iter().zip(line["y"].as_array().expect("values")) {
                 let size = size.as_f64().expect("a number").to_string();
                 let key = ["growth", "scribble", line["name"].as_str().expect("a name"), &size, figure];
