@@ -19,12 +19,6 @@ struct Taken<'a> {
 /// The sentences on a report, the most important first; none if there is nothing to compare.
 pub(super) fn verdict(report: &BenchReport) -> Vec<String> {
     let mut lines: Vec<String> = report.sessions.iter().filter_map(of_session).collect();
-    if !lines.is_empty() && !report.machine.optimized {
-        lines.push(
-            "The program is NOT optimised: build it with --release for figures that mean something."
-                .to_owned(),
-        );
-    }
     lines.extend(report.sessions.iter().filter(|session| !session.indexes_agree).map(|session| {
         let name = one_line(&session.recording);
         format!("NOT ALL INDEXES SAW THE SAME POLYGONS in {name}: the figures compare different work.")
@@ -48,6 +42,12 @@ pub(super) fn verdict(report: &BenchReport) -> Vec<String> {
         let motions = moving::show::ratios(result);
         let about = format!("Moving things, {} polygons", thousands(result.polygons as u64));
         lines.extend(count(&about, "motions", &motions, &report.reference));
+    }
+    if !lines.is_empty() && !report.machine.optimized {
+        lines.push(
+            "The program is NOT optimised: build it with --release for figures that mean something."
+                .to_owned(),
+        );
     }
     lines
 }

@@ -127,16 +127,27 @@ fn ahead(drawn: &[&GrowthRow], reference: &str, figure: Figure, unit: &str) -> V
                 (best, value(best), ours, value(best) / ours.max(f64::MIN_POSITIVE))
             }
         };
-        let words = if ratio >= 1.0 { "ahead of" } else { "BEHIND" };
-        let frames = if matches!(figure, Figure::Time { .. }) { ", frame by frame" } else { "" };
-        Some(format!(
-            "{} polygons: {reference} {} {unit}, {words} {} {} ({} times{frames})",
-            thousands(u64::from(size)),
-            short(ours),
-            best.index,
-            short(theirs),
-            short(ratio)
-        ))
+        let size = thousands(u64::from(size));
+        let [ours, theirs, times] = [ours, theirs, ratio].map(short);
+        let best = &best.index;
+        Some(match (figure, ratio >= 1.0) {
+            // A median of ratios need not be the quotient of two medians.
+            (Figure::Time { .. }, is_ahead) => format!(
+                "{size} polygons: {reference} is {} {best}, which takes {times} times as long frame by frame (medians of the \
+                 same frames: {theirs} and {ours} {unit}).",
+                if is_ahead { "ahead of" } else { "BEHIND" }
+            ),
+            (Figure::Number(_), true) => {
+                format!(
+                    "{size} polygons: {reference} {ours} {unit}, less than {best}, {theirs} ({times} times)."
+                )
+            }
+            (Figure::Number(_), false) => {
+                format!(
+                    "{size} polygons: {reference} {ours} {unit}, MORE than {best}, {theirs} ({times} times)."
+                )
+            }
+        })
     };
     sizes.into_iter().filter_map(line).collect()
 }

@@ -137,7 +137,7 @@ fn session_chapter(page: &mut Html, session: &SessionResult, reference: &str) ->
         "NOT ALL INDEXES SAW THE SAME POLYGONS: the figures compare different work."
     });
     page.paragraph(&format!(
-        "Best first. An index that is slow was measured on fewer frames; the column `reference` has the median of the same \
+        "Best first. An index that is slow was measured on fewer frames; the column before the ratio has the median of the same \
          frames of {reference}."
     ));
     page.table(&session.recording, &session_grid(session));
