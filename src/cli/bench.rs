@@ -83,8 +83,11 @@ Parts of the report:
             paper's own that cull visible polygons: the column `conservative` says NO. How deep
             and how large its tree is best made. --node-test and --score are those of the
             conservative cullers
-The page (--html) has all parts with charts, and beside each what the paper found and what osp
-finds.
+The page (--html) is one file that works offline: the verdict first, then links to all parts. A
+click on a head sorts its table (best first at the start). Charts show the values under the
+pointer; a click on a name shows or hides its line, and every structure has one. Beside each
+chart stands what the paper found and what was measured. Dark where the system is; on paper, and
+without scripts, the charts are pictures.
 `osp replay --help` describes the indexes.")]
 pub(super) struct BenchArgs {
     /// The sessions, of any format that replay reads.

@@ -22,7 +22,9 @@ impl BenchReport {
                 lines.estimate(&of, "frame", "us", &row.frame_us);
                 lines.value(&of, "frame_p99", "us", row.frame_high_us[0]);
                 lines.value(&of, "frame_max", "us", row.frame_high_us[1]);
+                lines.estimate(&of, "frame_reference", "us", &row.reference_us);
                 lines.estimate(&of, "frame_ratio", "", &row.ratio);
+                lines.estimate(&of, "frame_against_fastest", "", &row.against_fastest);
                 lines.value(&of, "nodes", "1/frame", row.nodes);
                 lines.value(&of, "boxes", "1/frame", row.boxes);
                 lines.value(&of, "planes", "1/frame", row.planes);
@@ -43,10 +45,13 @@ impl BenchReport {
             lines.estimate(&of, "frame", "us", &row.frame_us);
             lines.value(&of, "frame_p99", "us", row.frame_high_us[0]);
             lines.value(&of, "frame_max", "us", row.frame_high_us[1]);
+            lines.estimate(&of, "frame_reference", "us", &row.reference_us);
             lines.estimate(&of, "frame_ratio", "", &row.ratio);
             lines.estimate(&of, "still", "us", &row.still_us);
+            lines.estimate(&of, "still_reference", "us", &row.still_reference_us);
             lines.estimate(&of, "still_ratio", "", &row.still_ratio);
             lines.estimate(&of, "still_all", "us", &row.still_all_us);
+            lines.estimate(&of, "still_all_reference", "us", &row.still_all_reference_us);
             lines.estimate(&of, "still_all_ratio", "", &row.still_all_ratio);
             lines.value(&of, "nodes", "1/frame", row.nodes);
             lines.value(&of, "boxes", "1/frame", row.boxes);

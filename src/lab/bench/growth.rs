@@ -2,9 +2,13 @@ use std::{ops::Range, time::Instant};
 
 use serde::Serialize;
 
-use super::{Contender, Estimate, estimate::quantile};
+use super::{
+    Contender, Estimate,
+    clock::{resolution_ns, runs_for},
+    estimate::quantile,
+};
 use crate::{
-    index::{DrawList, IndexConfig, SpatialIndex},
+    index::{DrawList, IndexConfig, SpatialIndex, WorkCounts},
     math::{Aabb, Frustum},
     polygon::{Change, ConvexPolygon, PolygonId},
     recording::{RecordingError, SynthKind, synthesize},
@@ -56,14 +60,20 @@ pub struct GrowthRow {
     pub frame_high_us: [f64; 2],
     /// Insertion of the batch at 50, 99 and 100 per cent, microseconds.
     pub insert_us: [f64; 3],
+    /// Such frames of the reference beside it, microseconds.
+    pub reference_us: Estimate,
     /// Time of such a frame, divided by the time that the reference took for the same frame.
     pub ratio: Estimate,
     /// A frame that inserts nothing, seen from inside, microseconds.
     pub still_us: Estimate,
+    /// Such frames of the reference beside it, microseconds.
+    pub still_reference_us: Estimate,
     /// Its time, divided by the time that the reference took for the same frame.
     pub still_ratio: Estimate,
     /// A frame that inserts nothing, all in view, microseconds.
     pub still_all_us: Estimate,
+    /// Such frames of the reference beside it, microseconds.
+    pub still_all_reference_us: Estimate,
     /// Its time, divided by the time that the reference took for the same frame.
     pub still_all_ratio: Estimate,
     /// Nodes visited in a frame from inside, mean.
@@ -243,6 +253,19 @@ impl<'a> Subject<'a> {
         Frame { insert_ns, cull_ns, nodes: work.nodes, boxes: work.boxes }
     }
 
+    /// A frame that inserts nothing, so often that the clock's steps do not matter: the mean of the runs.
+    fn still(&mut self, runs: u32, frustum: &Frustum) -> Frame {
+        let mut work = WorkCounts::default();
+        let start = Instant::now();
+        for _ in 0..runs {
+            self.index.commit();
+            self.draw_list.clear();
+            work = self.index.frustum_cull(frustum, &mut self.draw_list);
+        }
+        let cull_ns = start.elapsed().as_nanos() as f64 / f64::from(runs);
+        Frame { insert_ns: 0.0, cull_ns, nodes: work.nodes, boxes: work.boxes }
+    }
+
     /// Takes out what was inserted since the fill.
     fn take_out(&mut self) {
         for id in self.filed..self.filed + self.more {
@@ -267,6 +290,19 @@ impl Pairs {
         budget_secs: f64,
     ) -> Self {
         let mut pairs = Vec::with_capacity(MOST_FRAMES);
+        // Frames that insert nothing can be repeated. Both are repeated as often, so that neither has warmer caches.
+        let runs = match batch {
+            0 => {
+                let first = view(0);
+                let ns = [subject.still(1, &first).total_ns(), reference.still(1, &first).total_ns()];
+                runs_for(ns[0].min(ns[1]), resolution_ns())
+            }
+            _ => 1,
+        };
+        let measured = |of: &mut Subject<'_>, frustum: &Frustum| match batch {
+            0 => of.still(runs, frustum),
+            batch => of.frame(batch, frustum),
+        };
         let start = Instant::now();
         for frame in 0..MOST_FRAMES {
             if frame >= FEWEST_FRAMES && start.elapsed().as_secs_f64() > budget_secs {
@@ -278,11 +314,11 @@ impl Pairs {
             let frustum = view(frame as u64);
             // Neither always runs first.
             let pair = if frame % 2 == 0 {
-                let first = subject.frame(batch, &frustum);
-                (first, reference.frame(batch, &frustum))
+                let first = measured(subject, &frustum);
+                (first, measured(reference, &frustum))
             } else {
-                let first = reference.frame(batch, &frustum);
-                (subject.frame(batch, &frustum), first)
+                let first = measured(reference, &frustum);
+                (measured(subject, &frustum), first)
             };
             pairs.push(pair);
         }
@@ -295,6 +331,10 @@ impl Pairs {
 
     fn time_us(&self) -> Estimate {
         self.estimate(|(frame, _)| frame.total_ns() / 1000.0)
+    }
+
+    fn reference_us(&self) -> Estimate {
+        self.estimate(|(_, reference)| reference.total_ns() / 1000.0)
     }
 
     fn ratio(&self) -> Estimate {
@@ -332,10 +372,13 @@ fn measure(subject: &mut Subject<'_>, reference: &mut Subject<'_>, config: &Grow
         frame_us: drawing.time_us(),
         frame_high_us: drawing.quantiles(|frame| frame.total_ns() / 1000.0, [0.99, 1.0]),
         insert_us: drawing.quantiles(|frame| frame.insert_ns / 1000.0, [0.5, 0.99, 1.0]),
+        reference_us: drawing.reference_us(),
         ratio: drawing.ratio(),
         still_us: still.time_us(),
+        still_reference_us: still.reference_us(),
         still_ratio: still.ratio(),
         still_all_us: still_all.time_us(),
+        still_all_reference_us: still_all.reference_us(),
         still_all_ratio: still_all.ratio(),
         nodes: still.mean(|frame| frame.nodes),
         boxes: still.mean(|frame| frame.boxes),

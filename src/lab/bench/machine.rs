@@ -2,6 +2,7 @@ use std::{fs, thread};
 
 use serde::Serialize;
 
+use super::clock::resolution_ns;
 use crate::index::Backend;
 
 /// The machine and the program that the figures were measured with.
@@ -19,6 +20,8 @@ pub struct Machine {
     pub version: String,
     /// Commit that the program was built from; `-dirty` if something was changed since.
     pub commit: String,
+    /// The least time between two readings of the clock that differ, nanoseconds.
+    pub clock_resolution_ns: u64,
     /// Whether the program was compiled with optimisation.
     pub optimized: bool,
 }
@@ -33,6 +36,7 @@ impl Machine {
             simd: Backend::detect().name().to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             commit: option_env!("OSP_COMMIT").unwrap_or("unknown").to_owned(),
+            clock_resolution_ns: resolution_ns(),
             optimized: !cfg!(debug_assertions),
         }
     }
@@ -40,11 +44,12 @@ impl Machine {
     /// All in one line.
     pub fn text(&self) -> String {
         format!(
-            "{}, {} threads, {}, box tests on {}; osp {}, commit {}{}",
+            "{}, {} threads, {}, box tests on {}, clock resolution {} ns; osp {}, commit {}{}",
             self.processor,
             self.threads,
             self.system,
             self.simd,
+            self.clock_resolution_ns,
             self.version,
             self.commit,
             if self.optimized {

@@ -6,6 +6,7 @@
 //! of work, which do not depend on the machine.
 
 mod charts;
+mod clock;
 mod contender;
 mod csv;
 mod estimate;
@@ -19,6 +20,7 @@ mod rays;
 mod report;
 mod session;
 mod table;
+mod verdict;
 
 pub use contender::Contender;
 pub use estimate::Estimate;

@@ -78,8 +78,12 @@ pub struct SessionRow {
     pub frame_us: Estimate,
     /// A frame at 99 and 100 per cent, microseconds.
     pub frame_high_us: [f64; 2],
+    /// A frame of the reference, over the same frames, microseconds.
+    pub reference_us: Estimate,
     /// Time of a frame, divided by the time that the reference took for the same frame.
     pub ratio: Estimate,
+    /// Time of a frame, divided by the time that the fastest index (the one with the least `ratio`) took for the same frame.
+    pub against_fastest: Estimate,
     /// Nodes visited, mean of the frames.
     pub nodes: f64,
     /// Boxes tested, mean of the frames.
@@ -176,13 +180,22 @@ where
         .iter()
         .position(|&kind| kind == Contender::Own(input.reference))
         .map_or(&[][..], |i| &records[i]);
-    let rows = (input.kinds.iter().zip(replay.lanes()).zip(&records).enumerate())
+    let played = (summary.frames, summary.counts.polygons);
+    let mut rows: Vec<SessionRow> = (input.kinds.iter().zip(replay.lanes()).zip(&records).enumerate())
         .map(|(i, ((kind, lane), records))| {
             let bytes = lane.pipeline().bytes();
             let views = of_one_view.get(i).and_then(|one| ViewsRow::of(records, one));
-            SessionRow { views, ..row(kind.name(), records, reference, summary, bytes) }
+            SessionRow { views, ..row(kind.name(), records, reference, played, bytes) }
         })
         .collect();
+    let measured = rows.iter().enumerate().filter(|(_, row)| row.ratio.values > 0);
+    let fastest =
+        measured.min_by(|(_, a), (_, b)| a.ratio.median.total_cmp(&b.ratio.median)).map(|(at, _)| at);
+    if let Some(fastest) = fastest {
+        for (row, of) in rows.iter_mut().zip(&records) {
+            row.against_fastest = Compared::new(of, &records[fastest], summary.frames).ratio();
+        }
+    }
     Ok(SessionResult {
         indexes_agree: report.first_disagreement().is_none(),
         recording: report.recording,
@@ -201,8 +214,9 @@ where
     })
 }
 
-/// As many frames of every stretch of the session as of the one with the fewest, evenly spaced: a slow index is
-/// measured on fewer of the late frames, and its median must not be one of early frames for that.
+/// As many frames of every stretch of the session, evenly spaced: a slow index is measured on fewer of the late frames,
+/// and its median must not be one of early frames for that. An eighth of the stretches may have fewer frames, of which all are
+/// taken: where something else disturbed the machine for a moment, the time for a stretch is spent on one frame.
 fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     if records.len() as u64 == frames {
         return records.to_vec();
@@ -210,9 +224,15 @@ fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     let stretch = |record: &FrameRecord| stretch_of_frame(record.frame, frames);
     let chunks = || records.chunk_by(|a, b| stretch(a) == stretch(b));
     // The last stretches of a short session hold fewer frames, or none.
-    let fewest = chunks().map(<[FrameRecord]>::len).min().unwrap_or(0).max(1);
-    debug_assert!(chunks().count() as u64 <= STRETCHES);
-    chunks().flat_map(|chunk| (0..fewest).map(|i| chunk[i * chunk.len() / fewest])).collect()
+    let mut lengths: Vec<usize> = chunks().map(<[FrameRecord]>::len).collect();
+    lengths.sort_unstable();
+    debug_assert!(lengths.len() as u64 <= STRETCHES);
+    let Some(&few) = lengths.get(lengths.len() / 8) else { return Vec::new() };
+    let some = |chunk: &[FrameRecord]| {
+        let count = few.min(chunk.len());
+        (0..count).map(|i| chunk[i * chunk.len() / count]).collect::<Vec<_>>()
+    };
+    chunks().flat_map(some).collect()
 }
 
 /// The frames of one list that are in the other, too; both are in the order of the frames.
@@ -226,14 +246,39 @@ pub(super) fn same_frames<'a>(
     })
 }
 
+/// Frames that two indexes were both measured on, as many of every stretch of the session.
+struct Compared(Vec<(FrameRecord, FrameRecord)>);
+
+impl Compared {
+    fn new(of: &[FrameRecord], against: &[FrameRecord], frames: u64) -> Self {
+        let both: Vec<FrameRecord> = same_frames(of, against).map(|(record, _)| *record).collect();
+        let fair = balanced(&both, frames);
+        Self(same_frames(&fair, against).map(|(a, b)| (*a, *b)).collect())
+    }
+
+    fn estimate(&self, value: impl Fn(&FrameRecord, &FrameRecord) -> f64) -> Estimate {
+        let mut values: Vec<f64> = self.0.iter().map(|(a, b)| value(a, b)).collect();
+        Estimate::of(&mut values).unwrap_or_default()
+    }
+
+    fn ratio(&self) -> Estimate {
+        self.estimate(|a, b| a.total_ns().max(1) as f64 / b.total_ns().max(1) as f64)
+    }
+}
+
 fn row(
     index: &str,
     records: &[FrameRecord],
     reference: &[FrameRecord],
-    summary: &Summary,
+    (frames, polygons): (u64, u64),
     bytes: usize,
 ) -> SessionRow {
-    let fair = balanced(records, summary.frames);
+    let compared = Compared::new(records, reference, frames);
+    // The frames of a row are those that its ratio is of.
+    let fair: Vec<FrameRecord> = match reference {
+        [] => balanced(records, frames),
+        _ => compared.0.iter().map(|(record, _)| *record).collect(),
+    };
     let us = |ns: u64| ns as f64 / 1000.0;
     let estimate = |mut values: Vec<f64>| Estimate::of(&mut values).unwrap_or_default();
     let inserts = || fair.iter().filter(|record| record.inserted > 0 && record.removed + record.updated == 0);
@@ -244,9 +289,6 @@ fn row(
     let mean = |count: fn(&FrameRecord) -> u64| {
         fair.iter().map(|record| count(record) as f64).sum::<f64>() / fair.len().max(1) as f64
     };
-    let ratio = |(record, other): (&FrameRecord, &FrameRecord)| {
-        record.total_ns().max(1) as f64 / other.total_ns().max(1) as f64
-    };
     SessionRow {
         index: index.to_owned(),
         insert_ns_per_polygon: estimate(
@@ -256,12 +298,58 @@ fn row(
         cull_us: estimate(fair.iter().map(|record| us(record.cull.ns)).collect()),
         frame_high_us: [0.99, 1.0].map(|q| quantile(&frame_us, q)),
         frame_us: estimate(frame_us),
-        ratio: estimate(same_frames(&fair, reference).map(ratio).collect()),
+        reference_us: compared.estimate(|_, other| us(other.total_ns())),
+        ratio: compared.ratio(),
+        against_fastest: Estimate::default(),
         nodes: mean(|record| record.work.nodes),
         boxes: mean(|record| record.work.boxes),
         planes: mean(|record| record.work.planes),
         views: None,
-        bytes_per_polygon: bytes as f64 / summary.counts.polygons.max(1) as f64,
+        bytes_per_polygon: bytes as f64 / polygons.max(1) as f64,
         frames_measured: records.len(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(frame: u64, ns: u64) -> FrameRecord {
+        let mut record = FrameRecord { frame, ..FrameRecord::default() };
+        record.cull.ns = ns;
+        record
+    }
+
+    #[test]
+    fn each_stretch_counts_alike_and_a_disturbed_one_does_not_empty_the_others() {
+        // A frame in ten of the second half, and one frame of the very last stretch.
+        let frames = 64 * STRETCHES;
+        let is_measured = |&frame: &u64| match frame {
+            early if early < frames / 2 => true,
+            late if late < frames - 64 => late % 8 == 0,
+            last => last == frames - 64,
+        };
+        let records: Vec<FrameRecord> =
+            (0..frames).filter(is_measured).map(|frame| record(frame, 1)).collect();
+        let fair = balanced(&records, frames);
+        let late = fair.iter().filter(|record| record.frame >= frames / 2).count() as u64;
+        assert_eq!(fair.len() as u64 - late, 8 * STRETCHES / 2);
+        assert_eq!(late, 8 * (STRETCHES / 2 - 1) + 1);
+        assert!(balanced(&[], frames).is_empty());
+    }
+
+    #[test]
+    fn a_row_has_the_times_of_the_frames_that_its_ratio_is_of() {
+        // The reference was measured in every other frame, and those are the short ones.
+        let of: Vec<FrameRecord> =
+            (0..100).map(|frame| record(frame, if frame % 2 == 0 { 3_000 } else { 90_000 })).collect();
+        let reference: Vec<FrameRecord> = (0..50).map(|at| record(2 * at, 1_000)).collect();
+        let row = row("a", &of, &reference, (100, 1), 0);
+        assert_eq!((row.frame_us.median, row.reference_us.median, row.ratio.median), (3.0, 1.0, 3.0));
+        assert_eq!(row.frame_us.values, row.reference_us.values);
+        assert_eq!(row.frame_us.values, row.ratio.values);
+        assert_eq!(row.frame_high_us, [3.0, 3.0]);
+        let alone = super::row("a", &of, &[], (100, 1), 0);
+        assert_eq!((alone.frame_us.values, alone.ratio.values), (100, 0));
     }
 }

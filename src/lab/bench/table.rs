@@ -7,21 +7,42 @@ use super::{
 };
 use crate::lab::report::{one_line, short, thousands};
 
+/// The heads of columns with the reference's figure for the same frames or questions, which stand before its ratio. The
+/// page alone has them.
+pub(super) const REFERENCE: &str = "reference\nµs";
+pub(super) const REFERENCE_RAYS: &str = "reference\nMRays/s";
+const ON_THE_PAGE_ALONE: [&str; 2] = [REFERENCE, REFERENCE_RAYS];
+/// The head of a column of ratios.
+pub(super) const RATIO: &str = "ratio\n(95 %)";
+
 /// A table before it is drawn, as text or as HTML.
 pub(super) struct Grid {
     pub(super) head: Vec<&'static str>,
     pub(super) rows: Vec<Vec<String>>,
+    /// Head of the column by which the page has the best row first: the first column of this name. Less is better.
+    pub(super) best: Option<&'static str>,
 }
 
 impl Grid {
+    pub(super) fn new(head: Vec<&'static str>, rows: Vec<Vec<String>>) -> Self {
+        Self { head, rows, best: None }
+    }
+
+    /// With the row first, on the page, that has least in this column.
+    pub(super) fn least_first(self, head: &'static str) -> Self {
+        Self { best: Some(head), ..self }
+    }
+
     pub(super) fn text(&self) -> String {
         let mut table = Table::new();
         table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
         table.remove_style(TableComponent::HorizontalLines);
         table.remove_style(TableComponent::MiddleIntersections);
-        table.set_header(&self.head);
+        let shown = |at: &usize| !ON_THE_PAGE_ALONE.contains(&self.head[*at]);
+        let columns: Vec<usize> = (0..self.head.len()).filter(shown).collect();
+        table.set_header(columns.iter().map(|&at| self.head[at]));
         for row in &self.rows {
-            table.add_row(row.iter().map(Cell::new));
+            table.add_row(columns.iter().map(|&at| Cell::new(&row[at])));
         }
         for column in table.column_iter_mut().skip(1) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -47,7 +68,8 @@ pub(super) fn session_grid(session: &SessionResult) -> Grid {
         "cull\nµs",
         "frame p50\nµs",
         "p99\nµs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "nodes\n/frame",
         "boxes\n/frame",
         "memory\nB/polygon",
@@ -80,6 +102,7 @@ pub(super) fn session_grid(session: &SessionResult) -> Grid {
                 short(row.cull_us.median),
                 short(row.frame_us.median),
                 short(row.frame_high_us[0]),
+                short(row.reference_us.median),
                 interval(&row.ratio),
                 short(row.nodes),
                 short(row.boxes),
@@ -90,12 +113,15 @@ pub(super) fn session_grid(session: &SessionResult) -> Grid {
             cells
         })
         .collect();
-    Grid { head, rows }
+    Grid::new(head, rows).least_first(RATIO)
 }
 
+/// Head of the column with the reference's time divided by that of the best of the others.
+const AGAINST: &str = "against\nit";
+
 /// Of each session the reference's frame beside that of the index that takes the least time for the same frames.
-fn best_grid(sessions: &[SessionResult], reference: &str) -> Grid {
-    let head = vec!["session", "polygons", "frame p50\nµs", "fastest\nother", "frame p50\nµs", "against\nit"];
+pub(super) fn best_grid(sessions: &[SessionResult], reference: &str) -> Grid {
+    let head = vec!["session", "polygons", "frame p50\nµs", "fastest\nother", "frame p50\nµs", AGAINST];
     let rows = sessions.iter().filter_map(|session| {
         let own = session.rows.iter().find(|row| row.index == reference)?.frame_us.median;
         let others = session.rows.iter().filter(|row| row.index != reference);
@@ -110,25 +136,28 @@ fn best_grid(sessions: &[SessionResult], reference: &str) -> Grid {
             if best.ratio.median > 0.0 { short(1.0 / best.ratio.median) } else { "-".to_owned() },
         ])
     });
-    Grid { head, rows: rows.collect() }
+    Grid::new(head, rows.collect()).least_first(AGAINST)
 }
 
-pub(super) fn growth_grid(rows: &[GrowthRow]) -> Grid {
+pub(super) fn growth_grid<'a>(rows: impl IntoIterator<Item = &'a GrowthRow>) -> Grid {
     let head = vec![
         "index",
         "polygons",
         "fill\nns/polygon",
         "frame p50\nµs",
         "p99\nµs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "still\nµs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "all in view\nµs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "memory\nB/polygon",
     ];
     let rows = rows
-        .iter()
+        .into_iter()
         .map(|row| {
             vec![
                 row.index.clone(),
@@ -136,16 +165,19 @@ pub(super) fn growth_grid(rows: &[GrowthRow]) -> Grid {
                 short(row.fill_ns_per_polygon),
                 short(row.frame_us.median),
                 short(row.frame_high_us[0]),
+                short(row.reference_us.median),
                 interval(&row.ratio),
                 short(row.still_us.median),
+                short(row.still_reference_us.median),
                 interval(&row.still_ratio),
                 short(row.still_all_us.median),
+                short(row.still_all_reference_us.median),
                 interval(&row.still_all_ratio),
                 short(row.bytes_per_polygon),
             ]
         })
         .collect();
-    Grid { head, rows }
+    Grid::new(head, rows).least_first(RATIO)
 }
 
 pub(super) fn flight_grid(flights: &[Flight]) -> Grid {
@@ -174,7 +206,7 @@ pub(super) fn flight_grid(flights: &[Flight]) -> Grid {
             ]
         })
         .collect();
-    Grid { head, rows }
+    Grid::new(head, rows)
 }
 
 impl BenchReport {

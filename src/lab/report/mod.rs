@@ -13,6 +13,7 @@ mod scatter;
 mod structure;
 mod structure_picture;
 mod table;
+mod themes;
 mod verdict;
 mod views;
 
@@ -32,5 +33,6 @@ pub use structure_picture::{
 };
 pub use table::replay_table;
 pub(crate) use table::{short, thousands};
+pub(crate) use themes::{FAINT_MESH, MESH, css_variables, themed};
 pub use verdict::verdict;
 pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

@@ -15,17 +15,18 @@ use plotters::{
     prelude::*,
 };
 
+use super::themes::css_name;
 use crate::occlusion::Occlusion;
 
 /// The colour of `osp`; no other structure has it.
-const BLUE: RGBColor = RGBColor(0, 114, 178);
+pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
 pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
 pub(crate) const VERMILION: RGBColor = RGBColor(213, 94, 0);
 pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
 pub(crate) const SKY: RGBColor = RGBColor(86, 180, 233);
 pub(crate) const INK: RGBColor = RGBColor(0, 0, 0);
-const GRAY: RGBColor = RGBColor(130, 130, 130);
+pub(super) const GRAY: RGBColor = RGBColor(130, 130, 130);
 
 /// The mark that a line bears in a few places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -129,10 +130,14 @@ impl LineStyle {
         }
     }
 
-    /// For CSS.
-    pub(crate) fn css_color(self) -> String {
-        let RGBColor(r, g, b) = self.color;
-        format!("rgb({r},{g},{b})")
+    /// The name that a page's style sheet has for the colour.
+    pub(crate) fn css_name(self) -> &'static str {
+        css_name(self.color).unwrap_or("--ink")
+    }
+
+    /// Length of dash and gap, pixels; `None` for a whole line.
+    pub(crate) fn dash(self) -> Option<(u32, u32)> {
+        self.dash
     }
 
     /// The mark as a character.
@@ -256,6 +261,14 @@ mod tests {
         let styles: HashSet<_> = STRUCTURES.iter().map(|(name, ..)| LineStyle::of_structure(name)).collect();
         assert_eq!((names.len(), styles.len()), (STRUCTURES.len(), STRUCTURES.len()));
         assert!(!styles.contains(&LineStyle::of_structure("unheard of")));
+    }
+
+    #[test]
+    fn every_colour_has_a_name_on_a_page() {
+        let all = STRUCTURES.iter().map(|(_, color, _)| color).chain(&METHOD_COLORS);
+        for color in all {
+            assert!(css_name(*color).is_some(), "{color:?}");
+        }
     }
 
     #[test]

@@ -66,6 +66,8 @@ pub struct MovingRow {
     pub index: String,
     /// A frame: following and culling, microseconds. If groups move, with computing the boxes of their polygons.
     pub frame_us: Estimate,
+    /// The same frames of the reference, microseconds.
+    pub reference_us: Estimate,
     /// Its time divided by the reference's for the same frame.
     pub ratio: Estimate,
     /// Following what has moved, nanoseconds a polygon that has.
@@ -240,6 +242,7 @@ impl Measured<'_> {
         MovingRow {
             index: name.to_owned(),
             frame_us: estimate(&pairs, |(took, _)| took.total_ns() / 1000.0),
+            reference_us: estimate(&pairs, |(_, reference)| reference.total_ns() / 1000.0),
             ratio: estimate(&pairs, |(took, reference)| took.total_ns() / reference.total_ns()),
             move_ns_per_polygon: estimate(&pairs, |(took, _)| took.move_ns / polygons),
             cull_us: estimate(&pairs, |(took, _)| took.cull_ns / 1000.0),

@@ -5,7 +5,7 @@ use crate::lab::{
     bench::{
         charts::{Axis, Chart, Line},
         csv::Lines,
-        table::{Grid, interval},
+        table::{Grid, RATIO, REFERENCE, interval},
     },
     report::{LineStyle, VERMILION, short, thousands},
 };
@@ -13,6 +13,8 @@ use crate::lab::{
 /// Motions of a table, by their places in the result.
 const PIECES: [usize; 3] = [0, 1, 2];
 const GROUPS: [usize; 4] = [3, 4, 5, 6];
+/// The look of the group index, which is no structure of polygons.
+const GROUP_STYLE: LineStyle = LineStyle::plain(VERMILION);
 
 /// What the tables of a size are about.
 pub(in crate::lab::bench) fn heading(result: &MovingResult, reference: &str) -> String {
@@ -74,32 +76,42 @@ fn grid(
         });
         [name.to_owned()].into_iter().chain(parts.flatten()).collect()
     };
-    Grid { head, rows: names(result).map(of).collect() }
+    Grid::new(head, names(result).map(of).collect())
 }
 
 fn times(result: &MovingResult, motions: &[usize]) -> Grid {
     let pieces = vec![
         "index",
         "1 % move:\nframe, µs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "10 %:\nframe, µs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "all:\nframe, µs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
     ];
     let groups = vec![
         "index",
         "group of 1 %:\nframe, µs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "of 10 %:\nframe, µs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "of all:\nframe, µs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "100 instances:\nframe, µs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
     ];
     let head = if motions.len() == PIECES.len() { pieces } else { groups };
-    grid(result, motions, head, |row| vec![micro(row.frame_us.median), ratio(row)])
+    grid(result, motions, head, |row| {
+        vec![micro(row.frame_us.median), micro(row.reference_us.median), ratio(row)]
+    })
+    .least_first(RATIO)
 }
 
 fn work(result: &MovingResult, motions: &[usize]) -> Grid {
@@ -135,6 +147,7 @@ fn work(result: &MovingResult, motions: &[usize]) -> Grid {
         Some(upkeep) => [upkeep.adjusted, upkeep.filed, upkeep.boxes].map(short).to_vec(),
         None => vec!["-".to_owned(); 3],
     })
+    .least_first("boxes")
 }
 
 /// [`short`] has no place for the smallest ratios.
@@ -146,14 +159,14 @@ fn micro(us: f64) -> String {
     if us < 10.0 { format!("{us:.2}") } else { short(us) }
 }
 
-/// What is seen at a size.
-pub(in crate::lab::bench) fn remarks(result: &MovingResult, reference: &str) -> Vec<String> {
-    let mut remarks = Vec::new();
-    if !result.disagree.is_empty() {
-        remarks.push(format!("NOT THE POLYGONS THAT HAVE TO BE SEEN: {}.", result.disagree.join(", ")));
-    }
-    let best = |at: &usize| {
-        let motion: &MotionResult = result.motions.get(*at)?;
+/// The best of the others with each motion, beside the reference.
+fn best_of(
+    result: &MovingResult,
+    reference: &str,
+    motions: impl IntoIterator<Item = usize>,
+) -> Option<String> {
+    let best = |at: usize| {
+        let motion: &MotionResult = result.motions.get(at)?;
         let others = motion.rows.iter().filter(|row| row.index != reference);
         let best = others.min_by(|a, b| a.ratio.median.total_cmp(&b.ratio.median))?;
         let words = if best.ratio.median < 1.0 { "FASTER is" } else { "the fastest other is" };
@@ -164,10 +177,26 @@ pub(in crate::lab::bench) fn remarks(result: &MovingResult, reference: &str) -> 
         };
         Some(format!("{}: {words} {}, with {ratio} times the time of {reference}", motion.motion, best.index))
     };
-    let best: Vec<String> = PIECES.iter().chain(&GROUPS).filter_map(best).collect();
-    if !best.is_empty() {
-        remarks.push(format!("{}.", best.join("; ")));
+    let best: Vec<String> = motions.into_iter().filter_map(best).collect();
+    (!best.is_empty()).then(|| format!("{}.", best.join("; ")))
+}
+
+/// The ratios of the structures, a list for each motion.
+pub(in crate::lab::bench) fn ratios(result: &MovingResult) -> Vec<Vec<(&str, f64)>> {
+    result
+        .motions
+        .iter()
+        .map(|motion| motion.rows.iter().map(|row| (row.index.as_str(), row.ratio.median)).collect())
+        .collect()
+}
+
+/// What is seen at a size.
+pub(in crate::lab::bench) fn remarks(result: &MovingResult, reference: &str) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if !result.disagree.is_empty() {
+        remarks.push(format!("NOT THE POLYGONS THAT HAVE TO BE SEEN: {}.", result.disagree.join(", ")));
     }
+    remarks.extend(best_of(result, reference, PIECES.into_iter().chain(GROUPS)));
     for skipped in &result.skipped {
         remarks.push(format!(
             "{} was left out at {} polygons: filling it and moving three frames takes about {} s.",
@@ -179,33 +208,31 @@ pub(in crate::lab::bench) fn remarks(result: &MovingResult, reference: &str) -> 
     remarks
 }
 
-/// The charts of each size: a frame over the share that moves, in pieces and as a group.
-pub(in crate::lab::bench) fn charts(results: &[MovingResult], reference: &str) -> Vec<Chart> {
-    let of_size = |result: &MovingResult| {
-        let mut names: Vec<&str> = names(result).collect();
-        names.sort_by_key(|name| (*name != reference, *name != GROUP_INDEX));
-        let size = thousands(result.polygons as u64);
-        [(&PIECES, "in pieces"), (&[3, 4, 5], "as a group")].map(|(motions, how)| {
-            let line = |name: &&str| {
-                let points = motions.iter().filter_map(|&at| {
-                    let share = 100.0 * result.motions.get(at)?.moving as f64 / result.polygons as f64;
-                    Some((share, row(result, at, name)?.frame_us.median))
-                });
-                match *name {
-                    GROUP_INDEX => Line::new(name, LineStyle::plain(VERMILION), points.collect()),
-                    _ => Line::of_structure(name, points.collect()),
-                }
-            };
-            Chart {
-                title: format!("Moving things: {size} polygons, a frame that moves a share of them {how}"),
-                remarks: if how == "in pieces" { remarks(result, reference) } else { Vec::new() },
-                x: Axis::Log("% of the polygons that move"),
-                y: Axis::Log("µs"),
-                lines: names.iter().map(line).collect(),
+/// The charts of a size: a frame over the share that moves, in pieces and as a group.
+pub(in crate::lab::bench) fn charts(result: &MovingResult, reference: &str) -> Vec<Chart> {
+    let mut names: Vec<&str> = names(result).collect();
+    names.sort_by_key(|name| (*name != reference, *name != GROUP_INDEX));
+    let size = thousands(result.polygons as u64);
+    let chart = |(motions, how): ([usize; 3], &str)| {
+        let line = |name: &&str| {
+            let points = motions.iter().filter_map(|&at| {
+                let share = 100.0 * result.motions.get(at)?.moving as f64 / result.polygons as f64;
+                Some((share, row(result, at, name)?.frame_us.median))
+            });
+            match *name {
+                GROUP_INDEX => Line::new(name, GROUP_STYLE, points.collect()),
+                _ => Line::of_structure(name, points.collect()),
             }
-        })
+        };
+        Chart {
+            title: format!("Moving things: {size} polygons, a frame that moves a share of them {how}"),
+            remarks: best_of(result, reference, motions).into_iter().collect(),
+            x: Axis::Log("% of the polygons that move"),
+            y: Axis::Log("µs"),
+            lines: names.iter().map(line).collect(),
+        }
     };
-    results.iter().flat_map(of_size).collect()
+    [(PIECES, "in pieces"), ([3, 4, 5], "as a group")].map(chart).into_iter().collect()
 }
 
 /// The figures, one a line.
@@ -218,6 +245,7 @@ pub(in crate::lab::bench) fn csv(results: &[MovingResult], lines: &mut Lines) {
                     motion.motion, row.index, result.polygons, row.frame_us.values
                 );
                 lines.estimate(&of, "frame", "us", &row.frame_us);
+                lines.estimate(&of, "frame_reference", "us", &row.reference_us);
                 lines.estimate(&of, "frame_ratio", "", &row.ratio);
                 lines.estimate(&of, "move", "ns/polygon", &row.move_ns_per_polygon);
                 lines.estimate(&of, "cull", "us", &row.cull_us);

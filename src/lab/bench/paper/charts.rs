@@ -194,15 +194,52 @@ fn flight(result: &PaperResult) -> Vec<Chart> {
         },
         Chart {
             title: format!("{}, flight: polygons handed to the renderer", result.recording),
-            remarks: vec![
-                "The hidden polygons that hzb leaves out are found while drawing: its line is that of the frustum."
-                    .to_owned(),
-            ],
+            remarks: handed_over(result),
             x: Axis::Linear("frame"),
             y: Axis::Linear("polygons a frame"),
             lines: shown(&|row| series(&|frame| frame.drawn as f64, row)),
         },
     ]
+}
+
+/// What the flight's ways hand to the renderer, mean of the frames.
+fn handed_over(result: &PaperResult) -> Vec<String> {
+    let drawn = FLOWN.iter().filter_map(|(way, _)| result.flight.iter().find(|row| row.way == *way));
+    let means: Vec<String> = drawn.map(|row| format!("{} {}", row.way, short(row.drawn))).collect();
+    let mut remarks = vec![format!("Here, mean of the frames: {}.", means.join("; "))];
+    if result.flight.iter().any(|row| row.way == "osp, hzb") {
+        remarks.push(
+            "The hidden polygons that hzb leaves out are found while drawing, so they are handed over, too."
+                .to_owned(),
+        );
+    }
+    remarks
+}
+
+/// A sentence for each cube: a figure of its shallowest tree and of its deepest.
+fn by_depth(rows: &[super::CubeRow], value: &dyn Fn(&super::CubeRow) -> f64) -> Vec<String> {
+    let mut edges: Vec<f32> = Vec::new();
+    for row in rows {
+        if !edges.contains(&row.cube) {
+            edges.push(row.cube);
+        }
+    }
+    let sentence = |cube: f32| {
+        let of_cube = || rows.iter().filter(|row| row.cube == cube);
+        let (first, last) = (of_cube().min_by_key(|row| row.depth)?, of_cube().max_by_key(|row| row.depth)?);
+        let least = of_cube().min_by(|a, b| value(a).total_cmp(&value(b)))?;
+        Some(format!(
+            "Cube x {}: {} at depth {}, {} at depth {}; least at depth {}, {}.",
+            short(f64::from(cube)),
+            short(value(first)),
+            first.depth,
+            short(value(last)),
+            last.depth,
+            least.depth,
+            short(value(least))
+        ))
+    };
+    edges.into_iter().filter_map(sentence).collect()
 }
 
 /// Tests and times against the depth, a line for each cube.
@@ -224,31 +261,30 @@ fn cubes(result: &PaperResult) -> Vec<Chart> {
         };
         edges.iter().enumerate().map(line).collect()
     };
-    let chart = |what: &str, unit: &'static str, remark: &str, lines: Vec<Line>| Chart {
-        title: format!("{}: {what} against the tree's depth", result.recording),
-        remarks: vec![remark.to_owned()],
-        x: Axis::Linear("depth, binary levels"),
-        y: axis(unit, &lines),
-        lines,
+    type Value<'a> = &'a dyn Fn(&super::CubeRow) -> f64;
+    let chart = |what: &str, unit: &'static str, about: &str, value: Value<'_>| {
+        let lines = lines(value);
+        Chart {
+            title: format!("{}: {what} against the tree's depth", result.recording),
+            remarks: [about.to_owned()].into_iter().chain(by_depth(&result.cubes, value)).collect(),
+            x: Axis::Linear("depth, binary levels"),
+            y: axis(unit, &lines),
+            lines,
+        }
     };
     vec![
-        chart(
-            "boxes tested",
-            "boxes a frame",
-            "The paper gives no depth and no size. A deeper tree has smaller leaves and more nodes to test.",
-            lines(&|row| row.tests),
-        ),
+        chart("boxes tested", "boxes a frame", "The paper gives no depth and no size.", &|row| row.tests),
         chart(
             "time of culling",
             "µs a frame",
             "The paper (section 5): the tree is inefficient where the polygons fill far less of the space than it has.",
-            lines(&|row| row.cull_us.median),
+            &|row| row.cull_us.median,
         ),
         chart(
             "over-draw",
             "polygons drawn for each in view",
-            "As in Fig. 6 all polygons of a cut node are drawn: those that a plane near the root cuts, in every frame.",
-            lines(&|row| row.drawn / row.in_view.max(1.0)),
+            "As in Fig. 6 all polygons of a cut node are drawn.",
+            &|row| row.drawn / row.in_view.max(1.0),
         ),
     ]
 }

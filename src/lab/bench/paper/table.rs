@@ -96,7 +96,7 @@ fn growing_grid(rows: &[GrowingRow]) -> Grid {
         }
     }
     let rows = parts.iter().flat_map(|part| rows.iter().filter(move |row| row.part == *part)).map(row);
-    Grid { head, rows: rows.collect() }
+    Grid::new(head, rows.collect())
 }
 
 fn flight_grid(rows: &[FlightRow]) -> Grid {
@@ -124,7 +124,7 @@ fn flight_grid(rows: &[FlightRow]) -> Grid {
             short(row.slower_percent),
         ]
     };
-    Grid { head, rows: rows.iter().map(row).collect() }
+    Grid::new(head, rows.iter().map(row).collect()).least_first("frame\nµs")
 }
 
 fn cube_grid(rows: &[CubeRow]) -> Grid {
@@ -156,5 +156,5 @@ fn cube_grid(rows: &[CubeRow]) -> Grid {
             short(row.bytes as f64 / 1.0e6),
         ]
     };
-    Grid { head, rows: rows.iter().map(row).collect() }
+    Grid::new(head, rows.iter().map(row).collect())
 }

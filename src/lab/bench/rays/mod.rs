@@ -19,7 +19,10 @@ use self::{
     model::Questions,
     outline::{Order, Outline, Steps},
 };
-use super::{Contender, Estimate};
+use super::{
+    Contender, Estimate,
+    clock::{resolution_ns, runs_for},
+};
 use crate::{
     index::{SpatialIndex, WorkCounts},
     math::{Aabb, Ray},
@@ -60,6 +63,8 @@ pub struct RaysConfig {
 pub struct Asked {
     /// Microseconds a question (of a growing model: a frame).
     pub us: Estimate,
+    /// The reference's time for the same questions, microseconds.
+    pub reference_us: Estimate,
     /// Divided by the reference's time for the same questions.
     pub ratio: Estimate,
     /// Polygons that the exact test was asked about, a question.
@@ -240,6 +245,7 @@ impl Times {
         };
         Asked {
             us: estimate(|&(us, _)| us),
+            reference_us: estimate(|&(_, reference_us)| reference_us),
             ratio: estimate(|&(us, reference_us)| us / reference_us.max(1.0e-3)),
             polygons_asked,
         }
@@ -308,14 +314,24 @@ impl Pair<'_> {
         }
         let count = questions.len() as f64;
         let shares: Vec<&[Q]> = questions.chunks(TOGETHER).collect();
-        let times = Times::measure(self.config.budget_secs, MOST, |turn, is_reference| {
-            let index = if is_reference { self.reference } else { self.index };
-            let share = shares[turn % shares.len()];
+        let ask_all = |index: &dyn SpatialIndex, share: &[Q]| {
             let mut unused = 0;
             for question in share {
                 std::hint::black_box(ask(index, question, &mut unused));
             }
-            share.len()
+        };
+        // Both are asked as often, so that neither has warmer caches.
+        let ns = [self.index, self.reference].map(|index| {
+            let start = Instant::now();
+            ask_all(index, shares[0]);
+            start.elapsed().as_nanos() as f64
+        });
+        let runs = runs_for(ns[0].min(ns[1]), resolution_ns()) as usize;
+        let times = Times::measure(self.config.budget_secs, MOST, |turn, is_reference| {
+            let index = if is_reference { self.reference } else { self.index };
+            let share = shares[turn % shares.len()];
+            (0..runs).for_each(|_| ask_all(index, share));
+            runs * share.len()
         });
         (times.asked(asked as f64 / count), [work.nodes as f64 / count, work.boxes as f64 / count])
     }

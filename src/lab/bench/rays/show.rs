@@ -5,7 +5,7 @@ use crate::lab::{
     bench::{
         charts::{Axis, Chart, Line},
         csv::Lines,
-        table::{Grid, interval},
+        table::{Grid, RATIO, REFERENCE, REFERENCE_RAYS, interval},
     },
     report::{GREEN, LineStyle, ORANGE, VERMILION, one_line, short, thousands},
 };
@@ -35,20 +35,30 @@ pub(in crate::lab::bench) fn times(result: &RaysResult) -> Grid {
     let head = vec![
         "index",
         "nearest, outside\nMRays/s",
-        "ratio\n(95 %)",
+        REFERENCE_RAYS,
+        RATIO,
         "nearest, inside\nMRays/s",
-        "ratio\n(95 %)",
+        REFERENCE_RAYS,
+        RATIO,
         "any, inside\nMRays/s",
-        "ratio\n(95 %)",
+        REFERENCE_RAYS,
+        RATIO,
         "box\nµs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "near\nµs",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
         "growing\nµs/frame",
-        "ratio\n(95 %)",
+        REFERENCE,
+        RATIO,
     ];
-    let rays = |asked: &Asked| [millions(asked.millions_a_second()), interval(&asked.ratio)];
-    let us = |asked: &Asked| [short(asked.us.median), interval(&asked.ratio)];
+    let rays = |asked: &Asked| {
+        let reference = millions(1.0 / asked.reference_us.median.max(1.0e-9));
+        [millions(asked.millions_a_second()), reference, interval(&asked.ratio)]
+    };
+    let us =
+        |asked: &Asked| [short(asked.us.median), short(asked.reference_us.median), interval(&asked.ratio)];
     let row = |row: &RayRow| {
         let cells = [
             rays(&row.outside),
@@ -60,7 +70,7 @@ pub(in crate::lab::bench) fn times(result: &RaysResult) -> Grid {
         ];
         [row.index.clone()].into_iter().chain(cells.into_iter().flatten()).collect()
     };
-    Grid { head, rows: result.rows.iter().map(row).collect() }
+    Grid::new(head, result.rows.iter().map(row).collect()).least_first(RATIO)
 }
 
 /// What the walks look at, in both orders.
@@ -90,7 +100,7 @@ pub(in crate::lab::bench) fn walks(result: &RaysResult) -> Grid {
         let cells = walked.into_iter().flatten().chain(work.into_iter().flatten());
         [row.index.clone()].into_iter().chain(cells).collect()
     };
-    Grid { head, rows: result.rows.iter().map(row).collect() }
+    Grid::new(head, result.rows.iter().map(row).collect()).least_first("boxes\n/ray")
 }
 
 /// Millions a second; [`short`] would make nothing of the slowest.
@@ -122,7 +132,7 @@ pub(in crate::lab::bench) fn moved(result: &RaysResult) -> Grid {
         let ns = row.update_ns_per_polygon.map(|ns| if row.moves == 0 { "-".to_owned() } else { short(ns) });
         [short(row.moved_share * 100.0)].into_iter().chain(boxes).chain(ns).collect()
     };
-    Grid { head, rows: result.moved.iter().map(row).collect() }
+    Grid::new(head, result.moved.iter().map(row).collect())
 }
 
 /// What the table of moves is about.
@@ -131,7 +141,25 @@ pub(in crate::lab::bench) const MOVED: &str = "\
      made to fit; rebuilt: built after the last move; bvh-sah refits until its boxes have grown by half, then rebuilds";
 
 /// A question by its name.
-type Question = (&'static str, fn(&RayRow) -> &Asked);
+pub(in crate::lab::bench) type Question = (&'static str, fn(&RayRow) -> &Asked);
+
+pub(in crate::lab::bench) const QUESTIONS: [Question; 6] = [
+    ("nearest hit from outside", |row| &row.outside),
+    ("nearest hit from inside", |row| &row.inside),
+    ("any hit", |row| &row.any),
+    ("box", |row| &row.range),
+    ("neighbours", |row| &row.neighbours),
+    ("growing", |row| &row.growing),
+];
+
+/// The best of the others at a question, beside the reference.
+fn best_of(result: &RaysResult, reference: &str, (name, asked): Question) -> Option<String> {
+    let others = result.rows.iter().filter(|row| row.index != reference);
+    let best = others.min_by(|a, b| asked(a).ratio.median.total_cmp(&asked(b).ratio.median))?;
+    let ratio = asked(best).ratio.median;
+    let words = if ratio < 1.0 { "FASTER is" } else { "the fastest other is" };
+    Some(format!("{name}: {words} {}, with {ratio:.2} times the time of {reference}", best.index))
+}
 
 /// What is seen in a model.
 pub(in crate::lab::bench) fn remarks(result: &RaysResult, reference: &str) -> Vec<String> {
@@ -140,24 +168,9 @@ pub(in crate::lab::bench) fn remarks(result: &RaysResult, reference: &str) -> Ve
         remarks.push(format!("NOT THE SAME ANSWERS AS {reference}: {}.", result.disagree.join(", ")));
     }
     let row = |name: &str| result.rows.iter().find(|row| row.index == name);
-    let questions: [Question; 6] = [
-        ("nearest hit from outside", |row| &row.outside),
-        ("nearest hit from inside", |row| &row.inside),
-        ("any hit", |row| &row.any),
-        ("box", |row| &row.range),
-        ("neighbours", |row| &row.neighbours),
-        ("growing", |row| &row.growing),
-    ];
-    if row(reference).is_some() {
-        let best = questions.map(|(name, asked)| {
-            let others = result.rows.iter().filter(|row| row.index != reference);
-            let best = others.min_by(|a, b| asked(a).ratio.median.total_cmp(&asked(b).ratio.median));
-            best.map_or(String::new(), |best| {
-                let ratio = asked(best).ratio.median;
-                let words = if ratio < 1.0 { "FASTER is" } else { "the fastest other is" };
-                format!("{name}: {words} {}, with {ratio:.2} times the time of {reference}", best.index)
-            })
-        });
+    let best: Vec<String> =
+        QUESTIONS.into_iter().filter_map(|question| best_of(result, reference, question)).collect();
+    if !best.is_empty() {
         remarks.push(format!("{}.", best.join("; ")));
     }
     if let [Some(midpoint), Some(sah)] = ["bvh-midpoint", "bvh-sah"].map(row) {
@@ -172,52 +185,81 @@ pub(in crate::lab::bench) fn remarks(result: &RaysResult, reference: &str) -> Ve
     remarks
 }
 
-/// The charts: over the sizes of the synthetic session, and of each model as its polygons move.
-pub(in crate::lab::bench) fn charts(results: &[RaysResult], reference: &str) -> Vec<Chart> {
+/// What a chart over the sizes shows of a row.
+#[derive(Clone, Copy)]
+enum Figure {
+    RaysASecond(usize),
+    Micros(usize),
+    BoxesARay,
+}
+
+impl Figure {
+    fn of(self, row: &RayRow) -> f64 {
+        match self {
+            Self::RaysASecond(at) => QUESTIONS[at].1(row).millions_a_second() * 1.0e6,
+            Self::Micros(at) => QUESTIONS[at].1(row).us.median,
+            Self::BoxesARay => row.in_order.boxes,
+        }
+    }
+
+    /// What is seen of it in a model.
+    fn remark(self, result: &RaysResult, reference: &str) -> Option<String> {
+        let about = match self {
+            Self::RaysASecond(at) | Self::Micros(at) => best_of(result, reference, QUESTIONS[at])?,
+            Self::BoxesARay => {
+                let fewest =
+                    result.rows.iter().min_by(|a, b| a.in_order.boxes.total_cmp(&b.in_order.boxes))?;
+                let own = result.rows.iter().find(|row| row.index == reference)?;
+                let [fewest_boxes, own_boxes] = [fewest, own].map(|row| short(row.in_order.boxes));
+                format!("fewest in {}, {fewest_boxes}; {reference} {own_boxes}", fewest.index)
+            }
+        };
+        Some(format!("{} polygons: {about}.", thousands(result.polygons as u64)))
+    }
+}
+
+/// The charts over the sizes of the synthetic session, if there are several.
+pub(in crate::lab::bench) fn charts_by_size(results: &[RaysResult], reference: &str) -> Vec<Chart> {
     let mut names: Vec<&str> = Vec::new();
     let grown: Vec<&RaysResult> = results.iter().filter(|result| result.recording == "scribble").collect();
+    if grown.len() < 2 {
+        return Vec::new();
+    }
     for row in grown.iter().flat_map(|result| &result.rows) {
         if !names.contains(&row.index.as_str()) {
             names.push(&row.index);
         }
     }
     names.sort_by_key(|name| *name != reference);
-    type Figure = fn(&RayRow) -> f64;
-    let figures: [(&str, &str, Figure); 6] = [
-        ("nearest hit, rays from inside", "rays a second", |row| row.inside.millions_a_second() * 1.0e6),
-        ("any hit, rays from inside", "rays a second", |row| row.any.millions_a_second() * 1.0e6),
-        ("what is in a box", "µs", |row| row.range.us.median),
-        ("the nearest polygons of a point", "µs", |row| row.neighbours.us.median),
-        ("a frame that inserts 8 polygons and casts 8 rays", "µs", |row| row.growing.us.median),
-        ("boxes that a ray tests, walked in order", "boxes a ray", |row| row.in_order.boxes),
+    let figures = [
+        ("nearest hit, rays from inside", "rays a second", Figure::RaysASecond(1)),
+        ("any hit, rays from inside", "rays a second", Figure::RaysASecond(2)),
+        ("what is in a box", "µs", Figure::Micros(3)),
+        ("the nearest polygons of a point", "µs", Figure::Micros(4)),
+        ("a frame that inserts 8 polygons and casts 8 rays", "µs", Figure::Micros(5)),
+        ("boxes that a ray tests, walked in order", "boxes a ray", Figure::BoxesARay),
     ];
-    let by_size = figures.into_iter().map(|(title, unit, value)| {
+    let by_size = figures.into_iter().map(|(title, unit, figure)| {
         let line = |name: &&str| {
             let points = grown.iter().filter_map(|result| {
                 let row = result.rows.iter().find(|row| row.index == **name)?;
-                Some((result.polygons as f64, value(row)))
+                Some((result.polygons as f64, figure.of(row)))
             });
             Line::of_structure(name, points.collect())
         };
-        let remarks = grown.iter().map(|result| {
-            let about = remarks(result, reference).join(" ");
-            format!("{} polygons: {about}", thousands(result.polygons as u64))
-        });
         Chart {
             title: format!("Rays, ranges and neighbours: {title}"),
-            // Once is enough.
-            remarks: if unit == "boxes a ray" { remarks.collect() } else { Vec::new() },
+            remarks: grown.iter().filter_map(|result| figure.remark(result, reference)).collect(),
             x: Axis::Log("polygons"),
             y: Axis::Log(unit),
             lines: names.iter().map(line).collect(),
         }
     });
-    let by_size: Vec<Chart> = by_size.filter(|_| grown.len() > 1).collect();
-    by_size.into_iter().chain(results.iter().map(decay)).collect()
+    by_size.collect()
 }
 
 /// Box tests of a ray against moves.
-fn decay(result: &RaysResult) -> Chart {
+pub(in crate::lab::bench) fn decay(result: &RaysResult) -> Chart {
     type Figure = fn(&MovedRow) -> f64;
     let line = |name: &str, style: LineStyle, value: Figure| {
         Line::new(name, style, result.moved.iter().map(|row| (row.moved_share * 100.0, value(row))).collect())
@@ -263,6 +305,7 @@ pub(in crate::lab::bench) fn csv(results: &[RaysResult], lines: &mut Lines) {
             ];
             for (figure, unit, asked) in asked {
                 lines.estimate(&of, figure, unit, &asked.us);
+                lines.estimate(&of, &format!("{figure}_reference"), unit, &asked.reference_us);
                 lines.estimate(&of, &format!("{figure}_ratio"), "", &asked.ratio);
                 lines.value(&of, &format!("{figure}_polygons_asked"), "polygons", asked.polygons_asked);
             }
