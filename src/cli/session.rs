@@ -12,7 +12,7 @@ use super::reading::ReadArgs;
 use crate::{
     index::IndexConfig,
     math::Aabb,
-    recording::{self, Event, Header, Notes, OpenOptions, RecordingError},
+    recording::{self, Author, Event, Header, Notes, OpenOptions, RecordingError},
 };
 
 /// Events handed over at once.
@@ -190,7 +190,7 @@ mod tests {
         fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
             let t = self.0.fetch_add(1, Ordering::Relaxed) as f64;
             let strokes = vec![StrokeId(0); self.1];
-            Ok(Some(Event::Move { t, strokes, by: glam::Vec3::ZERO }))
+            Ok(Some(Event::Move { author: Author::SOLE, t, strokes, by: glam::Vec3::ZERO }))
         }
 
         fn notes(&self) -> Notes {

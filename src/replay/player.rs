@@ -1,7 +1,7 @@
 use super::Moment;
 use crate::{
     polygon::Change,
-    recording::{Event, Pace, Pacer, RecordingError},
+    recording::{Author, Event, Pace, Pacer, RecordingError},
     scene::Scene,
 };
 
@@ -132,11 +132,11 @@ mod tests {
 
     fn polygon(x: f32) -> Event {
         let vertices = vec![Vec3::X * x, Vec3::X * x + Vec3::Y, Vec3::X * (x + 1.0)];
-        Event::Polygon { t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) }
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) }
     }
 
     fn head(x: f32) -> Event {
-        Event::Head { t: 0.0, p: Vec3::X * x, q: Quat::IDENTITY }
+        Event::Head { author: Author::SOLE, t: 0.0, p: Vec3::X * x, q: Quat::IDENTITY }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::{
 use crate::{
     platform::zstd,
     recording::{
-        Event, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter, StrokeId, read_event,
+        Author, Event, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter, StrokeId, read_event,
     },
 };
 
@@ -271,6 +271,7 @@ mod tests {
 
     fn begin(stroke: u32) -> Event {
         Event::Begin {
+            author: Author::SOLE,
             t: f64::from(stroke),
             stroke: StrokeId(stroke),
             tool: Tool::Ribbon,
@@ -330,6 +331,7 @@ mod tests {
     fn the_events_of_a_stroke_are_found_wherever_they_lie() {
         let mut history = history(20_000);
         let event = Event::Polygon {
+            author: Author::SOLE,
             t: 1.0,
             stroke: Some(StrokeId(5)),
             vertices: vec![glam::Vec3::ZERO, glam::Vec3::X, glam::Vec3::Y],
@@ -353,7 +355,7 @@ mod tests {
     fn what_no_recording_can_hold_changes_nothing() {
         let mut history = history(3);
         let before = history.bytes();
-        history.push(&Event::Undo { t: f64::NAN }).expect_err("no time");
+        history.push(&Event::Undo { author: Author::SOLE, t: f64::NAN }).expect_err("no time");
         assert_eq!((history.bytes(), history.events()), (before, 3));
     }
 }
