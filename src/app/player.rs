@@ -4,7 +4,7 @@ use crate::{
     export::PolygonTimes,
     math::Aabb,
     polygon::{Change, Geometry, PolygonId},
-    recording::{self, Author, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
+    recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
     render::background_for,
     replay::{CameraChoice, CameraPath, SessionState},
     scene::{GroupNode, Scene},
@@ -394,6 +394,7 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Author;
     use crate::{
         frame::{Pipeline, StageClock},
         index::{BruteForce, SpatialIndex},

@@ -12,7 +12,7 @@ use super::reading::ReadArgs;
 use crate::{
     index::IndexConfig,
     math::Aabb,
-    recording::{self, Author, Event, Header, Notes, OpenOptions, RecordingError},
+    recording::{self, Event, Header, Notes, OpenOptions, RecordingError},
 };
 
 /// Events handed over at once.
@@ -181,6 +181,7 @@ mod tests {
     };
 
     use super::*;
+    use crate::recording::Author;
     use crate::recording::{EventSource, StrokeId};
 
     /// Far more events than may be read ahead, naming so many strokes each; counts those that were asked for.

@@ -54,6 +54,6 @@ pub(crate) use ron_line::read_event;
 pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
 pub use source::{EventSource, Notes, Session};
-pub use synth::{ParseSynthKindError, SynthKind, synthesize};
+pub use synth::{ParseSynthKindError, SynthKind, synthesize, synthesize_class};
 #[cfg(feature = "window")]
 pub(crate) use tally::Tally;

@@ -1,7 +1,7 @@
 use super::Moment;
 use crate::{
     polygon::Change,
-    recording::{Author, Event, Pace, Pacer, RecordingError},
+    recording::{Event, Pace, Pacer, RecordingError},
     scene::Scene,
 };
 
@@ -127,6 +127,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Author;
     use glam::{Quat, Vec3};
     use std::path::Path;
 

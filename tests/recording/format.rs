@@ -127,7 +127,7 @@ fn messages_name_line_expectation_and_finding() {
     let with = |line: &str| message(&format!("Header(format: 1)\nUndo(t: 1)\n{line}\nUndo(t: 2)\n"));
     let unknown = with("Glow(t: 1, stroke: 2)");
     assert!(
-        unknown.starts_with("test.ron, line 3: expected one of Head, Begin, Point, End, Erase"),
+        unknown.starts_with("test.ron, line 3: expected one of Join, Leave, Head, Begin, Point, End, Erase"),
         "{unknown}"
     );
     assert!(unknown.ends_with("; found `Glow`"), "{unknown}");

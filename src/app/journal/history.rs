@@ -7,7 +7,7 @@ use std::{
 use crate::{
     platform::zstd,
     recording::{
-        Author, Event, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter, StrokeId, read_event,
+        Event, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter, StrokeId, read_event,
     },
 };
 
@@ -267,6 +267,7 @@ impl BufRead for TextReader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Author;
     use crate::recording::{EventSource, NormalRule, Tool};
 
     fn begin(stroke: u32) -> Event {
