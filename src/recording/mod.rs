@@ -4,6 +4,9 @@
 //! A recording is text, one RON value a line: a [`Header`], then events. A session that is being drawn is appended
 //! line by line, so a crash loses at most the line being written.
 //!
+//! A recording may have several [`Author`]s: every event but those of a stroke says whose it is, and the numbers of strokes
+//! and groups do. A [`Reducer`] makes a session of what several senders send.
+//!
 //! Knows [`math`](crate::math); the importers know the names of [`brush`](crate::brush)es.
 
 mod alteration;
