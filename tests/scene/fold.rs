@@ -254,9 +254,10 @@ fn event_of(author: Author, authors: u32, kind: u8, pick: [u32; 4]) -> Vec<Event
             Event::Move { t, author, strokes, by }
         }
         7..=9 => {
-            let parent = (pick[3] % 3 > 0).then(|| some_group(pick[3] / 3));
-            let name =
-                (pick[3] / 64 % 3 == 0).then(|| ["", "left", "right"][pick[3] as usize / 256 % 3].to_owned());
+            let parent = (!pick[3].is_multiple_of(3)).then(|| some_group(pick[3] / 3));
+            let name = (pick[3] / 64)
+                .is_multiple_of(3)
+                .then(|| ["", "left", "right"][pick[3] as usize / 256 % 3].to_owned());
             Event::Group { t, author, group: some_group(pick[2]), strokes, parent, name }
         }
         10..=11 => {
@@ -294,7 +295,7 @@ proptest! {
                 scene.apply(event, &mut changes);
             });
             waiting.extend(events);
-            if pick[0] % 5 == 0 {
+            if pick[0].is_multiple_of(5) {
                 batched.apply_all(&std::mem::take(&mut waiting), &mut changes);
             }
             let (mut strokes, groups) = model.fold();
