@@ -24,7 +24,7 @@ fn error(lines: &str) -> String {
 }
 
 fn join(author: u32) -> Event {
-    let color = (author % 2 == 0).then_some((0.25, 0.5, 1.0));
+    let color = author.is_multiple_of(2).then_some((0.25, 0.5, 1.0));
     Event::Join { t: 0.5, author: Author(author), name: format!("Ann {author}"), color }
 }
 
@@ -222,7 +222,7 @@ fn a_message_counts_once_in_its_turn_and_whole() {
         parent: None,
         name: None,
     };
-    assert!(matches!(take(&message(host, 1, &[theirs.clone()])), (Reduced::Refused(_), 0)));
+    assert!(matches!(take(&message(host, 1, std::slice::from_ref(&theirs))), (Reduced::Refused(_), 0)));
     assert_eq!(take(&message(ann, 4, &[made])), (Reduced::Taken, 1));
     assert_eq!(take(&message(host, 2, &[theirs])), (Reduced::Taken, 1));
     // The host says who has left; the sender is nobody then.
