@@ -14,7 +14,7 @@ use osp::{
         Subject, Then, ToolChoice, ui::Interface,
     },
     glam,
-    recording::{self, Event, OpenOptions, StrokeId, Tool},
+    recording::{self, Author, Event, OpenOptions, StrokeId, Tool},
     rivals::IndexKind,
 };
 
