@@ -18,7 +18,7 @@ use osp::{
     },
     math::Aabb,
     polygon::{Change, PolygonId, VisibleBlocks},
-    recording::{Event, GroupId, SynthKind, Transform, synthesize},
+    recording::{Author, Event, GroupId, SynthKind, Transform, synthesize},
     scene::Scene,
     view::{Projection, View},
 };
@@ -34,7 +34,8 @@ fn scene(mut scene: Scene, polygons: u32) -> Scene {
         scene.apply(&event.expect("a synthetic session is whole"), &mut Vec::new());
     }
     let strokes = scene.strokes().iter().filter_map(|stroke| stroke.id()).collect();
-    let group = Event::Group { t: 0.0, group: GroupId(0), strokes, parent: None, name: None };
+    let group =
+        Event::Group { author: Author::SOLE, t: 0.0, group: GroupId(0), strokes, parent: None, name: None };
     scene.apply(&group, &mut Vec::new());
     scene
 }
@@ -122,7 +123,10 @@ fn placing(c: &mut Criterion) {
                     let (q, p) = place(frame);
                     let to = Transform { p, q, s: 1.0 };
                     changes.clear();
-                    scene.apply(&Event::Place { t: 0.0, group: GroupId(0), to }, &mut changes);
+                    scene.apply(
+                        &Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(0), to },
+                        &mut changes,
+                    );
                     pipeline.frame(&scene, &changes, &view())
                 });
             });

@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Quat, Vec3};
-use osp::recording::{Event, Flush, Header, OpenOptions, RonReader, RonWriter, StrokeId};
+use osp::recording::{Author, Event, Flush, Header, OpenOptions, RonReader, RonWriter, StrokeId};
 
 const EVENTS: u32 = 20_000;
 
@@ -17,7 +17,7 @@ fn recording() -> Vec<u8> {
         let p = Vec3::new(angle.sin(), 1.5 + 0.3 * (angle * 0.7).cos(), angle.cos());
         let q = Quat::from_rotation_y(angle);
         let event = match i % 3 {
-            0 => Event::Head { t, p, q },
+            0 => Event::Head { author: Author::SOLE, t, p, q },
             _ => Event::Point { t, stroke: StrokeId(i / 40), p, q, pressure: angle.sin().abs() },
         };
         writer.write(&event).expect("an event");

@@ -12,7 +12,7 @@ use osp::{
     math::{Aabb, Frustum},
     occlusion::Occlusion,
     polygon::PolygonId,
-    recording::{Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
     rivals::IndexKind,
     scene::Scene,
     view::{Projection, View},
@@ -34,6 +34,7 @@ fn session(samples: u32) -> Vec<Event> {
         let stroke = StrokeId(i / 300);
         if i.is_multiple_of(300) {
             events.push(Event::Begin {
+                author: Author::SOLE,
                 t: 0.0,
                 stroke,
                 tool: Tool::Ribbon,

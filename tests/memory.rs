@@ -7,7 +7,7 @@ use std::{
 
 use glam::{Quat, Vec3};
 use osp::{
-    recording::{Event, GroupId, NormalRule, StrokeId, Tool},
+    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
 
@@ -58,8 +58,17 @@ fn draw(strokes: std::ops::Range<u32>, mut then: impl FnMut(StrokeId, &mut Scene
     let mut changes = Vec::new();
     for number in strokes {
         let stroke = StrokeId(number);
-        let mut events =
-            vec![Event::Begin { t, stroke, tool, width: 0.1, color, normal, thinnest: 1.0, paint: None }];
+        let mut events = vec![Event::Begin {
+            author: Author::SOLE,
+            t,
+            stroke,
+            tool,
+            width: 0.1,
+            color,
+            normal,
+            thinnest: 1.0,
+            paint: None,
+        }];
         events.extend((0..=30).map(|i| {
             let p = Vec3::new(i as f32 * 0.1, number as f32 * 1.0e-3, 0.0);
             Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
@@ -85,8 +94,8 @@ const ROOM: isize = 2 << 20;
 #[test]
 fn what_is_erased_and_what_is_taken_back_does_not_pile_up() {
     const STROKES: u32 = 34_000;
-    let undo = || Event::Undo { t: 0.0 };
-    let erase = |stroke| Event::Erase { t: 0.0, stroke };
+    let undo = || Event::Undo { author: Author::SOLE, t: 0.0 };
+    let erase = |stroke| Event::Erase { author: Author::SOLE, t: 0.0, stroke };
     for is_erased in [true, false] {
         let before = held();
         let mut scene = Scene::new();
@@ -113,7 +122,7 @@ fn what_is_left_here_and_there_does_not_hold_the_rest() {
     assert!(whole > 80 * 900_000, "{whole} bytes for 900,000 polygons: less than their corners and boxes");
     // All but each twentieth are erased: no page of theirs is empty then.
     for stroke in (0..STROKES).filter(|stroke| stroke % 20 != 0) {
-        apply(&mut scene, Event::Erase { t: 0.0, stroke: StrokeId(stroke) });
+        apply(&mut scene, Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) });
         scene.let_go();
     }
     assert_eq!(scene.counts().visible, 900_000 / 20);
@@ -129,7 +138,7 @@ fn moves_of_many_strokes_do_not_pile_up() {
     let mut scene = Scene::new();
     draw(0..2000, |_, _| {}, &mut scene);
     let strokes: Vec<StrokeId> = (0..2000).map(StrokeId).collect();
-    let moved = Event::Move { t: 0.0, strokes, by: Vec3::X };
+    let moved = Event::Move { author: Author::SOLE, t: 0.0, strokes, by: Vec3::X };
     let before = held();
     let moves = vec![moved; 900];
     let of_events = held() - before;
@@ -146,10 +155,12 @@ fn groups_forget_what_is_gone() {
         let then = |stroke, scene: &mut Scene| {
             let (t, strokes, parent) = (0.0, vec![stroke], None);
             match group {
-                Some(group) => apply(scene, Event::Group { t, group, strokes, parent, name: None }),
-                None => apply(scene, Event::Move { t, strokes, by: Vec3::X }),
+                Some(group) => {
+                    apply(scene, Event::Group { author: Author::SOLE, t, group, strokes, parent, name: None })
+                }
+                None => apply(scene, Event::Move { author: Author::SOLE, t, strokes, by: Vec3::X }),
             }
-            apply(scene, Event::Erase { t, stroke });
+            apply(scene, Event::Erase { author: Author::SOLE, t, stroke });
         };
         draw(0..20_000, then, &mut scene);
         held() - before

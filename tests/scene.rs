@@ -3,10 +3,12 @@
 use glam::{Quat, Vec3};
 use osp::{
     polygon::{Change, PolygonId},
-    recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform},
+    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform},
     scene::Scene,
 };
 
+#[path = "scene/authors.rs"]
+mod authors;
 #[path = "scene/batches.rs"]
 mod batches;
 #[path = "scene/brushes_ribbons.rs"]
@@ -15,6 +17,8 @@ mod brushes_ribbons;
 mod brushes_solids;
 #[path = "support/edits.rs"]
 mod editor;
+#[path = "scene/fold.rs"]
+mod fold;
 #[path = "scene/groups.rs"]
 mod groups;
 #[path = "scene/hidden.rs"]
@@ -34,7 +38,17 @@ const WHITE: (f32, f32, f32, f32) = (1.0, 1.0, 1.0, 1.0);
 
 fn begin(stroke: u32, tool: Tool, normal: NormalRule) -> Event {
     let stroke = StrokeId(stroke);
-    Event::Begin { t: 0.0, stroke, tool, width: 0.2, color: WHITE, normal, thinnest: 1.0, paint: None }
+    Event::Begin {
+        author: Author::SOLE,
+        t: 0.0,
+        stroke,
+        tool,
+        width: 0.2,
+        color: WHITE,
+        normal,
+        thinnest: 1.0,
+        paint: None,
+    }
 }
 
 fn point(stroke: u32, p: Vec3, q: Quat) -> Event {
@@ -152,6 +166,7 @@ fn neighbouring_quads_share_an_edge_bit_for_bit() {
 fn what_is_degenerate_is_dropped_and_counted() {
     let mut scene = Scene::new();
     let zero_width = Event::Begin {
+        author: Author::SOLE,
         t: 0.0,
         stroke: StrokeId(2),
         tool: Tool::Ribbon,
@@ -226,16 +241,29 @@ fn erase_undo_and_redo_bring_back_the_same_ids() {
         .flatten()
         .collect();
     assert_eq!(step(&mut scene, &events), both);
-    assert_eq!(step(&mut scene, &[Event::Erase { t: 0.0, stroke: StrokeId(1) }]), [2, 3]);
-    assert_eq!(step(&mut scene, &[Event::Undo { t: 0.0 }]), both);
-    assert_eq!(step(&mut scene, &[Event::Undo { t: 0.0 }]), [0, 1]);
-    assert_eq!(step(&mut scene, &[Event::Undo { t: 0.0 }]), [0u32; 0]);
-    assert_eq!(step(&mut scene, &[Event::Undo { t: 0.0 }]), [0u32; 0], "nothing is left to undo");
+    assert_eq!(
+        step(&mut scene, &[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(1) }]),
+        [2, 3]
+    );
+    assert_eq!(step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), both);
+    assert_eq!(step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), [0, 1]);
+    assert_eq!(step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), [0u32; 0]);
+    assert_eq!(
+        step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]),
+        [0u32; 0],
+        "nothing is left to undo"
+    );
     assert_eq!(scene.counts().ignored_events, 1);
-    assert_eq!(step(&mut scene, &[Event::Redo { t: 0.0 }, Event::Redo { t: 0.0 }]), both);
-    assert_eq!(step(&mut scene, &[Event::Redo { t: 0.0 }]), [2, 3]);
+    assert_eq!(
+        step(
+            &mut scene,
+            &[Event::Redo { author: Author::SOLE, t: 0.0 }, Event::Redo { author: Author::SOLE, t: 0.0 }]
+        ),
+        both
+    );
+    assert_eq!(step(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]), [2, 3]);
     // A new edit ends the chance to redo.
-    step(&mut scene, &[Event::Undo { t: 0.0 }]);
+    step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
     step(&mut scene, &straight(3, 2, NormalRule::LocalX));
     assert!(!scene.can_redo());
 }
@@ -246,10 +274,10 @@ fn points_of_a_stroke_that_was_taken_back_stay_hidden_until_redo() {
     let mut filed = std::collections::BTreeSet::new();
     let events = straight(1, 4, NormalRule::LocalX);
     follow(&play(&mut scene, &events[..3]), &mut filed);
-    follow(&play(&mut scene, &[Event::Undo { t: 0.0 }]), &mut filed);
+    follow(&play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), &mut filed);
     follow(&play(&mut scene, &events[3..]), &mut filed);
     assert!(filed.is_empty());
-    follow(&play(&mut scene, &[Event::Redo { t: 0.0 }]), &mut filed);
+    follow(&play(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]), &mut filed);
     assert_eq!(filed.len(), 3);
 }
 
@@ -259,10 +287,13 @@ fn a_move_and_its_undo_give_the_same_bits() {
     play(&mut scene, &straight(1, 3, NormalRule::LocalX));
     let before = [scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))];
     let by = Vec3::new(0.1, 1.0e6, 0.3);
-    let changes = play(&mut scene, &[Event::Move { t: 0.0, strokes: vec![StrokeId(1), StrokeId(1)], by }]);
+    let changes = play(
+        &mut scene,
+        &[Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(1), StrokeId(1)], by }],
+    );
     assert_eq!(changes, [Change::Update(PolygonId(0)), Change::Update(PolygonId(1))]);
     assert_eq!(scene.bounds(PolygonId(0)).min.x, before[0].min.x + 0.1);
-    play(&mut scene, &[Event::Undo { t: 0.0 }]);
+    play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
     assert_eq!([scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))], before);
 }
 
@@ -271,11 +302,13 @@ fn groups_carry_their_strokes_and_each_other() {
     let mut scene = Scene::new();
     play(&mut scene, &straight(1, 2, NormalRule::LocalX));
     let place = |group: u32, p: Vec3, s: f32| Event::Place {
+        author: Author::SOLE,
         t: 0.0,
         group: GroupId(group),
         to: Transform { p, q: Quat::IDENTITY, s },
     };
     let group = |group: u32, strokes: &[u32], parent: Option<u32>| Event::Group {
+        author: Author::SOLE,
         t: 0.0,
         group: GroupId(group),
         strokes: strokes.iter().map(|&s| StrokeId(s)).collect(),
@@ -293,12 +326,12 @@ fn groups_carry_their_strokes_and_each_other() {
     play(&mut scene, &[group(1, &[], Some(2))]);
     assert_eq!(scene.counts().ignored_events, ignored + 1);
     for _ in 0..4 {
-        play(&mut scene, &[Event::Undo { t: 0.0 }]);
+        play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
     }
     assert_eq!(centre(&scene), start);
     // What is drawn into a placed group goes where the group is.
     for _ in 0..4 {
-        play(&mut scene, &[Event::Redo { t: 0.0 }]);
+        play(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]);
     }
     assert!((centre(&scene) - ((start + Vec3::X) * 2.0 + Vec3::Y * 10.0)).length() < 1.0e-5);
 }
@@ -309,6 +342,7 @@ fn chains_of_groups_have_a_longest_length() {
     // Each new group is hung above the last one: the chain grows at its top.
     for top in 0..200u32 {
         let group = |group, parent| Event::Group {
+            author: Author::SOLE,
             t: 0.0,
             group: GroupId(group),
             strokes: vec![],
@@ -351,10 +385,15 @@ fn events_without_sense_change_nothing_and_are_counted() {
         end(9),
         end(1),
         begin(1, Tool::Tube, NormalRule::LocalX),
-        Event::Erase { t: 0.0, stroke: StrokeId(9) },
-        Event::Redo { t: 0.0 },
-        Event::Move { t: 0.0, strokes: vec![StrokeId(9)], by: Vec3::X },
-        Event::Place { t: 0.0, group: GroupId(4), to: Transform { p: Vec3::X, q: Quat::IDENTITY, s: 1.0 } },
+        Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(9) },
+        Event::Redo { author: Author::SOLE, t: 0.0 },
+        Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(9)], by: Vec3::X },
+        Event::Place {
+            author: Author::SOLE,
+            t: 0.0,
+            group: GroupId(4),
+            to: Transform { p: Vec3::X, q: Quat::IDENTITY, s: 1.0 },
+        },
     ];
     assert!(play(&mut scene, &nonsense).is_empty());
     assert_eq!(scene.counts().ignored_events, nonsense.len() as u64);
@@ -373,12 +412,12 @@ proptest::proptest! {
                 0 | 1 => begin(n, [Tool::Ribbon, Tool::Wall, Tool::Tube][n as usize % 3], NormalRule::Transport),
                 2..=4 => point(n, Vec3::new(x, x * x, f32::from(kind)), Quat::IDENTITY),
                 5 => end(n),
-                6 => Event::Erase { t: 0.0, stroke: StrokeId(n) },
-                7 => Event::Undo { t: 0.0 },
-                8 => Event::Redo { t: 0.0 },
-                9 => Event::Move { t: 0.0, strokes: vec![StrokeId(n), StrokeId(n + 1)], by: Vec3::splat(x) },
-                10 => Event::Group { t: 0.0, group: GroupId(n), strokes: vec![StrokeId(n)], parent: (x > 0.0).then_some(GroupId(n + 1)), name: None },
-                _ => Event::Place { t: 0.0, group: GroupId(n), to: Transform { p: Vec3::splat(x), q: Quat::IDENTITY, s: 0.5 } },
+                6 => Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(n) },
+                7 => Event::Undo { author: Author::SOLE, t: 0.0 },
+                8 => Event::Redo { author: Author::SOLE, t: 0.0 },
+                9 => Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(n), StrokeId(n + 1)], by: Vec3::splat(x) },
+                10 => Event::Group { author: Author::SOLE, t: 0.0, group: GroupId(n), strokes: vec![StrokeId(n)], parent: (x > 0.0).then_some(GroupId(n + 1)), name: None },
+                _ => Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(n), to: Transform { p: Vec3::splat(x), q: Quat::IDENTITY, s: 0.5 } },
             };
             let changes = play(&mut scene, &[event]);
             follow(&changes, &mut filed);

@@ -27,7 +27,7 @@ use osp::{
     index::IndexConfig,
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
-    recording::{Camera, Event, GroupId, Pace, Pacer, RecordingError, StrokeId, Transform},
+    recording::{Author, Camera, Event, GroupId, Pace, Pacer, RecordingError, StrokeId, Transform},
     replay::{CameraChoice, CameraPath, Moment, SessionFingerprint, fingerprint_of_frame},
     rivals::IndexKind,
     scene::Scene,
@@ -237,19 +237,28 @@ fn a_session_without_extent_still_has_a_view() {
 fn what_was_beyond_all_range_is_seen_again_when_it_comes_back() {
     let square = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
     let place = |s: f32, x: f32| Event::Place {
+        author: Author::SOLE,
         t: 0.0,
         group: GroupId(1),
         to: Transform { p: Vec3::X * x, q: Quat::IDENTITY, s },
     };
     let polygon = |stroke| Event::Polygon {
+        author: Author::SOLE,
         t: 0.0,
         stroke: Some(StrokeId(stroke)),
         vertices: square.to_vec(),
         color: (1.0, 1.0, 1.0, 1.0),
     };
-    let group =
-        |group, strokes, parent| Event::Group { t: 0.0, group: GroupId(group), strokes, parent, name: None };
+    let group = |group, strokes, parent| Event::Group {
+        author: Author::SOLE,
+        t: 0.0,
+        group: GroupId(group),
+        strokes,
+        parent,
+        name: None,
+    };
     let far_group = Event::Place {
+        author: Author::SOLE,
         t: 0.0,
         group: GroupId(2),
         to: Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e15 },
@@ -257,7 +266,7 @@ fn what_was_beyond_all_range_is_seen_again_when_it_comes_back() {
     let chain: Vec<Event> = (3..=4)
         .flat_map(|g| {
             let to = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e15 };
-            [group(g, vec![], None), Event::Place { t: 0.0, group: GroupId(g), to }]
+            [group(g, vec![], None), Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(g), to }]
         })
         .collect();
     for &kind in IndexKind::ALL {

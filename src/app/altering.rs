@@ -10,7 +10,7 @@ use glam::{Quat, Vec3};
 use super::{groups::whole_groups, studio::Studio, subject::Subject};
 use crate::{
     math::{Aabb, rotate},
-    recording::{Alteration, Event, GroupId, Motion, StrokeId},
+    recording::{Alteration, Author, Event, GroupId, Motion, StrokeId},
     scene::Scene,
 };
 
@@ -127,7 +127,7 @@ impl Studio {
             None => Motion::STAY,
         };
         let to = own.then(&parent).then(motion).then(&parent.inverse()?).to;
-        Some(Event::Place { t: self.now_secs(), group, to })
+        Some(Event::Place { author: Author::SOLE, t: self.now_secs(), group, to })
     }
 
     /// Takes changed copies for the selected strokes.
@@ -164,13 +164,20 @@ impl Studio {
         for (group, strokes) in members {
             let parent = scene.parent_of(group);
             for strokes in strokes.chunks(Event::MAX_STROKES_NAMED) {
-                out.push(Event::Group { t, group, strokes: strokes.to_vec(), parent, name: None });
+                out.push(Event::Group {
+                    author: Author::SOLE,
+                    t,
+                    group,
+                    strokes: strokes.to_vec(),
+                    parent,
+                    name: None,
+                });
                 edits += 1;
             }
         }
         edits += assign(t, layers, &mut out);
         // The copies come first: a crash on the way loses nothing.
-        out.extend(old.iter().map(|&stroke| Event::Erase { t, stroke }));
+        out.extend(old.iter().map(|&stroke| Event::Erase { author: Author::SOLE, t, stroke }));
         if self.take_step(edits, out) {
             self.replaced.0.extend(old.into_iter().zip(copies.iter().copied()));
             self.selection.set(copies);
@@ -230,13 +237,17 @@ impl Studio {
         }
         let t = events.first().map_or_else(|| self.now_secs(), Event::time_secs);
         if edits > 1 {
-            self.events.push(Event::Step { t, edits: u32::try_from(edits).unwrap_or(u32::MAX) });
+            self.events.push(Event::Step {
+                author: Author::SOLE,
+                t,
+                edits: u32::try_from(edits).unwrap_or(u32::MAX),
+            });
         }
         self.events.extend(events);
         self.apply_events();
         // An edit that changed nothing did not count.
         if self.scene().is_step_open() {
-            self.events.push(Event::Step { t, edits: 0 });
+            self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();
         }
         true
@@ -247,7 +258,7 @@ impl Studio {
         let t = self.now_secs();
         let erased = self.alterable();
         self.selection.clear();
-        let events = erased.iter().map(|&stroke| Event::Erase { t, stroke }).collect();
+        let events = erased.iter().map(|&stroke| Event::Erase { author: Author::SOLE, t, stroke }).collect();
         self.take_step(erased.len(), events);
     }
 
@@ -356,10 +367,17 @@ impl Studio {
             let name = of.name.clone();
             let mut parts = strokes.chunks(Event::MAX_STROKES_NAMED);
             let first = parts.next().unwrap_or_default().to_vec();
-            out.push(Event::Group { t, group, strokes: first, parent, name });
+            out.push(Event::Group { author: Author::SOLE, t, group, strokes: first, parent, name });
             edits += 1;
             for strokes in parts {
-                out.push(Event::Group { t, group, strokes: strokes.to_vec(), parent, name: None });
+                out.push(Event::Group {
+                    author: Author::SOLE,
+                    t,
+                    group,
+                    strokes: strokes.to_vec(),
+                    parent,
+                    name: None,
+                });
                 edits += 1;
             }
         }
@@ -414,7 +432,12 @@ fn assign(t: f64, layers: BTreeMap<u32, Vec<StrokeId>>, out: &mut Vec<Event>) ->
     let first = out.len();
     for (layer, strokes) in layers {
         let parts = strokes.chunks(Event::MAX_STROKES_NAMED);
-        out.extend(parts.map(|strokes| Event::Assign { t, layer, strokes: strokes.to_vec() }));
+        out.extend(parts.map(|strokes| Event::Assign {
+            author: Author::SOLE,
+            t,
+            layer,
+            strokes: strokes.to_vec(),
+        }));
     }
     out.len() - first
 }

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     occlusion::Occlusion,
-    recording::{Event, Tool},
+    recording::{Author, Event, Tool},
     rivals::IndexKind,
     scene::Stroke,
 };
@@ -75,13 +75,13 @@ impl Studio {
         match command {
             Command::Undo => {
                 self.finish_gestures();
-                self.events.push(Event::Undo { t });
+                self.events.push(Event::Undo { author: Author::SOLE, t });
                 self.apply_events();
                 self.follow_selection(true);
             }
             Command::Redo => {
                 self.finish_gestures();
-                self.events.push(Event::Redo { t });
+                self.events.push(Event::Redo { author: Author::SOLE, t });
                 self.apply_events();
                 self.follow_selection(false);
             }
@@ -143,7 +143,7 @@ impl Studio {
             Command::KeepView(slot) => {
                 let (p, q) = (self.navigator.eye(), self.navigator.world_from_view());
                 let distance = self.navigator.distance_m();
-                self.events.push(Event::View { t, slot, p, q, distance });
+                self.events.push(Event::View { author: Author::SOLE, t, slot, p, q, distance });
                 self.say(format!("view {} is kept", slot + 1));
             }
             Command::GoToView(slot) => {

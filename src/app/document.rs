@@ -7,7 +7,9 @@ use crate::{
     export::PolygonTimes,
     math::{Aabb, Ray},
     polygon::{Change, PolygonId},
-    recording::{Event, EventSource, Header, Limits, RecordingError, StrokeId, Tally},
+    recording::{
+        AUTHORS_FORMAT, Author, Event, EventSource, Header, Limits, RecordingError, StrokeId, Tally,
+    },
     scene::{GroupNode, Scene},
 };
 
@@ -88,7 +90,7 @@ impl Document {
         let open =
             self.scene.strokes().iter().filter(|stroke| stroke.is_open()).filter_map(|stroke| stroke.id());
         let ends: Vec<Event> = open.map(|stroke| Event::End { t, stroke }).collect();
-        let step = self.scene.is_step_open().then_some(Event::Step { t, edits: 0 });
+        let step = self.scene.is_step_open().then_some(Event::Step { author: Author::SOLE, t, edits: 0 });
         for event in ends.into_iter().chain(step) {
             // Neither is ever too long for a line.
             if self.journal.note(&event).is_ok() {
@@ -101,7 +103,10 @@ impl Document {
     fn note(&mut self, events: &[Event]) {
         for event in events {
             self.last_secs = self.last_secs.max(event.time_secs());
-            if let Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } = event {
+            if let Event::Begin { stroke, author, .. } | Event::Polygon { stroke: Some(stroke), author, .. } =
+                event
+                && author.is_sole()
+            {
                 self.next_stroke = self.next_stroke.max(stroke.0.saturating_add(1));
             }
         }
@@ -165,12 +170,15 @@ impl Document {
 
     /// A stroke number that was not used yet.
     pub fn new_stroke(&mut self) -> StrokeId {
+        // Where there were several authors, each has numbers of its own: those of the window are the first.
+        let is_shared = self.header().format >= AUTHORS_FORMAT;
+        let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
         // A session may have used the last number that there is: then those that it left out are next.
         while self.scene.is_used(StrokeId(self.next_stroke)) {
-            self.next_stroke = self.next_stroke.wrapping_add(1);
+            self.next_stroke = self.next_stroke.wrapping_add(1) & last;
         }
         let id = StrokeId(self.next_stroke);
-        self.next_stroke = self.next_stroke.wrapping_add(1);
+        self.next_stroke = self.next_stroke.wrapping_add(1) & last;
         id
     }
 

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::{navigator::pixel_m, pen::Brush, studio::Studio};
 use crate::{
-    recording::{Event, Motion, StrokeId},
+    recording::{Author, Event, Motion, StrokeId},
     render::{Depth, LineBatch, LineColor},
     view::View,
 };
@@ -90,7 +90,7 @@ impl Studio {
                     if let Event::Begin { stroke, .. } = &mut image {
                         *stroke = twin;
                     }
-                    self.events.extend([Event::Step { t: *t, edits: 2 }, event, image]);
+                    self.events.extend([Event::Step { author: Author::SOLE, t: *t, edits: 2 }, event, image]);
                 }
                 Event::Point { t, stroke, p, q, pressure } => {
                     let image = self.twins.0.get(stroke).map(|(twin, motion)| Event::Point {

@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use super::{studio::Studio, subject::Subject};
 use crate::{
     math::rotate,
-    recording::{Event, GroupId, StrokeId, Transform},
+    recording::{Author, Event, GroupId, StrokeId, Transform},
     scene::{GroupNode, Scene},
 };
 
@@ -81,13 +81,21 @@ impl Studio {
         let mut name = Some(format!("group {}", group.0));
         let mut events = Vec::new();
         if loose.is_empty() {
-            events.push(Event::Group { t, group, strokes: Vec::new(), parent, name: name.take() });
+            events.push(Event::Group {
+                author: Author::SOLE,
+                t,
+                group,
+                strokes: Vec::new(),
+                parent,
+                name: name.take(),
+            });
         }
         for strokes in loose.chunks(Event::MAX_STROKES_NAMED) {
             let (strokes, name) = (strokes.to_vec(), name.take());
-            events.push(Event::Group { t, group, strokes, parent, name });
+            events.push(Event::Group { author: Author::SOLE, t, group, strokes, parent, name });
         }
         events.extend(groups.into_iter().map(|below| Event::Group {
+            author: Author::SOLE,
             t,
             group: below,
             strokes: Vec::new(),
@@ -106,7 +114,7 @@ impl Studio {
         }
         let (t, parent) = (self.now_secs(), scene.parent_of(group));
         let name = Some(name[..end.unwrap_or(0)].to_owned());
-        self.events.push(Event::Group { t, group, strokes: Vec::new(), parent, name });
+        self.events.push(Event::Group { author: Author::SOLE, t, group, strokes: Vec::new(), parent, name });
     }
 
     pub(super) fn place_group(&mut self, group: GroupId, placing: &Placing) {
@@ -124,7 +132,12 @@ impl Studio {
             .filter(|bounds| !bounds.is_empty())
             .and_then(|bounds| scene.in_parent_of(group, bounds.center()));
         let (Some(before), Some(middle)) = (scene.group_transform(group), middle) else { return };
-        self.events.push(Event::Place { t: self.now_secs(), group, to: placing.after(&before, middle) });
+        self.events.push(Event::Place {
+            author: Author::SOLE,
+            t: self.now_secs(),
+            group,
+            to: placing.after(&before, middle),
+        });
     }
 
     /// The event that moves what is selected, if it is a whole group: that costs a line and an edit, not all of its strokes.
@@ -134,7 +147,7 @@ impl Studio {
         let from = scene.in_parent_of(group, Vec3::ZERO)?;
         let way = scene.in_parent_of(group, by)? - from;
         let to = Transform { p: before.p + way, ..before };
-        Some(Event::Place { t: self.now_secs(), group, to })
+        Some(Event::Place { author: Author::SOLE, t: self.now_secs(), group, to })
     }
 }
 

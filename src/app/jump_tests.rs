@@ -8,7 +8,9 @@ use rand_pcg::{Pcg64, rand_core::Rng};
 use super::{Autosaves, Command, Player, Studio, Subject};
 use crate::{
     polygon::{Change, ConvexPolygon, PolygonId},
-    recording::{Event, Flush, GroupId, Header, NormalRule, Pace, RonWriter, StrokeId, Tool, Transform},
+    recording::{
+        Author, Event, Flush, GroupId, Header, NormalRule, Pace, RonWriter, StrokeId, Tool, Transform,
+    },
     replay::CameraChoice,
     rivals::IndexKind,
     scene::Scene,
@@ -29,6 +31,7 @@ fn session(random: &mut Pcg64) -> Vec<Event> {
                 strokes += 1;
                 let (tool, normal, color) = (Tool::Ribbon, NormalRule::Transport, (1.0, 1.0, 1.0, 1.0));
                 events.push(Event::Begin {
+                    author: Author::SOLE,
                     t,
                     stroke,
                     tool,
@@ -44,9 +47,10 @@ fn session(random: &mut Pcg64) -> Vec<Event> {
                 }));
                 events.push(Event::End { t, stroke });
             }
-            4..=5 => events.push(Event::Erase { t, stroke }),
-            6..=7 => events.push(Event::Move { t, strokes: vec![stroke], by }),
+            4..=5 => events.push(Event::Erase { author: Author::SOLE, t, stroke }),
+            6..=7 => events.push(Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by }),
             8 => events.push(Event::Group {
+                author: Author::SOLE,
                 t,
                 group: GroupId(0),
                 strokes: vec![stroke],
@@ -55,10 +59,14 @@ fn session(random: &mut Pcg64) -> Vec<Event> {
             }),
             9 => {
                 let to = Transform { p: by, q: Quat::IDENTITY, s: 1.0 };
-                events.push(Event::Place { t, group: GroupId(0), to });
+                events.push(Event::Place { author: Author::SOLE, t, group: GroupId(0), to });
             }
-            10 => events.push(Event::Undo { t }),
-            _ => events.extend([Event::Undo { t }, Event::Undo { t }, Event::Redo { t }]),
+            10 => events.push(Event::Undo { author: Author::SOLE, t }),
+            _ => events.extend([
+                Event::Undo { author: Author::SOLE, t },
+                Event::Undo { author: Author::SOLE, t },
+                Event::Redo { author: Author::SOLE, t },
+            ]),
         }
     }
     events
@@ -145,13 +153,24 @@ fn a_jump_names_what_has_moved_and_nothing_else() {
     let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
     let color = (1.0, 1.0, 1.0, 1.0);
     let mut events: Vec<Event> = (0..5)
-        .map(|number| Event::Polygon { t, stroke: Some(StrokeId(number)), vertices: vertices.clone(), color })
+        .map(|number| Event::Polygon {
+            author: Author::SOLE,
+            t,
+            stroke: Some(StrokeId(number)),
+            vertices: vertices.clone(),
+            color,
+        })
         .collect();
     // Moves of one that is seen, and of one that is not.
-    events.push(Event::Erase { t, stroke: StrokeId(2) });
-    events.push(Event::Move { t, strokes: vec![StrokeId(1), StrokeId(2)], by: Vec3::X });
-    events.push(Event::Erase { t, stroke: StrokeId(3) });
-    events.push(Event::Polygon { t, stroke: None, vertices, color });
+    events.push(Event::Erase { author: Author::SOLE, t, stroke: StrokeId(2) });
+    events.push(Event::Move {
+        author: Author::SOLE,
+        t,
+        strokes: vec![StrokeId(1), StrokeId(2)],
+        by: Vec3::X,
+    });
+    events.push(Event::Erase { author: Author::SOLE, t, stroke: StrokeId(3) });
+    events.push(Event::Polygon { author: Author::SOLE, t, stroke: None, vertices, color });
     let folder = tempfile::tempdir().expect("a folder");
     studio(folder.path(), &events);
     let mut player = Player::open(&folder.path().join("session.ron"), Pace::Samples(1), CameraChoice::Orbit)

@@ -6,7 +6,7 @@ use super::{
     subject::Subject,
     tracker::{Message, Tracker},
 };
-use crate::recording::Event;
+use crate::recording::{Author, Event};
 
 /// Messages of a tracker that a frame takes; the others wait for the next one. At 60 frames a second that is more than a
 /// hundred trackers send.
@@ -110,7 +110,7 @@ impl Studio {
         let scene = document.scene();
         let stroke = nearest.map(|id| scene.stroke_of(id)).filter(|stroke| !scene.is_locked(stroke.layer()));
         if let Some(stroke) = stroke.and_then(|stroke| stroke.id()) {
-            self.events.push(Event::Erase { t, stroke });
+            self.events.push(Event::Erase { author: Author::SOLE, t, stroke });
             self.apply_events();
         }
     }

@@ -1,7 +1,7 @@
 //! The layers of a session in the window: named, hidden, locked; the one that is drawn on.
 
 use super::{studio::Studio, subject::Subject};
-use crate::recording::{Event, Paint};
+use crate::recording::{Author, Event, Paint};
 
 /// A layer as the window shows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -83,7 +83,14 @@ impl Studio {
         }
         let t = self.now_secs();
         let chosen = self.session_layer(self.brush.layer);
-        let change = |layer, name, hidden, locked| Event::Layer { t, layer, name, hidden, locked };
+        let change = |layer, name, hidden, locked| Event::Layer {
+            author: Author::SOLE,
+            t,
+            layer,
+            name,
+            hidden,
+            locked,
+        };
         match edit {
             LayerEdit::New => {
                 let layer = self.session_layers().len() as u32;
@@ -116,7 +123,12 @@ impl Studio {
                 let strokes = self.selection.strokes().to_vec();
                 let parts = strokes.chunks(Event::MAX_STROKES_NAMED);
                 let layer = chosen.layer;
-                self.events.extend(parts.map(|part| Event::Assign { t, layer, strokes: part.to_vec() }));
+                self.events.extend(parts.map(|part| Event::Assign {
+                    author: Author::SOLE,
+                    t,
+                    layer,
+                    strokes: part.to_vec(),
+                }));
             }
         }
         self.apply_events();

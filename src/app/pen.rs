@@ -4,7 +4,7 @@ use super::{navigator::pixel_m, paint_layers::on_layer};
 use crate::{
     brush,
     math::rotate,
-    recording::{Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
     view::View,
 };
 
@@ -285,6 +285,7 @@ impl Drawing {
         }
         let [r, g, b, a] = self.brush.color;
         out.push(Event::Begin {
+            author: Author::SOLE,
             t,
             stroke: self.stroke,
             tool: self.brush.tool,

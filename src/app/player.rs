@@ -394,6 +394,7 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Author;
     use crate::{
         frame::{Pipeline, StageClock},
         index::{BruteForce, SpatialIndex},
@@ -410,6 +411,7 @@ mod tests {
             let stroke = StrokeId(number);
             let (tool, normal) = (Tool::Ribbon, NormalRule::LocalX);
             events.push(Event::Begin {
+                author: Author::SOLE,
                 t,
                 stroke,
                 tool,
@@ -425,10 +427,19 @@ mod tests {
             }
             events.push(Event::End { t, stroke });
             match number % 6 {
-                1 => events.push(Event::Erase { t, stroke: StrokeId(number / 2) }),
-                2 => events.push(Event::Move { t, strokes: vec![StrokeId(number / 3)], by: Vec3::X }),
-                3 => events.extend([Event::Undo { t }, Event::Undo { t }, Event::Redo { t }]),
-                4 => events.push(Event::Undo { t }),
+                1 => events.push(Event::Erase { author: Author::SOLE, t, stroke: StrokeId(number / 2) }),
+                2 => events.push(Event::Move {
+                    author: Author::SOLE,
+                    t,
+                    strokes: vec![StrokeId(number / 3)],
+                    by: Vec3::X,
+                }),
+                3 => events.extend([
+                    Event::Undo { author: Author::SOLE, t },
+                    Event::Undo { author: Author::SOLE, t },
+                    Event::Redo { author: Author::SOLE, t },
+                ]),
+                4 => events.push(Event::Undo { author: Author::SOLE, t }),
                 _ => {}
             }
         }
@@ -503,17 +514,21 @@ mod tests {
     #[test]
     fn a_jump_tells_of_a_stroke_that_moved_against_its_group() {
         let (t, stroke, group) = (0.0, StrokeId(0), GroupId(0));
-        let place =
-            |x: f32| Event::Place { t, group, to: Transform { p: Vec3::X * x, q: Quat::IDENTITY, s: 1.0 } };
+        let place = |x: f32| Event::Place {
+            author: Author::SOLE,
+            t,
+            group,
+            to: Transform { p: Vec3::X * x, q: Quat::IDENTITY, s: 1.0 },
+        };
         let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
         let color = (1.0, 1.0, 1.0, 1.0);
         let events = vec![
-            Event::Polygon { t, stroke: Some(stroke), vertices, color },
-            Event::Group { t, group, strokes: vec![stroke], parent: None, name: None },
+            Event::Polygon { author: Author::SOLE, t, stroke: Some(stroke), vertices, color },
+            Event::Group { author: Author::SOLE, t, group, strokes: vec![stroke], parent: None, name: None },
             place(1.0),
             place(2.0),
             place(3.0),
-            Event::Move { t, strokes: vec![stroke], by: -Vec3::X },
+            Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by: -Vec3::X },
         ];
         let mut player =
             Player::new(PathBuf::new(), Header::new("", ""), events, vec![3, 4, 6], CameraChoice::Orbit);

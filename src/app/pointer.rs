@@ -11,7 +11,7 @@ use super::{
     tool::ToolChoice,
 };
 use crate::{
-    recording::{Event, Motion, StrokeId},
+    recording::{Author, Event, Motion, StrokeId},
     view::View,
 };
 
@@ -188,7 +188,12 @@ impl Studio {
             } else {
                 // One edit, unless they are more than a line of the file can name.
                 let parts = self.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
-                self.events.extend(parts.map(|strokes| Event::Move { t, strokes: strokes.to_vec(), by }));
+                self.events.extend(parts.map(|strokes| Event::Move {
+                    author: Author::SOLE,
+                    t,
+                    strokes: strokes.to_vec(),
+                    by,
+                }));
             }
         }
         self.gestures.pressure = None;
@@ -198,7 +203,7 @@ impl Studio {
     fn end_step(&mut self) {
         if self.scene().is_step_open() {
             let t = self.now_secs();
-            self.events.push(Event::Step { t, edits: 0 });
+            self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();
         }
     }
@@ -302,9 +307,9 @@ impl Studio {
                 // What one way of the pointer erases is one step, which ends with the gesture.
                 if let Some(Gesture::Erase { is_step_open: is_open @ false }) = &mut self.gestures.gesture {
                     *is_open = true;
-                    self.events.push(Event::Step { t, edits: u32::MAX });
+                    self.events.push(Event::Step { author: Author::SOLE, t, edits: u32::MAX });
                 }
-                self.events.push(Event::Erase { t, stroke });
+                self.events.push(Event::Erase { author: Author::SOLE, t, stroke });
                 self.apply_events();
             }
         }

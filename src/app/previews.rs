@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use super::ui::PreviewGrid;
 use crate::{
     polygon::{Change, VisibleBlocks},
-    recording::{Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
     render::{Gpu, Layer, Offscreen, RenderError, RendererConfig},
     scene::Scene,
     view::{Projection, View},
@@ -57,6 +57,7 @@ pub(super) fn draw(gpu: &Arc<Gpu>, grid: &PreviewGrid) -> Result<Vec<u8>, Render
 fn sample(brush: &str, scene: &mut Scene, changes: &mut Vec<Change>) {
     let (t, stroke) = (0.0, StrokeId(0));
     let begin = Event::Begin {
+        author: Author::SOLE,
         t,
         stroke,
         tool: Tool::Ribbon,

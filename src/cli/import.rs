@@ -64,6 +64,7 @@ impl Counts {
             Event::Point { .. } => self.points += 1,
             Event::Polygon { .. } => self.polygons += 1,
             Event::Head { .. } => self.heads += 1,
+            Event::Join { .. } | Event::Leave { .. } => {}
             Event::End { .. } | Event::Step { .. } | Event::Layer { .. } | Event::View { .. } => {}
             Event::Erase { .. }
             | Event::Undo { .. }

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::{
     Outcome,
+    author_rows::{self, AuthorRow, AuthorRows},
     brush_rows::{self, BrushRow, Plain},
     output::{complain, one_line, say},
     polygon_tally::PolygonTally,
@@ -22,7 +23,7 @@ use crate::{
 };
 
 /// Say what a session holds: strokes, points, polygons, what was erased, how long it took, the model's bounds, what was
-/// dropped and why, its groups, its brushes and how they are drawn, its light and layers, and what of the file is not
+/// dropped and why, its authors and groups, its brushes and how they are drawn, its light and layers, and what of the file is not
 /// shown.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -71,6 +72,8 @@ struct JsonInfo<'a> {
     left_out: &'a [String],
     #[serde(skip_serializing_if = "Vec::is_empty")]
     groups: Vec<JsonGroup>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    authors: &'a [AuthorRow],
     skipped: u64,
     warnings: &'a [String],
 }
@@ -113,17 +116,23 @@ fn corners(bounds: &Aabb) -> Option<[[f32; 3]; 2]> {
 
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let mut session = OpenSession::open(&args.file, &args.reading)?;
-    let mut plain = Plain::default();
-    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| plain.note(event)));
+    let (mut plain, mut authors) = (Plain::default(), AuthorRows::default());
+    let events = session.by_ref().inspect(|event| {
+        if let Ok(event) = event {
+            plain.note(event);
+            authors.note(event);
+        }
+    });
     let (summary, mut scene, outcome) = summarize(events, Pace::Samples(1));
     let (brushes, tally, groups) = (plain.rows(&scene), PolygonTally::of(&scene), scene.group_tree());
+    let authors = authors.finish();
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
     if args.json {
-        say(&json(args, &session, &summary, tally, &brushes, &groups)?)?;
+        say(&json(args, &session, &summary, tally, &brushes, &groups, &authors)?)?;
     } else {
-        say(&text(args, &session, &summary, tally, &brushes, &groups))?;
+        say(&text(args, &session, &summary, tally, &brushes, &groups, &authors))?;
     }
     // The part that was read is shown all the same.
     outcome?;
@@ -141,6 +150,7 @@ fn json(
     tally: PolygonTally,
     brushes: &[BrushRow],
     groups: &[GroupNode],
+    authors: &[AuthorRow],
 ) -> anyhow::Result<String> {
     let (counts, header) = (s.counts, &session.header);
     let info = JsonInfo {
@@ -174,6 +184,7 @@ fn json(
         layers: &header.layers,
         left_out: &header.left_out,
         groups: groups.iter().map(JsonGroup::of).collect(),
+        authors,
         skipped: session.notes().skipped,
         warnings: &session.notes().warnings,
     };
@@ -187,6 +198,7 @@ fn text(
     tally: PolygonTally,
     brushes: &[BrushRow],
     groups: &[GroupNode],
+    authors: &[AuthorRow],
 ) -> String {
     let counts = s.counts;
     let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
@@ -247,6 +259,7 @@ fn text(
         line("skipped", format!("{} damaged pieces", thousands(session.notes().skipped)));
     }
     look(&session.header).into_iter().for_each(|(name, value)| line(name, value));
+    lines.extend(author_rows::lines(authors));
     lines.extend(group_lines(groups));
     if !brushes.is_empty() {
         lines.push(brush_rows::table(brushes));

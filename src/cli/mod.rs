@@ -5,6 +5,7 @@
 //! It may use every other module; no module uses it.
 
 mod allocations;
+mod author_rows;
 mod brush_rows;
 mod new_recording;
 #[cfg(not(feature = "window"))]

@@ -222,7 +222,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::recording::StrokeId;
+    use crate::recording::{Author, StrokeId};
 
     /// Far more events than may be read ahead, naming so many strokes each; counts those that were asked for.
     struct Endless(Arc<AtomicUsize>, usize);
@@ -231,7 +231,7 @@ mod tests {
         fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
             let t = self.0.fetch_add(1, Ordering::Relaxed) as f64;
             let strokes = vec![StrokeId(0); self.1];
-            Ok(Some(Event::Move { t, strokes, by: glam::Vec3::ZERO }))
+            Ok(Some(Event::Move { author: Author::SOLE, t, strokes, by: glam::Vec3::ZERO }))
         }
 
         fn notes(&self) -> Notes {

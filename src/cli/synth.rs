@@ -2,6 +2,7 @@
 
 use std::{path::PathBuf, time::Duration};
 
+use anyhow::bail;
 use clap::{
     Args,
     builder::{PossibleValuesParser, TypedValueParser},
@@ -17,7 +18,7 @@ use super::{
 use crate::{
     lab::report::thousands,
     output_file::OutputKind,
-    recording::{Event, SynthKind, synthesize},
+    recording::{Event, SynthKind, synthesize, synthesize_class},
 };
 
 /// Write a synthetic session: an invented person draws, as a seed decides.
@@ -28,6 +29,7 @@ use crate::{
 Examples:
   osp synth room --polygons 12000 --seed 1 room.ron
   osp synth brushes --polygons 2400 brushes.ron
+  osp synth class --authors 5 --polygons 6000 class.ron
   osp synth grow --polygons 1000000 --seed 7 long.ron.zst
 
 Kinds:
@@ -36,7 +38,8 @@ Kinds:
   scribble   long loose strokes that fill the whole 4 m volume
   grow       tendrils that leave the root cube and go on far beyond it
   brushes    a card of samples: each brush draws a wave, in rows (--polygons 2400: each once)
-  nested     a planet with moons and a spaceship with engines: groups that move within groups")]
+  nested     a planet with moons and a spaceship with engines: groups that move within groups
+  class      several artists scribble at once; one moves at times what another has drawn (--authors)")]
 pub(super) struct SynthArgs {
     /// What is drawn.
     #[arg(value_parser = kind_parser())]
@@ -49,6 +52,9 @@ pub(super) struct SynthArgs {
     /// Seed of the random numbers; another seed gives another session of the same kind.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
+    /// Number of artists of `class`, who share the polygons; 3 if it is not said.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(SynthKind::MOST_AUTHORS)))]
+    authors: Option<u32>,
     /// Replace the file if it exists.
     #[arg(long)]
     force: bool,
@@ -59,8 +65,12 @@ fn kind_parser() -> impl TypedValueParser<Value = SynthKind> {
 }
 
 pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
+    let session = match (args.kind, args.authors) {
+        (SynthKind::Class, Some(authors)) => synthesize_class(authors, args.polygons, args.seed),
+        (kind, None) => synthesize(kind, args.polygons, args.seed),
+        (kind, Some(_)) => bail!("--authors: only `class` has several artists; found `{kind}`"),
+    };
     let output = Outputs::new(args.force).add("OUT", &args.out, OutputKind::Recording)?;
-    let session = synthesize(args.kind, args.polygons, args.seed);
     let mut recording = NewRecording::create(output, &session.header)?;
     // Shown on a terminal only.
     let progress = ProgressBar::new_spinner();

@@ -289,7 +289,13 @@ mod tests {
 
     fn polygon(vertices: &[[f32; 3]], alpha: f32) -> Event {
         let vertices = vertices.iter().map(|&v| Vec3::from(v)).collect();
-        Event::Polygon { t: 0.0, stroke: None, vertices, color: (1.0, 0.5, 0.0, alpha) }
+        Event::Polygon {
+            author: crate::recording::Author::SOLE,
+            t: 0.0,
+            stroke: None,
+            vertices,
+            color: (1.0, 0.5, 0.0, alpha),
+        }
     }
 
     #[test]
@@ -331,8 +337,15 @@ mod tests {
         let Event::Polygon { vertices, color, .. } = polygon(&corners, 1.0) else {
             unreachable!("made above")
         };
-        let far = Event::Polygon { t: 0.0, stroke: Some(StrokeId(1)), vertices, color };
+        let far = Event::Polygon {
+            author: crate::recording::Author::SOLE,
+            t: 0.0,
+            stroke: Some(StrokeId(1)),
+            vertices,
+            color,
+        };
         let group = |id: u32, strokes: Vec<StrokeId>, parent: Option<u32>| Event::Group {
+            author: crate::recording::Author::SOLE,
             t: 0.0,
             group: GroupId(id),
             strokes,
@@ -340,7 +353,8 @@ mod tests {
             name: None,
         };
         let to = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e30 };
-        let place = |id: u32| Event::Place { t: 0.0, group: GroupId(id), to };
+        let place =
+            |id: u32| Event::Place { author: crate::recording::Author::SOLE, t: 0.0, group: GroupId(id), to };
         let near = polygon(&corners, 1.0);
         let grouped = [group(2, vec![], None), group(1, vec![StrokeId(1)], Some(2)), place(1), place(2)];
         let (counts, json, _) = export(&[&[near, far], &grouped[..]].concat());

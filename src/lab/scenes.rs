@@ -4,7 +4,7 @@
 
 use glam::{DVec3, Quat, Vec3};
 
-use crate::recording::{Event, NormalRule, StrokeId, Tool};
+use crate::recording::{Author, Event, NormalRule, StrokeId, Tool};
 
 /// Head poses of a scene.
 const VIEWS: usize = 24;
@@ -99,7 +99,7 @@ impl Builder {
     fn quad(&mut self, corners: [DVec3; 4]) {
         let color = (0.7, 0.6, 0.5, 1.0);
         let vertices = corners.iter().map(|p| p.as_vec3()).collect();
-        self.events.push(Event::Polygon { t: 0.0, stroke: None, vertices, color });
+        self.events.push(Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color });
     }
 
     /// A rectangle from a corner along two edges.
@@ -122,7 +122,7 @@ impl Builder {
         let back = -direction.normalize().as_vec3();
         let right = Vec3::Y.cross(back).normalize();
         let q = Quat::from_rotation_axes(right, back.cross(right), back).normalize();
-        self.events.push(Event::Head { t: 0.0, p: eye.as_vec3(), q });
+        self.events.push(Event::Head { author: Author::SOLE, t: 0.0, p: eye.as_vec3(), q });
     }
 }
 
@@ -213,6 +213,7 @@ fn ribbons(scene: &mut Builder, width_m: f64) {
         let stroke = StrokeId(scene.strokes);
         scene.strokes += 1;
         scene.events.push(Event::Begin {
+            author: Author::SOLE,
             t: 0.0,
             stroke,
             tool: Tool::Ribbon,

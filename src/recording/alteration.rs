@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::{Event, Paint, StrokeId, Transform};
+use super::{Author, Event, Paint, StrokeId, Transform};
 use crate::math::{rotate, unit};
 
 /// A similarity that may mirror: x is turned round first, then it scales, rotates and translates.
@@ -124,7 +124,7 @@ impl Alteration {
                         vertices.iter_mut().for_each(|p| *p = self.motion.point(*p));
                     }
                     let color = self.color.unwrap_or(*color);
-                    out.push(Event::Polygon { t, stroke: Some(copy), vertices, color });
+                    out.push(Event::Polygon { author: Author::SOLE, t, stroke: Some(copy), vertices, color });
                 }
                 _ => {}
             }
@@ -197,6 +197,7 @@ mod tests {
     fn a_copy_has_all_of_a_stroke_and_nothing_of_others() {
         let (of, other, copy) = (StrokeId(3), StrokeId(4), StrokeId(9));
         let begin = |stroke, width| Event::Begin {
+            author: Author::SOLE,
             t: 0.0,
             stroke,
             tool: Tool::Ribbon,
@@ -214,6 +215,7 @@ mod tests {
             pressure: 0.5,
         };
         let face = |stroke| Event::Polygon {
+            author: Author::SOLE,
             t: 1.0,
             stroke: Some(stroke),
             vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
@@ -227,7 +229,7 @@ mod tests {
             point(of, 1.0),
             point(other, 5.0),
             face(of),
-            Event::Erase { t: 2.0, stroke: of },
+            Event::Erase { author: Author::SOLE, t: 2.0, stroke: of },
         ];
         let plain = Alteration::NONE.copy(&events, of, copy, 8.0);
         let at = |event: &Event| {

@@ -1,12 +1,18 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::Environment;
+use super::{Author, Environment};
 use crate::math::COORDINATE_LIMIT_M;
 
-/// The newest recording format that this crate reads, and that of a session that is drawn in its window. Other recordings
-/// are written in the oldest format that has all they need.
-pub const FORMAT_VERSION: u32 = 3;
+/// The newest recording format that this crate reads: that of recordings of several [`Author`]s. Every recording is written
+/// in the oldest format that has all it needs.
+pub const FORMAT_VERSION: u32 = 4;
+
+/// The first format that knows several [`Author`]s.
+pub const AUTHORS_FORMAT: u32 = 4;
+
+/// The format of a session that one author draws in the window: it has what the window's edits need.
+pub const ONE_AUTHOR_FORMAT: u32 = 3;
 
 /// A stroke's number, unique within a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -205,10 +211,35 @@ pub struct Transform {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Event {
+    /// An author joins the session (since format 4). The first one is 1, each further one the next number: who comes back gets
+    /// a new one.
+    Join {
+        /// Time, seconds.
+        t: f64,
+        /// Who.
+        author: Author,
+        /// The author's name; several may have the same one.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        name: String,
+        /// In which colour to show what is the author's, if that is asked for: red, green, blue, each 0 to 1, sRGB.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        color: Option<(f32, f32, f32)>,
+    },
+    /// An author leaves for good (since format 4): the strokes that are still being drawn end, and no undo takes back what
+    /// was made.
+    Leave {
+        /// Time, seconds.
+        t: f64,
+        /// Who.
+        author: Author,
+    },
     /// A head pose.
     Head {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// Head position.
         p: Vec3,
         /// World from head (looks along its -z).
@@ -218,6 +249,9 @@ pub enum Event {
     Begin {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// Its number; a number is used once in a session.
         stroke: StrokeId,
         /// The tool that draws it.
@@ -262,26 +296,39 @@ pub enum Event {
     Erase {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// The stroke.
         stroke: StrokeId,
     },
-    /// The last edit (a stroke begun, erased, moved, grouped, brought to a layer, a group placed; or a step of several) is taken back. Of the edits before it the
+    /// The author's last edit (a stroke begun, erased, moved, grouped, brought to a layer, a group placed; or a step of several) is taken back. Of the edits before it the
     /// last thousand are remembered ([`Scene::UNDO_DEPTH`](crate::scene::Scene::UNDO_DEPTH)), everywhere the same; an undo
-    /// beyond changes nothing.
+    /// beyond changes nothing. What others have made stays: the state is that of all edits that are not taken back, in their
+    /// order.
     Undo {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
     },
-    /// The edit last taken back is made again, if there was no other edit since.
+    /// The edit that the author took back last is made again, if the author made no other since.
     Redo {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
     },
     /// Strokes are moved, by a way in world space as it is now. A stroke in a group keeps it in the group's space: when
     /// the group is placed anew, the way turns and scales with it. In a group of no extent nothing can be moved.
     Move {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// The strokes.
         strokes: Vec<StrokeId>,
         /// By how much, metres.
@@ -292,6 +339,9 @@ pub enum Event {
     Group {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// The group.
         group: GroupId,
         /// The strokes; each leaves the group it was in.
@@ -307,16 +357,22 @@ pub enum Event {
     Place {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// The group.
         group: GroupId,
         /// World, or the parent group, from the group's own space.
         to: Transform,
     },
-    /// The next edits are one step for undo and redo: as many as this, or those up to the next undo, redo or step (since
+    /// The author's next edits are one step for undo and redo: as many as this, or those up to the next undo, redo or step (since
     /// format 3).
     Step {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// How many; 0 ends the step before.
         edits: u32,
     },
@@ -324,6 +380,9 @@ pub enum Event {
     Layer {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// The layer, a place in [`Header::layers`] or one after them: it is made then.
         layer: u32,
         /// Its name.
@@ -340,6 +399,9 @@ pub enum Event {
     Assign {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// The layer.
         layer: u32,
         /// The strokes.
@@ -349,6 +411,9 @@ pub enum Event {
     View {
         /// Time, seconds.
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// Its number; a view that has it is forgotten.
         slot: u32,
         /// Eye in world space.
@@ -363,6 +428,9 @@ pub enum Event {
         /// Time, seconds.
         #[serde(default)]
         t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
         /// The stroke that it belongs to; one of its own if absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stroke: Option<StrokeId>,
@@ -425,13 +493,15 @@ impl Event {
     /// Its time stamp, seconds.
     pub fn time_secs(&self) -> f64 {
         match *self {
-            Self::Head { t, .. }
+            Self::Join { t, .. }
+            | Self::Leave { t, .. }
+            | Self::Head { t, .. }
             | Self::Begin { t, .. }
             | Self::Point { t, .. }
             | Self::End { t, .. }
             | Self::Erase { t, .. }
-            | Self::Undo { t }
-            | Self::Redo { t }
+            | Self::Undo { t, .. }
+            | Self::Redo { t, .. }
             | Self::Move { t, .. }
             | Self::Group { t, .. }
             | Self::Place { t, .. }
@@ -441,6 +511,34 @@ impl Event {
             | Self::View { t, .. }
             | Self::Polygon { t, .. } => t,
         }
+    }
+
+    /// Who made it: of a point or an end, its stroke tells ([`StrokeId::author`], where there are several).
+    pub fn author(&self) -> Option<Author> {
+        match *self {
+            Self::Join { author, .. }
+            | Self::Leave { author, .. }
+            | Self::Head { author, .. }
+            | Self::Begin { author, .. }
+            | Self::Erase { author, .. }
+            | Self::Undo { author, .. }
+            | Self::Redo { author, .. }
+            | Self::Move { author, .. }
+            | Self::Group { author, .. }
+            | Self::Place { author, .. }
+            | Self::Step { author, .. }
+            | Self::Layer { author, .. }
+            | Self::Assign { author, .. }
+            | Self::View { author, .. }
+            | Self::Polygon { author, .. } => Some(author),
+            Self::Point { .. } | Self::End { .. } => None,
+        }
+    }
+
+    /// Whether it takes a recording of several authors to hold the event.
+    pub fn names_author(&self) -> bool {
+        matches!(self, Self::Join { .. } | Self::Leave { .. })
+            || self.author().is_some_and(|author| !author.is_sole())
     }
 
     /// Whether the event carries a sample of the hand: what a replay counts for `samples:N`. A finished polygon counts
@@ -467,7 +565,18 @@ impl Event {
     pub fn check(&self) -> Result<(), &'static str> {
         let finite = |ok: bool, what| if ok { Ok(()) } else { Err(what) };
         finite(self.time_secs().is_finite(), "a finite time")?;
+        finite(
+            self.author().is_none_or(|author| author.is_valid()),
+            "an author below 4096, as many as a session can have",
+        )?;
         match self {
+            Self::Join { author, name, color, .. } => {
+                finite(!author.is_sole(), "an author from 1 to 4095")?;
+                finite(name.len() <= Author::MAX_NAME_BYTES, "an author's name of at most 256 bytes")?;
+                let is_color = |(r, g, b): (f32, f32, f32)| [r, g, b].iter().all(|c| (0.0..=1.0).contains(c));
+                finite(color.is_none_or(is_color), "an author's colour, three numbers from 0 to 1")
+            }
+            Self::Leave { author, .. } => finite(!author.is_sole(), "an author from 1 to 4095"),
             Self::Head { p, q, .. } => check_pose(*p, *q),
             Self::Point { p, q, pressure, .. } => {
                 check_pose(*p, *q)?;

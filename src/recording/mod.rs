@@ -4,9 +4,13 @@
 //! A recording is text, one RON value a line: a [`Header`], then events. A session that is being drawn is appended
 //! line by line, so a crash loses at most the line being written.
 //!
+//! A recording may have several [`Author`]s: every event but those of a stroke says whose it is, and the numbers of strokes
+//! and groups do. A [`Reducer`] makes a session of what several senders send.
+//!
 //! Knows [`math`](crate::math); the importers know the names of [`brush`](crate::brush)es.
 
 mod alteration;
+mod author;
 mod environment;
 mod error;
 mod event;
@@ -16,6 +20,7 @@ mod input;
 mod limits;
 mod open;
 mod pacing;
+mod reducer;
 mod ron_file;
 mod ron_line;
 mod ron_reader;
@@ -29,10 +34,12 @@ mod unknown_brushes;
 mod unpacked;
 
 pub use alteration::{Alteration, Motion};
+pub use author::Author;
 pub use environment::Environment;
 pub use error::RecordingError;
 pub use event::{
-    Camera, Event, FORMAT_VERSION, GroupId, Header, Layer, NormalRule, Paint, Root, StrokeId, Tool, Transform,
+    AUTHORS_FORMAT, Camera, Event, FORMAT_VERSION, GroupId, Header, Layer, NormalRule, ONE_AUTHOR_FORMAT,
+    Paint, Root, StrokeId, Tool, Transform,
 };
 pub use input::{MemoryFiles, open_bytes};
 pub use limits::{Excess, Limits, Place};
@@ -40,6 +47,7 @@ pub use limits::{Excess, Limits, Place};
 pub(crate) use open::looks_like_session;
 pub use open::{OpenOptions, open, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
+pub use reducer::{Message, Reduced, Reducer, Sender};
 #[cfg(feature = "window")]
 pub(crate) use ron_file::LastLine;
 pub use ron_file::RecordingFile;
@@ -49,6 +57,6 @@ pub(crate) use ron_line::read_event;
 pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
 pub use source::{EventSource, Notes, Session};
-pub use synth::{ParseSynthKindError, SynthKind, synthesize};
+pub use synth::{ParseSynthKindError, SynthKind, synthesize, synthesize_class};
 #[cfg(feature = "window")]
 pub(crate) use tally::Tally;

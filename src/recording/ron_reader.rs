@@ -2,7 +2,8 @@ use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
 use super::{
-    Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError,
+    AUTHORS_FORMAT, Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError,
+    author::{Members, Numbers},
     ron_line::{BadEvent, HEADER_EXPECTED, MAX_LINE_BYTES, excerpt, is_blank, parse_event, parse_header},
 };
 
@@ -16,6 +17,7 @@ pub struct RonReader<R> {
     path: PathBuf,
     options: OpenOptions,
     header: Header,
+    members: Members,
     buffer: Vec<u8>,
     /// The line in `buffer`, from 1.
     line: u64,
@@ -53,6 +55,7 @@ impl<R: BufRead> RonReader<R> {
             path: path.into(),
             options,
             header: Header::new("", ""),
+            members: Members::default(),
             buffer: Vec::new(),
             line: 0,
             notes: Notes::default(),
@@ -181,7 +184,13 @@ impl<R: BufRead> RonReader<R> {
                 Err(error) => Err(BadEvent::not_utf8(&self.buffer, error)),
             };
             match parsed {
-                Ok(event) => return Ok(Some(event)),
+                Ok(event) => {
+                    if let Err(expected) = self.admit(&event) {
+                        let found = excerpt(&String::from_utf8_lossy(&self.buffer));
+                        return Err(self.damage(expected, found));
+                    }
+                    return Ok(Some(event));
+                }
                 Err(BadEvent::Unreadable(_)) if end == LineEnd::EndOfFile => {
                     if self.state != State::Cut {
                         self.notes.warnings.push(format!(
@@ -198,6 +207,21 @@ impl<R: BufRead> RonReader<R> {
                 }
             }
         }
+    }
+
+    /// Whether the recording can hold the event here; else what was expected.
+    fn admit(&mut self, event: &Event) -> Result<(), String> {
+        if self.header.format >= AUTHORS_FORMAT {
+            let numbers = if self.options.lenient { Numbers::SomeLeftOut } else { Numbers::EachInTurn };
+            return self.members.admit(event, numbers).map(drop);
+        }
+        if event.names_author() {
+            let format = self.header.format;
+            return Err(format!(
+                "an event without an author in a recording of format {format} (authors need {AUTHORS_FORMAT})"
+            ));
+        }
+        Ok(())
     }
 
     fn damage(&self, expected: impl Into<String>, found: impl Into<String>) -> RecordingError {

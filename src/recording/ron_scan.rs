@@ -7,7 +7,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::{Event, StrokeId};
+use super::{Author, Event, StrokeId};
 
 /// The event of a line in the usual form; `None` leaves the line to the general parser.
 pub(super) fn scan(line: &str) -> Option<Event> {
@@ -76,12 +76,16 @@ impl<'a> Scan<'a> {
 
     fn stroke(&mut self) -> Option<StrokeId> {
         self.field("stroke")?;
+        self.whole().map(StrokeId)
+    }
+
+    fn whole(&mut self) -> Option<u32> {
         let number = self.number()?;
         // A leading zero may start a notation of RON's own.
         if number.len() > 1 && number.starts_with('0') {
             return None;
         }
-        number.parse().ok().map(StrokeId)
+        number.parse().ok()
     }
 
     fn floats<const N: usize>(&mut self) -> Option<[f32; N]> {
@@ -107,11 +111,17 @@ impl<'a> Scan<'a> {
     fn head(&mut self) -> Option<Event> {
         let t = self.time()?;
         self.separator(",")?;
+        let mut author = Author::SOLE;
+        if self.rest.starts_with('a') {
+            self.field("author")?;
+            author = Author(self.whole()?);
+            self.separator(",")?;
+        }
         let p = self.position()?;
         self.separator(",")?;
         let q = self.rotation()?;
         self.literal(")")?;
-        Some(Event::Head { t, p, q })
+        Some(Event::Head { t, author, p, q })
     }
 
     fn point(&mut self) -> Option<Event> {

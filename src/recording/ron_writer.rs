@@ -3,10 +3,13 @@ use std::path::{Path, PathBuf};
 
 use super::ron_file::{self, RecordingFile};
 use super::ron_line::{MAX_LINE_BYTES, excerpt, write_event, write_header};
-use super::{Event, Header, RecordingError};
+use super::{AUTHORS_FORMAT, Event, Header, RecordingError};
 
 /// Bytes that [`Flush::AtEnd`] collects before they are written.
 const PENDING_BYTES: usize = 1 << 16;
+
+/// What a recording of an earlier format than [`AUTHORS_FORMAT`] can hold.
+const NO_AUTHORS: &str = "an event without an author, or a header of format 4";
 
 /// When events reach the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,6 +33,8 @@ pub struct RonWriter<W: Write> {
     pending: String,
     /// Lines written or pending.
     lines: u64,
+    /// The header's format knows authors.
+    knows_authors: bool,
     /// A write has failed, perhaps in the middle of a line: nothing may follow it.
     failed: bool,
 }
@@ -45,25 +50,28 @@ impl<W: Write> RonWriter<W> {
         header: &Header,
         flush: Flush,
     ) -> Result<Self, RecordingError> {
-        let mut writer = Self::resume(out, path.into(), flush, 0);
+        let mut writer = Self::resume(out, path.into(), flush, 0, header);
         let check = header.check();
         writer.push_line(check, |line| write_header(line, header))?;
         Ok(writer)
     }
 
     /// A writer that continues after `lines` lines.
-    fn resume(out: W, path: PathBuf, flush: Flush, lines: u64) -> Self {
-        Self { out, path, flush, pending: String::new(), lines, failed: false }
+    fn resume(out: W, path: PathBuf, flush: Flush, lines: u64, header: &Header) -> Self {
+        let knows_authors = header.format >= AUTHORS_FORMAT;
+        Self { out, path, flush, pending: String::new(), lines, knows_authors, failed: false }
     }
 
     /// Writes an event. After an error of the output every further call fails: a torn line must stay the last one.
     /// [`RonWriter::append`] cuts it off and goes on.
     ///
     /// # Errors
-    /// The event does not pass [`Event::check`] or is longer than a line may be (nothing is written then, and the
+    /// The event does not pass [`Event::check`], has an author that the header's format does not know, or is longer than a line may be (nothing is written then, and the
     /// writer goes on), or the output fails.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
-        self.push_line(event.check(), |line| write_event(line, event))
+        let is_known = self.knows_authors || !event.names_author();
+        let check = event.check().and(if is_known { Ok(()) } else { Err(NO_AUTHORS) });
+        self.push_line(check, |line| write_event(line, event))
     }
 
     /// Hands everything to the output and flushes it.
@@ -143,7 +151,7 @@ impl RonWriter<RecordingFile> {
     /// The file is no recording of a known format, its compressed data are damaged, or it cannot be written.
     pub fn append(path: &Path, flush: Flush) -> Result<(Self, Header), RecordingError> {
         let (file, header, lines) = ron_file::append(path)?;
-        Ok((Self::resume(file, path.to_owned(), flush, lines), header))
+        Ok((Self::resume(file, path.to_owned(), flush, lines, &header), header))
     }
 
     /// Writes what is pending and closes the file. A compressed file gets its end mark; without this call it does so

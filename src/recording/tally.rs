@@ -158,7 +158,9 @@ impl Tally {
                 read.groupings += 1;
                 read.events += strokes.len() as u64;
             }
-            Event::Head { .. }
+            Event::Join { .. }
+            | Event::Leave { .. }
+            | Event::Head { .. }
             | Event::Erase { .. }
             | Event::Undo { .. }
             | Event::Redo { .. }

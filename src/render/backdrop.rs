@@ -53,7 +53,16 @@ mod tests {
         let (mut scene, mut changes) = (Scene::new(), Vec::new());
         for &color in colors {
             let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
-            scene.apply(&Event::Polygon { t: 0.0, stroke: None, vertices, color }, &mut changes);
+            scene.apply(
+                &Event::Polygon {
+                    author: crate::recording::Author::SOLE,
+                    t: 0.0,
+                    stroke: None,
+                    vertices,
+                    color,
+                },
+                &mut changes,
+            );
         }
         scene
     }

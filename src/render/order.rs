@@ -291,7 +291,13 @@ mod tests {
             let z = -(i as f32 + 1.0);
             let corner = |x, y| Vec3::new(x, y, z);
             let vertices = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
-            let event = Event::Polygon { t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) };
+            let event = Event::Polygon {
+                author: crate::recording::Author::SOLE,
+                t: 0.0,
+                stroke: None,
+                vertices,
+                color: (1.0, 1.0, 1.0, 1.0),
+            };
             scene.apply(&event, &mut changes);
         }
         scene

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use crate::{
     math::{Aabb, rotate, unit},
-    recording::{Camera, Event},
+    recording::{Author, Camera, Event},
     view::{Projection, View},
 };
 
@@ -58,17 +58,29 @@ pub struct Moment {
     pub head: Option<(Vec3, Quat)>,
     /// Latest sample of the hand.
     pub hand: Option<Vec3>,
+    /// Whose head and hand these are: the author of the first head pose, and when that one has left, of the next; none before.
+    pub author: Option<Author>,
 }
 
 impl Moment {
     /// Takes the poses of an event.
     pub fn note(&mut self, event: &Event) {
         match event {
-            Event::Head { p, q, .. } => self.head = Some((*p, unit(*q))),
-            Event::Point { p, .. } => self.hand = Some(*p),
-            Event::Polygon { vertices, .. } => self.hand = vertices.first().copied(),
+            Event::Head { p, q, author, .. } if *self.author.get_or_insert(*author) == *author => {
+                self.head = Some((*p, unit(*q)));
+            }
+            Event::Point { p, stroke, .. } if self.is_followed(stroke.author()) => self.hand = Some(*p),
+            Event::Polygon { vertices, author, .. } if self.is_followed(*author) => {
+                self.hand = vertices.first().copied();
+            }
+            Event::Leave { author, .. } if self.author == Some(*author) => self.author = None,
             _ => {}
         }
+    }
+
+    /// Where there is one author, a stroke's number says nothing.
+    fn is_followed(&self, author: Author) -> bool {
+        self.author.is_none_or(|followed| followed.is_sole() || followed == author)
     }
 }
 

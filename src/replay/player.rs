@@ -127,16 +127,17 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Author;
     use glam::{Quat, Vec3};
     use std::path::Path;
 
     fn polygon(x: f32) -> Event {
         let vertices = vec![Vec3::X * x, Vec3::X * x + Vec3::Y, Vec3::X * (x + 1.0)];
-        Event::Polygon { t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) }
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) }
     }
 
     fn head(x: f32) -> Event {
-        Event::Head { t: 0.0, p: Vec3::X * x, q: Quat::IDENTITY }
+        Event::Head { author: Author::SOLE, t: 0.0, p: Vec3::X * x, q: Quat::IDENTITY }
     }
 
     #[test]

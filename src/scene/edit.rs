@@ -2,52 +2,100 @@ use glam::Vec3;
 
 use crate::recording::Transform;
 
-/// One step of the undo history. Strokes and groups are given by their place in the scene's lists.
+/// One step of an author's undo history. Strokes and groups are given by their place in the scene's lists.
 #[derive(Clone, Debug)]
 pub(super) enum Edit {
     /// A stroke was drawn.
     Draw { stroke: u32 },
     /// A stroke was erased.
     Erase { stroke: u32 },
-    /// Strokes were moved; the offset that each one has on the other side of the edit: before it while it is done, after
-    /// it while it is taken back. So both come back to the bit, whatever the way there was.
-    Move { offsets: Vec<(u32, Vec3)> },
-    /// Strokes changed their group; the groups of before, and the new one.
-    Group {
-        before: Vec<(u32, Option<usize>)>,
-        group: usize,
-        parent_before: Option<usize>,
-        parent: Option<usize>,
-        /// Before and after, if the edit names the group.
-        names: Option<Box<[Option<String>; 2]>>,
-    },
-    /// A group was placed.
-    Place { group: usize, before: Transform, after: Transform },
-    /// Strokes went to a layer; the layer that each one has on the other side of the edit.
-    Assign { layers: Vec<(u32, u32)> },
+    /// Strokes or a group were arranged: the place in the [log](super::log::Log), and how many strokes it names.
+    Arrange { at: u64, named: u32 },
     /// Several edits that are one step, in their order.
     Several(Vec<Edit>),
 }
 
 impl Edit {
-    /// Calls `drawn` for each stroke that was drawn by it, and `erased` for each that was erased.
-    pub(super) fn strokes_of(&self, drawn: &mut impl FnMut(u32), erased: &mut impl FnMut(u32)) {
+    /// Calls `each` for every single edit that it is made of, in their order.
+    pub(super) fn for_each(&self, each: &mut impl FnMut(&Self)) {
         match self {
-            Self::Draw { stroke } => drawn(*stroke),
-            Self::Erase { stroke } => erased(*stroke),
-            Self::Several(edits) => edits.iter().for_each(|edit| edit.strokes_of(drawn, erased)),
-            Self::Move { .. } | Self::Group { .. } | Self::Place { .. } | Self::Assign { .. } => {}
+            Self::Several(edits) => edits.iter().for_each(|edit| edit.for_each(each)),
+            single => each(single),
         }
     }
 
     /// How many strokes it remembers something of.
     pub(super) fn named(&self) -> usize {
         match self {
-            Self::Draw { .. } | Self::Erase { .. } | Self::Place { .. } => 0,
-            Self::Move { offsets } => offsets.len(),
-            Self::Group { before, .. } => before.len(),
-            Self::Assign { layers } => layers.len(),
+            Self::Draw { .. } | Self::Erase { .. } => 0,
+            Self::Arrange { named, .. } => *named as usize,
             Self::Several(edits) => edits.iter().map(|edit| 1 + edit.named()).sum(),
         }
+    }
+}
+
+/// A stroke that an arrangement names.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Named<T> {
+    pub(super) stroke: u32,
+    pub(super) of: T,
+}
+
+/// By how much a stroke was moved, in the space of its group, and its offset before.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    pub(super) by: Vec3,
+    pub(super) before: Vec3,
+}
+
+/// What can be arranged by several authors at once: an edit, and what it found. Lists are ascending by stroke.
+///
+/// While it is active, what it found (`before`) is what the base and all active arrangements before it come to.
+#[derive(Clone, Debug, Default)]
+pub(super) enum Arrangement {
+    /// Nothing that still matters.
+    #[default]
+    Nothing,
+    /// Strokes were moved.
+    Move(Vec<Named<Way>>),
+    /// Strokes became members of a group.
+    Group(Box<Grouping>),
+    /// A group was placed.
+    Place { group: usize, before: Transform, to: Transform },
+    /// Strokes went to a layer; the layer of before of each.
+    Assign { layer: u32, strokes: Vec<Named<u32>> },
+}
+
+/// Strokes that became members of a group, which was hung and perhaps named.
+#[derive(Clone, Debug)]
+pub(super) struct Grouping {
+    pub(super) group: usize,
+    /// The members, with the group that each was in before.
+    pub(super) members: Vec<Named<Option<usize>>>,
+    /// Where it hangs the group; none if that does not matter any more.
+    pub(super) hanging: Option<Hanging>,
+    /// The names before and after, if it names the group.
+    pub(super) names: Option<[Option<String>; 2]>,
+}
+
+/// A group hung under another one, or under none.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hanging {
+    pub(super) before: Option<usize>,
+    pub(super) parent: Option<usize>,
+    /// It had an effect. It has none where the groups would form a circle, or a chain that is too long, without an edit
+    /// that has been taken back.
+    pub(super) holds: bool,
+}
+
+impl Arrangement {
+    /// How many strokes it names.
+    pub(super) fn named(&self) -> u32 {
+        (match self {
+            Self::Nothing | Self::Place { .. } => 0,
+            Self::Move(moved) => moved.len(),
+            Self::Group(grouping) => grouping.members.len(),
+            Self::Assign { strokes, .. } => strokes.len(),
+        }) as u32
     }
 }

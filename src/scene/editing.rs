@@ -1,39 +1,20 @@
-//! What is done to strokes once they are there: erase, move, group, place, undo and redo.
+//! What is done to strokes once they are there: erase, move, group, place.
 
 use glam::Vec3;
 
-use super::{Scene, edit::Edit, group, model::Untold};
+use super::{
+    Scene, Stroke,
+    edit::{Arrangement, Edit, Grouping, Hanging, Named, Way},
+    group,
+    model::Untold,
+};
 use crate::{
     brush::Surface,
     polygon::{Change, PolygonId, SpaceId},
-    recording::{GroupId, StrokeId, Transform},
+    recording::{Author, GroupId, StrokeId, Transform},
 };
 
 impl Scene {
-    pub(super) fn record(&mut self, edit: Edit) {
-        let first = self.gone[0].len();
-        self.history.record(edit, &mut self.gone[0]);
-        for i in first..self.gone[0].len() {
-            self.put_out_of_reach(self.gone[0][i]);
-        }
-    }
-
-    /// Nothing brings a stroke back any more: its number stays used, all else is as if it had never been.
-    fn put_out_of_reach(&mut self, at: u32) {
-        let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
-        stroke.is_gone = true;
-        stroke.builder = None;
-        if let Some(id) = stroke.id {
-            self.stroke_by_id.remove(&id);
-            self.used.insert(id.0);
-        }
-        let group = stroke.group.take();
-        if group.is_some() {
-            self.groups.change_member(at, group, None);
-            self.displace(at);
-        }
-    }
-
     /// Frees the memory of the strokes that no undo or redo can bring back, as far as that was so at the last call: who
     /// follows the changes may still ask about those that went since. To be called once a frame by whoever keeps a scene
     /// for long, after the changes before the last call have been followed.
@@ -59,29 +40,37 @@ impl Scene {
         }
     }
 
-    pub(super) fn erase(&mut self, id: StrokeId) -> Option<()> {
+    pub(super) fn erase(&mut self, author: Author, id: StrokeId) -> Option<()> {
         let at = *self.stroke_by_id.get(&id)?;
-        if self.strokes[at as usize].erased {
+        // Who erases what somebody else has erased means it, even if that is taken back.
+        if self.strokes[at as usize].erasers > 0 && self.author_mut(author).erased.contains(&at) {
             return None;
         }
-        self.set_erased(at, true);
-        self.record(Edit::Erase { stroke: at });
+        self.set_erased(author, at, true);
+        self.record(author, Edit::Erase { stroke: at });
         Some(())
     }
 
-    fn set_erased(&mut self, at: u32, erased: bool) {
+    pub(super) fn set_erased(&mut self, author: Author, at: u32, erased: bool) {
+        let of_author = &mut self.author_mut(author).erased;
+        if erased {
+            of_author.insert(at);
+        } else {
+            of_author.remove(&at);
+        }
         let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
         let was = stroke.is_visible();
-        stroke.erased = erased;
         if erased {
-            self.counts.erased_strokes += 1;
+            stroke.erasers += 1;
+            self.counts.erased_strokes += u64::from(stroke.erasers == 1);
         } else {
-            self.counts.erased_strokes -= 1;
+            stroke.erasers = stroke.erasers.saturating_sub(1);
+            self.counts.erased_strokes -= u64::from(stroke.erasers == 0);
         }
         self.follow_visibility(at, was);
     }
 
-    fn set_undone(&mut self, at: u32, undone: bool) {
+    pub(super) fn set_undone(&mut self, at: u32, undone: bool) {
         let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
         let was = stroke.is_visible();
         stroke.undone = undone;
@@ -131,33 +120,33 @@ impl Scene {
         self.to_tell = to_tell;
     }
 
-    pub(super) fn move_strokes(&mut self, ids: &[StrokeId], by: Vec3) -> Option<()> {
-        let mut offsets: Vec<(u32, Vec3)> = self.named(ids).map(|at| (at, Vec3::ZERO)).collect();
-        offsets.sort_unstable_by_key(|(at, _)| *at);
-        offsets.dedup_by_key(|(at, _)| *at);
-        offsets.retain_mut(|(at, offset)| {
-            let stroke = &self.strokes[*at as usize];
-            let by = self.groups.way_from_world(stroke.group, by);
-            by.inspect(|by| *offset = stroke.offset + *by).is_some()
+    pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
+        let groups = &self.groups;
+        let moved = self.named(ids, |stroke| {
+            Some(Way { by: groups.way_from_world(stroke.group, by)?, before: stroke.offset })
         });
-        if offsets.is_empty() {
+        if moved.is_empty() {
             return None;
         }
-        self.swap_offsets(&mut offsets);
-        self.record(Edit::Move { offsets });
+        moved.iter().for_each(|named| self.set_offset(named.stroke, named.of.before + named.of.by));
+        self.arrange(author, Arrangement::Move(moved));
         Some(())
     }
 
-    pub(super) fn named(&self, ids: &[StrokeId]) -> impl Iterator<Item = u32> {
-        ids.iter().filter_map(|id| self.stroke_by_id.get(id)).copied()
+    /// The strokes with these numbers, ascending and each once, with what `of` says of them; without those of which it says
+    /// nothing.
+    pub(super) fn named<T>(&self, ids: &[StrokeId], of: impl Fn(&Stroke) -> Option<T>) -> Vec<Named<T>> {
+        let mut strokes: Vec<u32> = ids.iter().filter_map(|id| self.stroke_by_id.get(id)).copied().collect();
+        strokes.sort_unstable();
+        strokes.dedup();
+        let named = |stroke| Some(Named { stroke, of: of(&self.strokes[stroke as usize])? });
+        strokes.into_iter().filter_map(named).collect()
     }
 
-    fn swap_offsets(&mut self, offsets: &mut [(u32, Vec3)]) {
-        for (at, offset) in offsets {
-            if let Some(stroke) = self.strokes.get_mut(*at as usize).filter(|stroke| !stroke.is_gone) {
-                std::mem::swap(&mut stroke.offset, offset);
-                self.displace(*at);
-            }
+    pub(super) fn set_offset(&mut self, at: u32, offset: Vec3) {
+        if let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) {
+            stroke.offset = offset;
+            self.displace(at);
         }
     }
 
@@ -229,6 +218,7 @@ impl Scene {
 
     pub(super) fn group(
         &mut self,
+        author: Author,
         id: GroupId,
         strokes: &[StrokeId],
         parent: Option<GroupId>,
@@ -238,25 +228,25 @@ impl Scene {
             Some(parent) => Some(self.groups.find(parent)?),
             None => None,
         };
-        let at = self.groups.find_or_make(id, parent)?;
-        let mut before: Vec<(u32, Option<usize>)> = self.named(strokes).map(|s| (s, None)).collect();
-        before.sort_unstable_by_key(|(s, _)| *s);
-        before.dedup_by_key(|(s, _)| *s);
-        for (stroke, group_before) in &mut before {
-            *group_before = self.strokes[*stroke as usize].group;
+        let is_own = author.is_sole() || id.author() == author;
+        if !is_own && self.groups.find(id).is_none() {
+            return None;
         }
-        let parent_before = self.groups.parent(at);
-        self.groups.hang(at, parent);
-        before.iter().for_each(|&(stroke, _)| self.set_group(stroke, Some(at)));
+        let group = self.groups.find_or_make(id, parent)?;
+        let members = self.named(strokes, |stroke| Some(stroke.group));
+        let hanging = Hanging { before: self.groups.parent(group), parent, holds: true };
+        self.groups.hang(group, parent);
+        members.iter().for_each(|named| self.set_group(named.stroke, Some(group)));
         let names = name.map(|name| {
             let name = Some(name.to_owned()).filter(|name| !name.is_empty());
-            Box::new([self.groups.set_name(at, name.clone()), name])
+            [self.groups.set_name(group, name.clone()), name]
         });
-        self.record(Edit::Group { before, group: at, parent_before, parent, names });
+        let grouping = Grouping { group, members, hanging: Some(hanging), names };
+        self.arrange(author, Arrangement::Group(Box::new(grouping)));
         Some(())
     }
 
-    fn set_group(&mut self, at: u32, to: Option<usize>) {
+    pub(super) fn set_group(&mut self, at: u32, to: Option<usize>) {
         let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
         let from = std::mem::replace(&mut stroke.group, to);
         if from != to {
@@ -265,61 +255,11 @@ impl Scene {
         }
     }
 
-    pub(super) fn place(&mut self, id: GroupId, to: Transform) -> Option<()> {
+    pub(super) fn place(&mut self, author: Author, id: GroupId, to: Transform) -> Option<()> {
         let group = self.groups.find(id)?;
         let before = self.groups.transform(group);
         self.groups.place(group, to);
-        self.record(Edit::Place { group, before, after: to });
+        self.arrange(author, Arrangement::Place { group, before, to });
         Some(())
-    }
-
-    pub(super) fn undo(&mut self) -> Option<()> {
-        let mut edit = self.history.undo()?;
-        self.play_backward(&mut edit);
-        self.history.taken_back(edit);
-        Some(())
-    }
-
-    fn play_backward(&mut self, edit: &mut Edit) {
-        match edit {
-            Edit::Draw { stroke } => self.set_undone(*stroke, true),
-            Edit::Erase { stroke } => self.set_erased(*stroke, false),
-            Edit::Move { offsets } => self.swap_offsets(offsets),
-            Edit::Group { before, group, parent_before, names, .. } => {
-                if let Some(names) = names {
-                    self.groups.set_name(*group, names[0].clone());
-                }
-                self.groups.hang(*group, *parent_before);
-                before.iter().for_each(|&(stroke, group)| self.set_group(stroke, group));
-            }
-            Edit::Place { group, before, .. } => self.groups.place(*group, *before),
-            Edit::Assign { layers } => self.swap_layers(layers),
-            Edit::Several(edits) => edits.iter_mut().rev().for_each(|edit| self.play_backward(edit)),
-        }
-    }
-
-    pub(super) fn redo(&mut self) -> Option<()> {
-        let mut edit = self.history.redo()?;
-        self.play_forward(&mut edit);
-        self.history.made_again(edit);
-        Some(())
-    }
-
-    fn play_forward(&mut self, edit: &mut Edit) {
-        match edit {
-            Edit::Draw { stroke } => self.set_undone(*stroke, false),
-            Edit::Erase { stroke } => self.set_erased(*stroke, true),
-            Edit::Move { offsets } => self.swap_offsets(offsets),
-            Edit::Group { before, group, parent, names, .. } => {
-                if let Some(names) = names {
-                    self.groups.set_name(*group, names[1].clone());
-                }
-                self.groups.hang(*group, *parent);
-                before.iter().for_each(|&(stroke, _)| self.set_group(stroke, Some(*group)));
-            }
-            Edit::Place { group, after, .. } => self.groups.place(*group, *after),
-            Edit::Assign { layers } => self.swap_layers(layers),
-            Edit::Several(edits) => edits.iter_mut().for_each(|edit| self.play_forward(edit)),
-        }
     }
 }

@@ -196,19 +196,37 @@ impl Groups {
         self.steps
     }
 
-    /// The group with this number, which is made if there is none, if it can hang under `parent`: not below itself, and
-    /// in no chain that is too long.
-    pub(super) fn find_or_make(&mut self, id: GroupId, parent: Option<usize>) -> Option<usize> {
-        let known = self.find(id);
+    /// Whether a group (or one that is made next) can hang under `parent`: not below itself, and in no chain that is too
+    /// long.
+    fn can_hang(&mut self, known: Option<usize>, parent: Option<usize>) -> bool {
         let height = known.map_or(1, |at| self.groups[at].height());
         let (mut depth, mut above) = (0, parent);
         while let Some(group) = above {
             self.steps += 1;
             depth += 1;
             if depth + height > MAX_GROUP_DEPTH || Some(group) == known {
-                return None;
+                return false;
             }
             above = self.groups[group].parent;
+        }
+        true
+    }
+
+    /// Hangs a group under another one, or under none, if it can; whether it could.
+    pub(super) fn try_hang(&mut self, group: usize, parent: Option<usize>) -> bool {
+        let can = self.groups[group].parent == parent || self.can_hang(Some(group), parent);
+        if can {
+            self.hang(group, parent);
+        }
+        can
+    }
+
+    /// The group with this number, which is made if there is none, if it can hang under `parent`: not below itself, and
+    /// in no chain that is too long.
+    pub(super) fn find_or_make(&mut self, id: GroupId, parent: Option<usize>) -> Option<usize> {
+        let known = self.find(id);
+        if !self.can_hang(known, parent) {
+            return None;
         }
         Some(known.unwrap_or_else(|| {
             let at = self.groups.len();

@@ -2,9 +2,9 @@ use std::collections::VecDeque;
 
 use super::edit::Edit;
 
-/// The edits that undo and redo can reach.
+/// The edits that an author's undo and redo can reach.
 ///
-/// How many is part of what a recording means: everybody who replays one forgets the same edits, so both limits are the
+/// How many is part of what a recording means: everybody who replays one forgets the same edits, so all limits are the
 /// same everywhere and no setting.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
@@ -22,14 +22,29 @@ struct OpenStep {
     has_begun: bool,
 }
 
+/// What a history does not hold any more.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lost {
+    /// Edits that were taken back and cannot be made again.
+    pub(super) taken_back: Vec<Edit>,
+    /// Edits that cannot be taken back any more.
+    pub(super) done: Vec<Edit>,
+}
+
 impl History {
     /// Edits that can be taken back, at most: the oldest is forgotten. Larger: undo reaches further, and what was erased
     /// is held longer.
     pub(super) const DEPTH: usize = 1000;
 
-    /// Moves and groupings of many strokes remember something of each of them, 16 or 24 bytes. Together they name at most
+    /// Moves and groupings of many strokes remember something of each of them, up to 28 bytes. Together they name at most
     /// this many strokes; the oldest edits are forgotten, but never the last one.
     pub(super) const NAMED: usize = 1 << 20;
+
+    /// Edits that the histories of all authors hold, at most: as many as 65 full ones. The longest forgets its oldest edit.
+    pub(super) const DEPTH_OF_ALL: usize = 1 << 16;
+
+    /// Strokes that the edits of all authors name, at most. The history that names most forgets its oldest edit.
+    pub(super) const NAMED_OF_ALL: usize = 4 * Self::NAMED;
 
     pub(super) fn can_undo(&self) -> bool {
         !self.done.is_empty()
@@ -37,6 +52,16 @@ impl History {
 
     pub(super) fn can_redo(&self) -> bool {
         !self.taken_back.is_empty()
+    }
+
+    /// Edits that it holds, done and taken back.
+    pub(super) fn len(&self) -> usize {
+        self.done.len() + self.taken_back.len()
+    }
+
+    /// Strokes that they name.
+    pub(super) fn named(&self) -> usize {
+        self.named
     }
 
     /// The next `edits` edits are one step. The step before is at its end; 0 begins none.
@@ -49,19 +74,38 @@ impl History {
         self.open.is_some()
     }
 
-    /// Adds an edit. What was taken back cannot be made again then, and the oldest edits may be too many: the strokes
-    /// that are gone for good by either are appended to `gone`.
-    pub(super) fn record(&mut self, edit: Edit, gone: &mut Vec<u32>) {
-        for lost in self.taken_back.drain(..) {
-            self.named -= lost.named();
-            lost.strokes_of(&mut |drawn| gone.push(drawn), &mut |_| {});
+    /// Adds an edit. What was taken back cannot be made again then, and the oldest edits may be too many: they are
+    /// appended to `lost`.
+    pub(super) fn record(&mut self, edit: Edit, lost: &mut Lost) {
+        for edit in self.taken_back.drain(..) {
+            self.named -= edit.named();
+            lost.taken_back.push(edit);
         }
         self.add(edit);
         while self.done.len() > Self::DEPTH || (self.named > Self::NAMED && self.done.len() > 1) {
-            let Some(oldest) = self.done.pop_front() else { return };
-            self.named -= oldest.named();
-            oldest.strokes_of(&mut |_| {}, &mut |erased| gone.push(erased));
+            self.forget_one(0, lost);
         }
+    }
+
+    /// Forgets the oldest edit, or the one that would be made again last, but keeps the `keep` last ones that are done;
+    /// `false`: there was none.
+    pub(super) fn forget_one(&mut self, keep: usize, lost: &mut Lost) -> bool {
+        let edit = if self.done.len() > keep {
+            self.done.pop_front().inspect(|edit| lost.done.push(edit.clone()))
+        } else if !self.taken_back.is_empty() {
+            let edit = self.taken_back.remove(0);
+            lost.taken_back.push(edit.clone());
+            Some(edit)
+        } else {
+            None
+        };
+        edit.inspect(|edit| self.named -= edit.named()).is_some()
+    }
+
+    /// Forgets everything.
+    pub(super) fn forget_all(&mut self) -> Lost {
+        let all = std::mem::take(self);
+        Lost { taken_back: all.taken_back, done: all.done.into() }
     }
 
     fn add(&mut self, edit: Edit) {
@@ -109,18 +153,18 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn the_last_edit_can_be_taken_back_however_many_strokes_it_names() {
-        let (mut history, mut gone) = (History::default(), Vec::new());
-        let moved = |strokes: usize| Edit::Move { offsets: vec![(0, Vec3::ZERO); strokes] };
-        history.record(moved(1), &mut gone);
-        history.record(moved(History::NAMED + 1), &mut gone);
+        let (mut history, mut lost) = (History::default(), Lost::default());
+        let moved = |strokes: usize| Edit::Arrange { at: 0, named: strokes as u32 };
+        history.record(moved(1), &mut lost);
+        history.record(moved(History::NAMED + 1), &mut lost);
+        assert_eq!((lost.done.len(), lost.taken_back.len()), (1, 0));
         assert!(history.undo().is_some_and(|edit| edit.named() > History::NAMED) && !history.can_undo());
-        let mut history = History::default();
-        history.record(moved(1), &mut gone);
-        history.record(moved(History::NAMED - 1), &mut gone);
-        assert!(history.undo().is_some() && history.undo().is_some() && gone.is_empty());
+        let (mut history, mut lost) = (History::default(), Lost::default());
+        history.record(moved(1), &mut lost);
+        history.record(moved(History::NAMED - 1), &mut lost);
+        assert!(history.undo().is_some() && history.undo().is_some() && lost.done.is_empty());
     }
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{Scene, edit::Edit};
-use crate::recording::StrokeId;
+use super::{Scene, edit::Arrangement};
+use crate::recording::{Author, StrokeId};
 
 /// What events have said of a layer; what they have not is as the session's header says.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -59,27 +59,21 @@ impl Scene {
         self.follow_visibility(at, was);
     }
 
-    pub(super) fn assign(&mut self, layer: u32, strokes: &[StrokeId]) -> Option<()> {
-        let mut layers: Vec<(u32, u32)> = self.named(strokes).map(|at| (at, layer)).collect();
-        layers.sort_unstable();
-        layers.dedup();
-        if layers.is_empty() {
+    pub(super) fn assign(&mut self, author: Author, layer: u32, strokes: &[StrokeId]) -> Option<()> {
+        let strokes = self.named(strokes, |stroke| Some(stroke.layer));
+        if strokes.is_empty() {
             return None;
         }
-        self.swap_layers(&mut layers);
-        self.record(Edit::Assign { layers });
+        strokes.iter().for_each(|named| self.set_layer(named.stroke, layer));
+        self.arrange(author, Arrangement::Assign { layer, strokes });
         Some(())
     }
 
-    pub(super) fn swap_layers(&mut self, layers: &mut [(u32, u32)]) {
-        for (at, layer) in layers {
-            let Some(stroke) = self.strokes.get_mut(*at as usize).filter(|stroke| !stroke.is_gone) else {
-                continue;
-            };
-            std::mem::swap(&mut stroke.layer, layer);
-            let state = self.layers.get(&stroke.layer);
-            let hidden = state.and_then(|state| state.hidden).unwrap_or(stroke.was_hidden);
-            self.set_hidden(*at, hidden);
-        }
+    pub(super) fn set_layer(&mut self, at: u32, layer: u32) {
+        let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
+        stroke.layer = layer;
+        let state = self.layers.get(&layer);
+        let hidden = state.and_then(|state| state.hidden).unwrap_or(stroke.was_hidden);
+        self.set_hidden(at, hidden);
     }
 }

@@ -17,21 +17,35 @@
 //! means. A stroke that was erased before that, or taken back and then drawn over, is gone: what an event says of it is
 //! ignored, its number stays used, and [`Scene::let_go`] frees what it held.
 //!
+//! # Several authors
+//! Undo and redo are [each author's own](crate::recording::Author): the model is what all edits that are not taken back come
+//! to, in the order of the session. Moves add up, of groupings, placings and layers the last one counts, and a stroke is
+//! erased as long as anybody has erased it. So nobody takes back what somebody else has done. When an author leaves, all the
+//! author's edits are for good. Where groups would form a circle because a grouping was taken back, the later one
+//! hangs nothing. An edit that undo does not reach any more counts as one before all others.
+//!
+//! Each author's undo has the limits of one author; together they remember at most 65,536 edits, which name at most four
+//! million strokes: beyond, whoever has most loses the oldest.
+//!
 //! Knows [`recording`](crate::recording), [`stroke`](crate::stroke) and [`polygon`](crate::polygon).
 
+mod authors;
 mod edit;
 mod editing;
 mod geometry;
 mod group;
 mod history;
 mod layers;
+mod log;
 mod model;
 mod pieces;
 mod solid;
 mod spaces;
 mod tree;
+mod undo;
 mod used;
 
+pub use authors::AuthorInfo;
 pub use layers::LayerState;
 pub use model::{KnownView, Scene, SceneCounts, SceneWork, Stroke};
 pub use tree::GroupNode;

@@ -5,12 +5,21 @@ use std::{
 
 use glam::{Quat, Vec3};
 
-use super::{edit::Edit, group::Groups, history::History, layers::LayerState, used::UsedNumbers};
+use super::{
+    authors::AuthorState,
+    edit::Edit,
+    group::Groups,
+    history::{History, Lost},
+    layers::LayerState,
+    log::Log,
+    undo::Remembered,
+    used::UsedNumbers,
+};
 use crate::{
     brush::{self, Brush, Surface},
     math::{Aabb, unit},
     polygon::{Change, ConvexPolygon, Paged, PolygonId},
-    recording::{Event, GroupId, Paint, StrokeId, Transform},
+    recording::{Author, Event, GroupId, Paint, StrokeId, Transform},
     stroke::{Drops, Pieces, Sample, StrokeBuilder, StrokeSettings, split_into_convex},
 };
 
@@ -37,7 +46,9 @@ pub struct Stroke {
     pub(super) fixed: u32,
     /// Samples have come since it was last painted.
     pub(super) is_unpainted: bool,
-    pub(super) erased: bool,
+    /// How many authors have erased it.
+    pub(super) erasers: u16,
+    author: u16,
     pub(super) undone: bool,
     /// No undo or redo brings it back any more; its polygons are let go next.
     pub(super) is_gone: bool,
@@ -73,7 +84,8 @@ impl Stroke {
         used: 0,
         fixed: 0,
         is_unpainted: false,
-        erased: false,
+        erasers: 0,
+        author: 0,
         undone: true,
         is_gone: true,
         offset: Vec3::ZERO,
@@ -87,6 +99,11 @@ impl Stroke {
     /// Its number in the recording; none for a polygon that came without a stroke.
     pub fn id(&self) -> Option<StrokeId> {
         self.id
+    }
+
+    /// Who draws it.
+    pub fn author(&self) -> Author {
+        Author(u32::from(self.author))
     }
 
     /// Red, green, blue, opacity, sRGB.
@@ -111,7 +128,7 @@ impl Stroke {
 
     /// Whether it is erased or undone.
     pub fn is_taken_away(&self) -> bool {
-        self.erased || self.undone
+        self.erasers > 0 || self.undone
     }
 
     /// Whether its polygons are in the model now.
@@ -247,7 +264,13 @@ pub struct Scene {
     pub(super) in_space: Vec<u64>,
     pub(super) layers: BTreeMap<u32, LayerState>,
     pub(super) views: BTreeMap<u32, KnownView>,
-    pub(super) history: History,
+    /// What authors have arranged and can take back.
+    pub(super) log: Log,
+    pub(super) authors: BTreeMap<Author, AuthorState>,
+    /// How much all their histories hold.
+    pub(super) remembered: Remembered,
+    /// Scratch: edits that a history has lost.
+    pub(super) lost: Lost,
     pub(super) counts: SceneCounts,
     pub(super) displaced: u64,
     pub(super) let_go: u64,
@@ -380,14 +403,14 @@ impl Scene {
         (0..self.polygon_count() as u32).map(PolygonId).filter(|&id| self.is_visible(id))
     }
 
-    /// Whether there is something to undo.
+    /// Whether the author of a recording that names none has something to undo.
     pub fn can_undo(&self) -> bool {
-        self.history.can_undo()
+        self.can_undo_of(Author::SOLE)
     }
 
-    /// Whether there is something to redo.
+    /// Whether the author of a recording that names none has something to redo.
     pub fn can_redo(&self) -> bool {
-        self.history.can_redo()
+        self.can_redo_of(Author::SOLE)
     }
 
     /// The views that the session remembers, by their numbers.
@@ -395,9 +418,9 @@ impl Scene {
         &self.views
     }
 
-    /// Whether the next edit joins the step of the last one.
+    /// Whether the next edit of the author of a recording that names none joins the step of the last one.
     pub fn is_step_open(&self) -> bool {
-        self.history.is_step_open()
+        self.is_step_open_of(Author::SOLE)
     }
 
     /// Takes one event and appends what it changed. Events that make no sense here (an unknown stroke, one that no undo
@@ -423,8 +446,23 @@ impl Scene {
     }
 
     fn take(&mut self, event: &Event, changes: &mut Vec<Change>) {
-        let known = match event {
-            Event::Head { .. } => Some(()),
+        let known = self.take_known(event, changes);
+        if known.is_none() {
+            self.counts.ignored_events += 1;
+        }
+    }
+
+    fn take_known(&mut self, event: &Event, changes: &mut Vec<Change>) -> Option<()> {
+        let author = event.author().unwrap_or_default();
+        if let Event::Join { t, name, color, .. } = event {
+            return self.join(*t, author, name, *color);
+        }
+        if !self.is_there(author) {
+            return None;
+        }
+        match event {
+            Event::Join { .. } | Event::Head { .. } => Some(()),
+            Event::Leave { t, .. } => self.leave(*t, author, changes),
             Event::Begin { stroke, tool, width, color, normal, thinnest, paint, .. } => {
                 let settings = StrokeSettings {
                     brush: paint.as_ref().and_then(|paint| brush::find(&paint.brush)),
@@ -435,23 +473,23 @@ impl Scene {
                     seed: paint.as_ref().map_or(0, |paint| paint.seed),
                     scale: paint.as_ref().map_or(1.0, |paint| paint.scale),
                 };
-                self.begin(*stroke, settings, *color, paint.as_deref())
+                self.begin(author, *stroke, settings, *color, paint.as_deref())
             }
             Event::Point { stroke, p, q, pressure, .. } => {
                 let sample = Sample { position: *p, orientation: unit(*q), pressure: *pressure };
                 self.point(*stroke, sample, changes)
             }
             Event::End { stroke, .. } => self.end(*stroke, changes),
-            Event::Erase { stroke, .. } => self.erase(*stroke),
-            Event::Undo { .. } => self.undo(),
-            Event::Redo { .. } => self.redo(),
-            Event::Move { strokes, by, .. } => self.move_strokes(strokes, *by),
+            Event::Erase { stroke, .. } => self.erase(author, *stroke),
+            Event::Undo { .. } => self.undo(author),
+            Event::Redo { .. } => self.redo(author),
+            Event::Move { strokes, by, .. } => self.move_strokes(author, strokes, *by),
             Event::Group { group, strokes, parent, name, .. } => {
-                self.group(*group, strokes, *parent, name.as_deref())
+                self.group(author, *group, strokes, *parent, name.as_deref())
             }
-            Event::Place { group, to, .. } => self.place(*group, Transform { q: unit(to.q), ..*to }),
+            Event::Place { group, to, .. } => self.place(author, *group, Transform { q: unit(to.q), ..*to }),
             Event::Step { edits, .. } => {
-                self.history.open_step(*edits);
+                self.author_mut(author).history.open_step(*edits);
                 Some(())
             }
             Event::Layer { layer, name, hidden, locked, .. } => {
@@ -462,27 +500,25 @@ impl Scene {
                     .insert(*slot, KnownView { eye: *p, world_from_view: unit(*q), distance_m: *distance });
                 Some(())
             }
-            Event::Assign { layer, strokes, .. } => self.assign(*layer, strokes),
+            Event::Assign { layer, strokes, .. } => self.assign(author, *layer, strokes),
             Event::Polygon { stroke, vertices, color, .. } => {
-                self.add_polygon(*stroke, vertices, *color, changes)
+                self.add_polygon(author, *stroke, vertices, *color, changes)
             }
-        };
-        if known.is_none() {
-            self.counts.ignored_events += 1;
         }
     }
 
     fn begin(
         &mut self,
+        author: Author,
         id: StrokeId,
         settings: StrokeSettings,
         color: (f32, f32, f32, f32),
         paint: Option<&Paint>,
     ) -> Option<()> {
-        if self.is_used(id) {
+        if self.is_used(id) || !author.owns(id) {
             return None;
         }
-        let at = self.add_stroke(Some(id), color);
+        let at = self.add_stroke(author, Some(id), color);
         let stroke = &mut self.strokes[at as usize];
         stroke.builder = Some(Box::new(StrokeBuilder::new(settings)));
         stroke.brush = settings.brush;
@@ -494,7 +530,10 @@ impl Scene {
         let state = self.layers.get(&stroke.layer);
         stroke.is_hidden = state.and_then(|state| state.hidden).unwrap_or(stroke.was_hidden);
         self.counts.strokes += 1;
-        self.record(Edit::Draw { stroke: at });
+        if !author.is_sole() {
+            self.author_mut(author).open.insert(at);
+        }
+        self.record(author, Edit::Draw { stroke: at });
         Some(())
     }
 
@@ -513,10 +552,15 @@ impl Scene {
         Some(())
     }
 
-    fn end(&mut self, id: StrokeId, changes: &mut Vec<Change>) -> Option<()> {
+    pub(super) fn end(&mut self, id: StrokeId, changes: &mut Vec<Change>) -> Option<()> {
         let at = *self.stroke_by_id.get(&id)?;
         let stroke = &mut self.strokes[at as usize];
         let mut builder = stroke.builder.take()?;
+        let author = stroke.author();
+        if !author.is_sole() {
+            self.author_mut(author).open.remove(&at);
+        }
+        let stroke = &self.strokes[at as usize];
         self.fresh.begin(stroke.used, stroke.fixed);
         builder.finish(&mut self.fresh, &mut self.counts.drops);
         self.file_fresh(at, changes);
@@ -526,18 +570,19 @@ impl Scene {
 
     fn add_polygon(
         &mut self,
+        author: Author,
         id: Option<StrokeId>,
         vertices: &[Vec3],
         color: (f32, f32, f32, f32),
         changes: &mut Vec<Change>,
     ) -> Option<()> {
         let at = match id.and_then(|id| self.stroke_by_id.get(&id)) {
-            Some(&at) => at,
-            None if id.is_some_and(|id| self.is_used(id)) => return None,
+            Some(&at) => Some(at).filter(|&at| self.strokes[at as usize].author() == author)?,
+            None if id.is_some_and(|id| self.is_used(id) || !author.owns(id)) => return None,
             None => {
-                let at = self.add_stroke(id, color);
+                let at = self.add_stroke(author, id, color);
                 self.counts.strokes += u64::from(id.is_some());
-                self.record(Edit::Draw { stroke: at });
+                self.record(author, Edit::Draw { stroke: at });
                 at
             }
         };
@@ -551,13 +596,19 @@ impl Scene {
         Some(())
     }
 
-    fn add_stroke(&mut self, id: Option<StrokeId>, color: (f32, f32, f32, f32)) -> u32 {
+    fn add_stroke(&mut self, author: Author, id: Option<StrokeId>, color: (f32, f32, f32, f32)) -> u32 {
         let at = self.strokes.len() as u32;
         if let Some(id) = id {
             self.stroke_by_id.insert(id, at);
         }
         let is_hidden = self.layers.get(&0).is_some_and(|state| state.hidden == Some(true));
-        self.strokes.push(Stroke { undone: false, is_gone: false, is_hidden, ..Stroke::new(id, color) });
+        self.strokes.push(Stroke {
+            undone: false,
+            is_gone: false,
+            is_hidden,
+            author: author.0 as u16,
+            ..Stroke::new(id, color)
+        });
         at
     }
 

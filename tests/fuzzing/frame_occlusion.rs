@@ -9,7 +9,7 @@ use osp::{
     lab::{oracle::OracleConfig, verify::visible_polygons},
     occlusion::Occlusion,
     polygon::PolygonId,
-    recording::{Event, StrokeId},
+    recording::{Author, Event, StrokeId},
     rivals::IndexKind,
     scene::Scene,
     view::{View, ViewWindow},
@@ -140,16 +140,21 @@ fn events(u: &mut Input<'_>, view: &View, scene: &Scene) -> Vec<Event> {
         .map(|vertices| {
             let opacity = if chance(u, 6) { 0.5 } else { 1.0 };
             let stroke = chance(u, 3).then(|| StrokeId(below(u, 6) as u32));
-            Event::Polygon { t: 0.0, stroke, vertices, color: (0.5, 0.5, 0.5, opacity) }
+            Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color: (0.5, 0.5, 0.5, opacity) }
         })
         .collect();
     if chance(u, 3) {
         let stroke = StrokeId(below(u, 6) as u32);
         told.push(match below(u, 4) {
-            0 => Event::Erase { t: 0.0, stroke },
-            1 => Event::Move { t: 0.0, strokes: vec![stroke], by: input::near_point(u) * 0.2 },
-            2 => Event::Undo { t: 0.0 },
-            _ => Event::Redo { t: 0.0 },
+            0 => Event::Erase { author: Author::SOLE, t: 0.0, stroke },
+            1 => Event::Move {
+                author: Author::SOLE,
+                t: 0.0,
+                strokes: vec![stroke],
+                by: input::near_point(u) * 0.2,
+            },
+            2 => Event::Undo { author: Author::SOLE, t: 0.0 },
+            _ => Event::Redo { author: Author::SOLE, t: 0.0 },
         });
     }
     told

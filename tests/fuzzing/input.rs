@@ -4,7 +4,7 @@ use arbitrary::Unstructured;
 use osp::{
     glam::{Quat, Vec3},
     math::{Aabb, COORDINATE_LIMIT_M},
-    recording::{Event, GroupId, NormalRule, Paint, StrokeId, Tool, Transform},
+    recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Tool, Transform},
     view::{Projection, View},
 };
 
@@ -146,13 +146,14 @@ fn paint(u: &mut Input<'_>) -> Paint {
 pub fn event(u: &mut Input<'_>) -> Event {
     let t = time(u);
     match below(u, 27) {
-        0 => Event::Head { t, p: point(u), q: rotation(u) },
+        0 => Event::Head { author: Author::SOLE, t, p: point(u), q: rotation(u) },
         1..=4 => {
             let tool = [Tool::Ribbon, Tool::Wall, Tool::Tube][below(u, 3)];
             let rules = [NormalRule::LocalX, NormalRule::SideX, NormalRule::Travel, NormalRule::Transport];
             let normal = rules[below(u, 4)];
             let width = if chance(u, 12) { 0.0 } else { unit(u) * 0.2 };
             Event::Begin {
+                author: Author::SOLE,
                 t,
                 stroke: stroke(u),
                 tool,
@@ -168,27 +169,45 @@ pub fn event(u: &mut Input<'_>) -> Event {
             Event::Point { t, stroke: stroke(u), p: point(u), q: rotation(u), pressure }
         }
         13 => Event::End { t, stroke: stroke(u) },
-        14 => Event::Erase { t, stroke: stroke(u) },
-        15 => Event::Undo { t },
-        16 => Event::Redo { t },
-        17 => Event::Move { t, strokes: strokes(u), by: point(u) },
+        14 => Event::Erase { author: Author::SOLE, t, stroke: stroke(u) },
+        15 => Event::Undo { author: Author::SOLE, t },
+        16 => Event::Redo { author: Author::SOLE, t },
+        17 => Event::Move { author: Author::SOLE, t, strokes: strokes(u), by: point(u) },
         18 => {
             let parent = chance(u, 2).then(|| group(u));
-            Event::Group { t, group: group(u), strokes: strokes(u), parent, name: None }
+            Event::Group { author: Author::SOLE, t, group: group(u), strokes: strokes(u), parent, name: None }
         }
         19 => {
             let s = if chance(u, 8) { 1.0e15 } else { 0.01 + unit(u) * 3.0 };
-            Event::Place { t, group: group(u), to: Transform { p: point(u), q: rotation(u), s } }
+            Event::Place {
+                author: Author::SOLE,
+                t,
+                group: group(u),
+                to: Transform { p: point(u), q: rotation(u), s },
+            }
         }
-        20 => Event::Step { t, edits: below(u, 5) as u32 },
+        20 => Event::Step { author: Author::SOLE, t, edits: below(u, 5) as u32 },
         21 => {
             let said = |u: &mut Input<'_>| [None, Some(true), Some(false)][below(u, 3)];
-            Event::Layer { t, layer: below(u, 4) as u32, name: None, hidden: said(u), locked: said(u) }
+            Event::Layer {
+                author: Author::SOLE,
+                t,
+                layer: below(u, 4) as u32,
+                name: None,
+                hidden: said(u),
+                locked: said(u),
+            }
         }
-        22 => Event::Assign { t, layer: below(u, 4) as u32, strokes: strokes(u) },
+        22 => Event::Assign { author: Author::SOLE, t, layer: below(u, 4) as u32, strokes: strokes(u) },
         _ => {
             let vertices = (0..3 + below(u, 6)).map(|_| point(u)).collect();
-            Event::Polygon { t, stroke: chance(u, 2).then(|| stroke(u)), vertices, color: color(u) }
+            Event::Polygon {
+                author: Author::SOLE,
+                t,
+                stroke: chance(u, 2).then(|| stroke(u)),
+                vertices,
+                color: color(u),
+            }
         }
     }
 }

@@ -83,7 +83,7 @@ fn the_head_of_cassie_watches_the_stroke_being_drawn() {
         let (mut distances, mut cosines) = (Vec::new(), Vec::new());
         for event in open(&path, &OpenOptions::default()).unwrap() {
             match event.unwrap() {
-                Event::Head { t, p, q } => head = Some((t, p, q)),
+                Event::Head { t, p, q, .. } => head = Some((t, p, q)),
                 Event::Point { stroke, p, .. } => _ = last_points.insert(stroke, p),
                 // The action "add stroke" has the time of the stroke's end. Taken once: the mirror's twin comes second.
                 Event::End { t, stroke } => {

@@ -4,7 +4,7 @@ use crate::files::{
     Bytes, METADATA, count, raw_points, read, read_sound, sketch, sketch_stroke, small_sketch, tilt, write,
 };
 use glam::{Quat, Vec3};
-use osp::recording::{Event, NormalRule, OpenOptions, Paint, StrokeId, Tool, open};
+use osp::recording::{Author, Event, NormalRule, OpenOptions, Paint, StrokeId, Tool, open};
 use zip::CompressionMethod;
 
 #[test]
@@ -25,6 +25,7 @@ fn a_stroke_comes_out_in_metres_and_our_axes() {
         events,
         [
             Event::Begin {
+                author: Author::SOLE,
                 t: 1.5,
                 stroke,
                 tool: Tool::Ribbon,

@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 use osp::math::rotate;
-use osp::recording::{Event, NormalRule, OpenOptions, StrokeId, Tool, open};
+use osp::recording::{Author, Event, NormalRule, OpenOptions, StrokeId, Tool, open};
 
 use crate::files::{OBJ, POSES, apa, count, gzip, read, read_sound, small_cassie, write, write_cassie};
 
@@ -24,6 +24,7 @@ fn a_painter_needs_no_change_of_axes_or_units() {
         read_sound(&path),
         [
             Event::Begin {
+                author: Author::SOLE,
                 t: 1.5,
                 stroke,
                 tool: Tool::Ribbon,
@@ -93,7 +94,7 @@ fn cassie_strokes_end_when_they_were_created() {
     close(times_of(&read.events, 2), &[1.5, 1.55, 1.6, 1.65, 1.7]);
     assert!(read.events.is_sorted_by(|a, b| a.time_secs() <= b.time_secs()));
     let erase = read.events.iter().find(|event| matches!(event, Event::Erase { .. }));
-    assert_eq!(erase, Some(&Event::Erase { t: 4.0, stroke: StrokeId(0) }));
+    assert_eq!(erase, Some(&Event::Erase { author: Author::SOLE, t: 4.0, stroke: StrokeId(0) }));
     let begin = read.events.iter().find(|event| matches!(event, Event::Begin { .. })).unwrap();
     assert!(matches!(begin, Event::Begin { width: 0.005, normal: NormalRule::Transport, .. }), "{begin:?}");
     let first =

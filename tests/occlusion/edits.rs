@@ -10,7 +10,7 @@ use osp::{
     math::Aabb,
     occlusion::{OccluderPool, Occlusion, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict},
     polygon::Change,
-    recording::{Event, GroupId, StrokeId, Transform},
+    recording::{Author, Event, GroupId, StrokeId, Transform},
     scene::Scene,
     view::ViewWindow,
 };
@@ -42,21 +42,28 @@ fn a_wall_that_was_moved_hides_nothing_at_its_old_place() {
     let by = Vec3::X * 2.5;
     let to = Transform { p: by, q: Quat::IDENTITY, s: 1.0 };
     let moves: [Vec<Event>; 4] = [
-        vec![Event::Move { t: 0.0, strokes: strokes.clone(), by }],
+        vec![Event::Move { author: Author::SOLE, t: 0.0, strokes: strokes.clone(), by }],
         vec![
-            Event::Group { t: 0.0, group, strokes: strokes.clone(), parent: None, name: None },
-            Event::Place { t: 0.0, group, to },
+            Event::Group {
+                author: Author::SOLE,
+                t: 0.0,
+                group,
+                strokes: strokes.clone(),
+                parent: None,
+                name: None,
+            },
+            Event::Place { author: Author::SOLE, t: 0.0, group, to },
         ],
         // Erased, moved, and taken back in one frame.
         vec![
-            Event::Move { t: 0.0, strokes: strokes.clone(), by },
-            Event::Erase { t: 0.0, stroke: StrokeId(0) },
-            Event::Undo { t: 0.0 },
+            Event::Move { author: Author::SOLE, t: 0.0, strokes: strokes.clone(), by },
+            Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(0) },
+            Event::Undo { author: Author::SOLE, t: 0.0 },
         ],
         vec![
-            Event::Move { t: 0.0, strokes: strokes.clone(), by },
-            Event::Undo { t: 0.0 },
-            Event::Redo { t: 0.0 },
+            Event::Move { author: Author::SOLE, t: 0.0, strokes: strokes.clone(), by },
+            Event::Undo { author: Author::SOLE, t: 0.0 },
+            Event::Redo { author: Author::SOLE, t: 0.0 },
         ],
     ];
     for (i, events) in moves.iter().enumerate() {
@@ -95,7 +102,7 @@ fn what_is_erased_is_no_candidate_whatever_is_told_of_it() {
         told.tell(&wall(0, Vec3::new(-1.0, -0.5, -4.0), 2, 1.0));
         let ids: Vec<_> = told.scene.visible_ids().collect();
         pool.follow(&told.scene, &told.changes);
-        told.tell(&[Event::Erase { t: 0.0, stroke: StrokeId(0) }]);
+        told.tell(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(0) }]);
         let follow = |pool: &mut OccluderPool, scene: &Scene, changes: &[Change]| {
             if roughly {
                 pool.follow_roughly(scene, changes, 100)
@@ -111,7 +118,7 @@ fn what_is_erased_is_no_candidate_whatever_is_told_of_it() {
             pool.catch_up(&told.scene, 100);
             assert!(pool.is_empty(), "{roughly} {change:?}");
         }
-        told.tell(&[Event::Undo { t: 0.0 }]);
+        told.tell(&[Event::Undo { author: Author::SOLE, t: 0.0 }]);
         follow(&mut pool, &told.scene, &told.changes);
         pool.catch_up(&told.scene, 100);
         assert!(is_hidden(&pool, &told.scene, &window, &behind), "{roughly}: back again");
@@ -133,7 +140,7 @@ fn a_wall_that_loses_a_part_has_a_hole() {
             told.tell(&events);
             pool.follow(&told.scene, &told.changes);
             assert_eq!(pool.len(), 1, "one patch of three strokes");
-            told.tell(&[Event::Erase { t: 0.0, stroke: StrokeId(hole) }]);
+            told.tell(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(hole) }]);
             if roughly {
                 pool.follow_roughly(&told.scene, &told.changes, 0);
             } else {
@@ -185,12 +192,13 @@ fn random_edits_leave_no_shadow_behind() {
                         events.extend(zigzag(strokes, &mut random));
                         strokes += 1;
                     }
-                    2 => events.push(Event::Erase { t: 0.0, stroke }),
-                    3 | 4 => events.push(Event::Undo { t: 0.0 }),
-                    5 => events.push(Event::Redo { t: 0.0 }),
+                    2 => events.push(Event::Erase { author: Author::SOLE, t: 0.0, stroke }),
+                    3 | 4 => events.push(Event::Undo { author: Author::SOLE, t: 0.0 }),
+                    5 => events.push(Event::Redo { author: Author::SOLE, t: 0.0 }),
                     6 => {
                         let group = GroupId(random.below(2) as u32);
                         events.push(Event::Group {
+                            author: Author::SOLE,
                             t: 0.0,
                             group,
                             strokes: vec![stroke],
@@ -199,11 +207,11 @@ fn random_edits_leave_no_shadow_behind() {
                         });
                         let q = Quat::from_rotation_y(random.range(-3.0, 3.0) as f32);
                         let to = Transform { p: random.in_cube().as_vec3(), q, s: 1.0 };
-                        events.push(Event::Place { t: 0.0, group, to });
+                        events.push(Event::Place { author: Author::SOLE, t: 0.0, group, to });
                     }
                     _ => {
                         let by = random.in_cube().as_vec3() * 2.0;
-                        events.push(Event::Move { t: 0.0, strokes: vec![stroke], by });
+                        events.push(Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![stroke], by });
                     }
                 }
             }

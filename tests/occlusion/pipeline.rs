@@ -9,7 +9,7 @@ use osp::{
     math::Aabb,
     occlusion::{Occlusion, Soundness},
     polygon::{Change, PolygonId},
-    recording::{Event, SynthKind, synthesize},
+    recording::{Author, Event, SynthKind, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
     rivals::IndexKind,
     scene::Scene,
@@ -215,14 +215,14 @@ fn what_went_while_nobody_asked_hides_nothing() {
     let away = view(Vec3::ZERO, Vec3::Z);
     let changes = told.changes.clone();
     assert_eq!(lane.frame(&told.scene, &changes, &before).drawn(), 1);
-    told.tell(&[Event::Erase { t: 0.0, stroke: StrokeId(0) }]);
+    told.tell(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(0) }]);
     let changes = told.changes.clone();
     assert!(!lane.frame(&told.scene, &changes, &away).occlusion.used);
     let record = lane.frame(&told.scene, &[], &before);
     assert!(record.occlusion.used);
     assert_eq!(record.drawn(), 1, "the sheet behind the wall that has gone");
     // And what came back hides again, if not at once.
-    told.tell(&[Event::Undo { t: 0.0 }]);
+    told.tell(&[Event::Undo { author: Author::SOLE, t: 0.0 }]);
     let changes = told.changes.clone();
     assert!(!lane.frame(&told.scene, &changes, &away).occlusion.used);
     let drawn: Vec<u64> = (0..3).map(|_| lane.frame(&told.scene, &[], &before).drawn()).collect();

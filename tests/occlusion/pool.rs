@@ -13,7 +13,7 @@ use osp::{
     occlusion::{
         Grouping, OccluderPool, Occlusion, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict,
     },
-    recording::{Event, StrokeId},
+    recording::{Author, Event, StrokeId},
     scene::Scene,
 };
 
@@ -82,10 +82,15 @@ fn candidates_follow_erase_undo_move_and_redo() {
         for _ in 0..600 {
             let stroke = StrokeId(random.below(strokes.max(1) as usize) as u32);
             let event = match random.below(8) {
-                0 => Event::Erase { t: 0.0, stroke },
-                1 => Event::Undo { t: 0.0 },
-                2 => Event::Redo { t: 0.0 },
-                3 => Event::Move { t: 0.0, strokes: vec![stroke], by: random.in_cube().as_vec3() },
+                0 => Event::Erase { author: Author::SOLE, t: 0.0, stroke },
+                1 => Event::Undo { author: Author::SOLE, t: 0.0 },
+                2 => Event::Redo { author: Author::SOLE, t: 0.0 },
+                3 => Event::Move {
+                    author: Author::SOLE,
+                    t: 0.0,
+                    strokes: vec![stroke],
+                    by: random.in_cube().as_vec3(),
+                },
                 _ => {
                     let events = ribbon(strokes, 2 + random.below(30), 0.1, &mut random);
                     strokes += 1;
@@ -118,7 +123,7 @@ fn others_take_the_places_of_candidates_that_died() {
         pool.candidates().flatten().filter(|id| scene.stroke_of(**id).id() == Some(StrokeId(stroke))).count()
     };
     assert!(of_stroke(&pool, &told.scene, 1) >= 64);
-    told.tell(&[Event::Erase { t: 0.0, stroke: StrokeId(1) }]);
+    told.tell(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(1) }]);
     pool.follow(&told.scene, &told.changes);
     for _ in 0..5 {
         pool.follow(&told.scene, &[]);

@@ -21,7 +21,13 @@ fn model(polygons: u32, last_alpha: f32) -> Scene {
         let corner = Vec3::new(i as f32, 0.0, 0.0);
         let vertices = vec![corner, corner + Vec3::Y, corner + Vec3::Z];
         let alpha = if i + 1 == polygons { last_alpha } else { 1.0 };
-        let event = Event::Polygon { t: 0.0, stroke: None, vertices, color: (0.5, 0.5, 0.5, alpha) };
+        let event = Event::Polygon {
+            author: osp::recording::Author::SOLE,
+            t: 0.0,
+            stroke: None,
+            vertices,
+            color: (0.5, 0.5, 0.5, alpha),
+        };
         scene.apply(&event, &mut Vec::new());
     }
     scene
@@ -156,10 +162,16 @@ fn sets_of_another_model_or_of_another_state_of_it_are_refused() {
     let mut moved = model(199, 1.0);
     let vertices =
         vec![Vec3::new(199.0, 0.0, 1.0e-6), Vec3::new(199.0, 1.0, 0.0), Vec3::new(199.0, 0.0, 1.0)];
-    let event = Event::Polygon { t: 0.0, stroke: None, vertices, color: (0.5, 0.5, 0.5, 1.0) };
+    let event = Event::Polygon {
+        author: osp::recording::Author::SOLE,
+        t: 0.0,
+        stroke: None,
+        vertices,
+        color: (0.5, 0.5, 0.5, 1.0),
+    };
     moved.apply(&event, &mut Vec::new());
     let mut undone = model(200, 1.0);
-    undone.apply(&Event::Undo { t: 0.0 }, &mut Vec::new());
+    undone.apply(&Event::Undo { author: osp::recording::Author::SOLE, t: 0.0 }, &mut Vec::new());
     // What is behind glass can be seen: the sets of the opaque model would hide it.
     let glass = model(200, 0.5);
     for (other, what) in [(model(199, 1.0), "fewer"), (moved, "moved"), (undone, "undone"), (glass, "glass")]

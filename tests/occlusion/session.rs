@@ -4,7 +4,7 @@ use crate::random::Random;
 use glam::{Quat, Vec3};
 use osp::{
     polygon::Change,
-    recording::{Event, NormalRule, StrokeId, Tool},
+    recording::{Author, Event, NormalRule, StrokeId, Tool},
     scene::Scene,
     view::{Projection, View},
 };
@@ -27,18 +27,31 @@ impl Told {
 }
 
 pub(crate) fn polygon(vertices: &[Vec3], opacity: f32) -> Event {
-    Event::Polygon { t: 0.0, stroke: None, vertices: vertices.to_vec(), color: (0.5, 0.5, 0.5, opacity) }
+    Event::Polygon {
+        author: Author::SOLE,
+        t: 0.0,
+        stroke: None,
+        vertices: vertices.to_vec(),
+        color: (0.5, 0.5, 0.5, opacity),
+    }
 }
 
 pub(crate) fn polygon_of(stroke: u32, vertices: &[Vec3]) -> Event {
     let color = (0.5, 0.5, 0.5, 1.0);
-    Event::Polygon { t: 0.0, stroke: Some(StrokeId(stroke)), vertices: vertices.to_vec(), color }
+    Event::Polygon {
+        author: Author::SOLE,
+        t: 0.0,
+        stroke: Some(StrokeId(stroke)),
+        vertices: vertices.to_vec(),
+        color,
+    }
 }
 
 /// A wandering ribbon in the cube from -2 to 2.
 pub(crate) fn ribbon(stroke: u32, points: usize, width: f32, random: &mut Random) -> Vec<Event> {
     let stroke = StrokeId(stroke);
     let mut events = vec![Event::Begin {
+        author: Author::SOLE,
         t: 0.0,
         stroke,
         tool: Tool::Ribbon,

@@ -4,7 +4,7 @@ use std::io::{BufReader, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use osp::recording::{Event, MAX_LINE_BYTES, RecordingError};
+use osp::recording::{Author, Event, MAX_LINE_BYTES, RecordingError};
 use proptest::prelude::*;
 
 use super::events::{LENIENT, STRICT, read, read_from, sample_events, write};
@@ -43,7 +43,7 @@ fn every_truncation_replays_up_to_the_cut() {
 fn a_torn_line_in_the_middle_is_an_error() {
     let text = "Header(format: 1)\nUndo(t: 1)\nPoint(t: 1, str\nUndo(t: 2)\n";
     let outcome = read(text.as_bytes(), STRICT);
-    assert_eq!(outcome.events, [Event::Undo { t: 1.0 }]);
+    assert_eq!(outcome.events, [Event::Undo { author: Author::SOLE, t: 1.0 }]);
     assert!(matches!(outcome.error, Some(RecordingError::Line { line: 3, .. })), "{:?}", outcome.error);
 }
 
@@ -105,7 +105,10 @@ fn a_giant_line_is_refused_without_being_kept() {
     assert!(taken.load(Ordering::Relaxed) < 2 * MAX_LINE_BYTES as u64, "the rest was not even read");
 
     let outcome = read_from(giant(&taken), LENIENT);
-    assert_eq!(outcome.events, [Event::Undo { t: 1.0 }, Event::Undo { t: 2.0 }]);
+    assert_eq!(
+        outcome.events,
+        [Event::Undo { author: Author::SOLE, t: 1.0 }, Event::Undo { author: Author::SOLE, t: 2.0 }]
+    );
     assert_eq!(outcome.notes.skipped, 1);
 
     let outcome = read_from(BufReader::new(std::io::repeat(b'7').take(GIANT)), LENIENT);

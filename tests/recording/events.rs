@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader};
 
 use glam::{Quat, Vec3};
 use osp::recording::{
-    Event, EventSource, Flush, GroupId, Header, NormalRule, Notes, OpenOptions, Paint, RecordingError,
-    RonReader, RonWriter, StrokeId, Tool, Transform,
+    Author, Event, EventSource, Flush, GroupId, Header, NormalRule, Notes, OpenOptions, Paint,
+    RecordingError, RonReader, RonWriter, StrokeId, Tool, Transform,
 };
 use proptest::prelude::*;
 
@@ -58,8 +58,9 @@ pub(crate) fn sample_events() -> Vec<Event> {
     let q = Quat::from_xyzw(0.5, -0.5, 0.5, 0.5);
     let stroke = StrokeId(7);
     vec![
-        Event::Head { t: 0.016, p: Vec3::new(0.1, 1.6, -0.3), q },
+        Event::Head { author: Author::SOLE, t: 0.016, p: Vec3::new(0.1, 1.6, -0.3), q },
         Event::Begin {
+            author: Author::SOLE,
             t: 0.02,
             stroke,
             tool: Tool::Ribbon,
@@ -80,19 +81,58 @@ pub(crate) fn sample_events() -> Vec<Event> {
         Event::Point { t: 0.05, stroke, p: Vec3::ONE, q, pressure: 1.0 },
         Event::Point { t: 0.06, stroke, p: Vec3::ONE, q: Quat::IDENTITY, pressure: 1.0 },
         Event::End { t: 0.07, stroke },
-        Event::Erase { t: 0.08, stroke },
-        Event::Undo { t: 0.09 },
-        Event::Redo { t: 0.1 },
-        Event::Move { t: 0.11, strokes: vec![stroke, StrokeId(0)], by: Vec3::new(0.0, 0.5, 0.0) },
-        Event::Group { t: 0.12, group: GroupId(3), strokes: vec![stroke], parent: None, name: None },
-        Event::Group { t: 0.12, group: GroupId(4), strokes: vec![], parent: Some(GroupId(3)), name: None },
-        Event::Place { t: 0.13, group: GroupId(3), to: Transform { p: Vec3::X, q, s: 2.0 } },
-        Event::Step { t: 0.135, edits: 3 },
-        Event::Layer { t: 0.136, layer: 2, name: Some("sky".into()), hidden: Some(true), locked: None },
-        Event::Layer { t: 0.137, layer: 2, name: None, hidden: None, locked: Some(false) },
-        Event::Assign { t: 0.138, layer: 2, strokes: vec![stroke, StrokeId(0)] },
-        Event::View { t: 0.139, slot: 3, p: Vec3::X, q, distance: 2.5 },
+        Event::Erase { author: Author::SOLE, t: 0.08, stroke },
+        Event::Undo { author: Author::SOLE, t: 0.09 },
+        Event::Redo { author: Author::SOLE, t: 0.1 },
+        Event::Move {
+            author: Author::SOLE,
+            t: 0.11,
+            strokes: vec![stroke, StrokeId(0)],
+            by: Vec3::new(0.0, 0.5, 0.0),
+        },
+        Event::Group {
+            author: Author::SOLE,
+            t: 0.12,
+            group: GroupId(3),
+            strokes: vec![stroke],
+            parent: None,
+            name: None,
+        },
+        Event::Group {
+            author: Author::SOLE,
+            t: 0.12,
+            group: GroupId(4),
+            strokes: vec![],
+            parent: Some(GroupId(3)),
+            name: None,
+        },
+        Event::Place {
+            author: Author::SOLE,
+            t: 0.13,
+            group: GroupId(3),
+            to: Transform { p: Vec3::X, q, s: 2.0 },
+        },
+        Event::Step { author: Author::SOLE, t: 0.135, edits: 3 },
+        Event::Layer {
+            author: Author::SOLE,
+            t: 0.136,
+            layer: 2,
+            name: Some("sky".into()),
+            hidden: Some(true),
+            locked: None,
+        },
+        Event::Layer {
+            author: Author::SOLE,
+            t: 0.137,
+            layer: 2,
+            name: None,
+            hidden: None,
+            locked: Some(false),
+        },
+        Event::Assign { author: Author::SOLE, t: 0.138, layer: 2, strokes: vec![stroke, StrokeId(0)] },
+        Event::View { author: Author::SOLE, t: 0.139, slot: 3, p: Vec3::X, q, distance: 2.5 },
         Event::Polygon {
+            author: Author::SOLE,
             t: 0.14,
             stroke: Some(StrokeId(9)),
             vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
@@ -143,7 +183,7 @@ fn pressure() -> impl Strategy<Value = f32> {
 
 pub(crate) fn pose_event() -> impl Strategy<Value = Event> {
     prop_oneof![
-        (time(), point(), rotation()).prop_map(|(t, p, q)| Event::Head { t, p, q }),
+        (time(), point(), rotation()).prop_map(|(t, p, q)| Event::Head { author: Author::SOLE, t, p, q }),
         (time(), stroke(), point(), rotation(), pressure())
             .prop_map(|(t, stroke, p, q, pressure)| Event::Point { t, stroke, p, q, pressure }),
     ]
@@ -166,20 +206,20 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
     prop_oneof![
         4 => pose_event(),
         1 => (time(), stroke(), tool, 0.0f32..10.0, color(), normal, 0.0f32..=1.0, paint).prop_map(
-            |(t, stroke, tool, width, color, normal, thinnest, paint)| Event::Begin {
+            |(t, stroke, tool, width, color, normal, thinnest, paint)| Event::Begin { author: Author::SOLE,
                 t, stroke, tool, width, color, normal, thinnest, paint
             }
         ),
         1 => (time(), stroke()).prop_map(|(t, stroke)| Event::End { t, stroke }),
-        1 => (time(), stroke()).prop_map(|(t, stroke)| Event::Erase { t, stroke }),
-        1 => time().prop_map(|t| Event::Undo { t }),
-        1 => time().prop_map(|t| Event::Redo { t }),
-        1 => (time(), strokes(), point()).prop_map(|(t, strokes, by)| Event::Move { t, strokes, by }),
+        1 => (time(), stroke()).prop_map(|(t, stroke)| Event::Erase { author: Author::SOLE, t, stroke }),
+        1 => time().prop_map(|t| Event::Undo { author: Author::SOLE, t }),
+        1 => time().prop_map(|t| Event::Redo { author: Author::SOLE, t }),
+        1 => (time(), strokes(), point()).prop_map(|(t, strokes, by)| Event::Move { author: Author::SOLE, t, strokes, by }),
         1 => (time(), group(), strokes(), prop::option::of(group()))
-            .prop_map(|(t, group, strokes, parent)| Event::Group { t, group, strokes, parent, name: None }),
+            .prop_map(|(t, group, strokes, parent)| Event::Group { author: Author::SOLE, t, group, strokes, parent, name: None }),
         1 => (time(), group(), point(), rotation(), 1e-6f32..1e6)
-            .prop_map(|(t, group, p, q, s)| Event::Place { t, group, to: Transform { p, q, s } }),
-        1 => (time(), any::<u32>()).prop_map(|(t, edits)| Event::Step { t, edits }),
+            .prop_map(|(t, group, p, q, s)| Event::Place { author: Author::SOLE, t, group, to: Transform { p, q, s } }),
+        1 => (time(), any::<u32>()).prop_map(|(t, edits)| Event::Step { author: Author::SOLE, t, edits }),
         1 => (
             time(),
             0..Event::MAX_LAYERS,
@@ -187,12 +227,12 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
             prop::option::of(any::<bool>()),
             prop::option::of(any::<bool>()),
         )
-            .prop_map(|(t, layer, name, hidden, locked)| Event::Layer { t, layer, name, hidden, locked }),
+            .prop_map(|(t, layer, name, hidden, locked)| Event::Layer { author: Author::SOLE, t, layer, name, hidden, locked }),
         1 => (time(), 0..Event::MAX_VIEWS, point(), rotation(), 1e-6f32..1e6)
-            .prop_map(|(t, slot, p, q, distance)| Event::View { t, slot, p, q, distance }),
+            .prop_map(|(t, slot, p, q, distance)| Event::View { author: Author::SOLE, t, slot, p, q, distance }),
         1 => (time(), 0..Event::MAX_LAYERS, strokes())
-            .prop_map(|(t, layer, strokes)| Event::Assign { t, layer, strokes }),
+            .prop_map(|(t, layer, strokes)| Event::Assign { author: Author::SOLE, t, layer, strokes }),
         1 => (time(), prop::option::of(stroke()), prop::collection::vec(point(), 3..20), color())
-            .prop_map(|(t, stroke, vertices, color)| Event::Polygon { t, stroke, vertices, color }),
+            .prop_map(|(t, stroke, vertices, color)| Event::Polygon { author: Author::SOLE, t, stroke, vertices, color }),
     ]
 }

@@ -3,7 +3,8 @@
 use super::events::{LENIENT, STRICT, event, pose_event, read, sample_events, write};
 use glam::{Quat, Vec3};
 use osp::recording::{
-    Camera, Event, Header, OpenOptions, RecordingError, RonReader, Root, StrokeId, Tool, open, open_ron,
+    Author, Camera, Event, Header, OpenOptions, RecordingError, RonReader, Root, StrokeId, Tool, open,
+    open_ron,
 };
 use proptest::prelude::*;
 
@@ -82,7 +83,10 @@ fn a_hand_written_file_is_understood() {
 #[test]
 fn a_last_line_without_newline_counts_if_it_is_whole() {
     let outcome = read(b"Header(format: 1)\nUndo(t: 1)\nRedo(t: 2)", STRICT);
-    assert_eq!(outcome.events, [Event::Undo { t: 1.0 }, Event::Redo { t: 2.0 }]);
+    assert_eq!(
+        outcome.events,
+        [Event::Undo { author: Author::SOLE, t: 1.0 }, Event::Redo { author: Author::SOLE, t: 2.0 }]
+    );
     assert!(outcome.error.is_none() && outcome.notes.warnings.is_empty());
 }
 
@@ -108,10 +112,10 @@ fn headers_that_are_none_are_refused() {
 
 #[test]
 fn a_newer_format_is_named_whatever_else_it_brings() {
-    let text = message("Header(format: 4, shape: [1, 2], root: (where: 3))\nGlow(t: 1)\n");
+    let text = message("Header(format: 5, shape: [1, 2], root: (where: 3))\nGlow(t: 1)\n");
     assert!(
         text.contains(
-            "line 1: expected a recording of format 1 to 3; found a newer format: `Header(format: 4"
+            "line 1: expected a recording of format 1 to 4; found a newer format: `Header(format: 5"
         ),
         "{text}"
     );
@@ -123,7 +127,7 @@ fn messages_name_line_expectation_and_finding() {
     let with = |line: &str| message(&format!("Header(format: 1)\nUndo(t: 1)\n{line}\nUndo(t: 2)\n"));
     let unknown = with("Glow(t: 1, stroke: 2)");
     assert!(
-        unknown.starts_with("test.ron, line 3: expected one of Head, Begin, Point, End, Erase"),
+        unknown.starts_with("test.ron, line 3: expected one of Join, Leave, Head, Begin, Point, End, Erase"),
         "{unknown}"
     );
     assert!(unknown.ends_with("; found `Glow`"), "{unknown}");
@@ -160,7 +164,10 @@ fn messages_name_line_expectation_and_finding() {
 fn a_lenient_reader_skips_and_counts() {
     let text = "Header(format: 1)\nUndo(t: 1)\nGlow(t: 1)\n\u{1}\u{2}\nUndo(t: NaN)\nUndo(t: 2)\nUndo(t:";
     let outcome = read(text.as_bytes(), LENIENT);
-    assert_eq!(outcome.events, [Event::Undo { t: 1.0 }, Event::Undo { t: 2.0 }]);
+    assert_eq!(
+        outcome.events,
+        [Event::Undo { author: Author::SOLE, t: 1.0 }, Event::Undo { author: Author::SOLE, t: 2.0 }]
+    );
     assert_eq!(outcome.notes.skipped, 3);
     assert_eq!(outcome.notes.warnings.len(), 2, "the first skipped line, and the cut: {:?}", outcome.notes);
     assert!(outcome.notes.warnings[1].contains("line 7: the file ends inside this line"));

@@ -3,8 +3,8 @@
 use super::events::{STRICT, read, write};
 use glam::{Quat, Vec3};
 use osp::recording::{
-    Environment, Event, Flush, Header, Layer, NormalRule, OpenOptions, Paint, RonReader, RonWriter, StrokeId,
-    Tool, open,
+    Author, Environment, Event, Flush, Header, Layer, NormalRule, OpenOptions, Paint, RonReader, RonWriter,
+    StrokeId, Tool, open,
 };
 
 fn environment() -> Environment {
@@ -34,6 +34,7 @@ pub(crate) fn header() -> Header {
 
 fn begin(stroke: u32, paint: Option<Paint>) -> Event {
     Event::Begin {
+        author: Author::SOLE,
         t: 0.0,
         stroke: StrokeId(stroke),
         tool: Tool::Ribbon,
@@ -144,7 +145,7 @@ fn a_recording_of_format_1_may_be_gone_on_with_and_hold_brushes() {
     writer.finish().unwrap();
     let mut session = open(&path, &OpenOptions::default()).unwrap();
     assert_eq!(session.header.format, 1);
-    assert_eq!(session.events.next_event().unwrap(), Some(Event::Undo { t: 1.0 }));
+    assert_eq!(session.events.next_event().unwrap(), Some(Event::Undo { author: Author::SOLE, t: 1.0 }));
     assert_eq!(session.events.next_event().unwrap(), Some(painted));
     assert_eq!(session.events.next_event().unwrap(), None);
 }

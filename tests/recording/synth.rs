@@ -70,7 +70,8 @@ fn the_bytes_of_a_seed_are_pinned() {
             "scribble 1b5d7ec57dcad1e6",
             "grow 2e2ca858ee32a27c",
             "brushes 5858ea13edb33b4c",
-            "nested 183daf728ee1cf6a"
+            "nested 183daf728ee1cf6a",
+            "class 6f39c607ea439a35"
         ],
         "a change of these breaks every session that was made by its command: say so in the changelog"
     );

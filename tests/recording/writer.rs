@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use super::events::{STRICT, read, sample_events, write};
 use osp::recording::{
-    Event, Flush, Header, MAX_LINE_BYTES, OpenOptions, RecordingError, RonWriter, StrokeId, open,
+    Author, Event, Flush, Header, MAX_LINE_BYTES, OpenOptions, RecordingError, RonWriter, StrokeId, open,
 };
 
 /// Keeps every write call apart; fails once `room` bytes are used up.
@@ -78,15 +78,22 @@ fn collected_lines_come_out_whole_and_none_is_lost() {
 fn what_a_reader_would_refuse_is_not_written() {
     let mut bytes = Vec::new();
     let mut writer = RonWriter::new(&mut bytes, "a.ron", &header(), Flush::EachEvent).unwrap();
-    writer.write(&Event::Undo { t: 1.0 }).unwrap();
-    let error = writer.write(&Event::Undo { t: f64::NAN }).unwrap_err().to_string();
+    writer.write(&Event::Undo { author: Author::SOLE, t: 1.0 }).unwrap();
+    let error = writer.write(&Event::Undo { author: Author::SOLE, t: f64::NAN }).unwrap_err().to_string();
     assert!(error.starts_with("a.ron, line 3: expected a finite time"), "{error}");
-    let long =
-        Event::Move { t: 1.0, strokes: vec![StrokeId(u32::MAX); MAX_LINE_BYTES / 10], by: glam::Vec3::ZERO };
+    let long = Event::Move {
+        author: Author::SOLE,
+        t: 1.0,
+        strokes: vec![StrokeId(u32::MAX); MAX_LINE_BYTES / 10],
+        by: glam::Vec3::ZERO,
+    };
     assert!(matches!(writer.write(&long), Err(RecordingError::Line { line: 3, .. })));
-    writer.write(&Event::Redo { t: 2.0 }).unwrap();
+    writer.write(&Event::Redo { author: Author::SOLE, t: 2.0 }).unwrap();
     drop(writer);
-    assert_eq!(read(&bytes, STRICT).events, [Event::Undo { t: 1.0 }, Event::Redo { t: 2.0 }]);
+    assert_eq!(
+        read(&bytes, STRICT).events,
+        [Event::Undo { author: Author::SOLE, t: 1.0 }, Event::Redo { author: Author::SOLE, t: 2.0 }]
+    );
     let mut root = header();
     root.root = Some(osp::recording::Root { center: glam::Vec3::NAN, size: 1.0 });
     assert!(RonWriter::new(Vec::new(), "a.ron", &root, Flush::EachEvent).is_err());
@@ -144,11 +151,15 @@ fn a_session_goes_on_after_every_possible_crash() {
             let (mut writer, header_read) = RonWriter::append(&path, Flush::EachEvent).unwrap();
             assert_eq!(header_read, header());
             assert_eq!(writer.lines(), 1 + before.len() as u64, "{name} {length}");
-            writer.write(&Event::Undo { t: 77.0 }).unwrap();
+            writer.write(&Event::Undo { author: Author::SOLE, t: 77.0 }).unwrap();
             writer.finish().unwrap();
             let after = events_of(&path);
             assert_eq!(after[..before.len()], before, "{name} {length}");
-            assert_eq!(after[before.len()..], [Event::Undo { t: 77.0 }], "{name} {length}");
+            assert_eq!(
+                after[before.len()..],
+                [Event::Undo { author: Author::SOLE, t: 77.0 }],
+                "{name} {length}"
+            );
             resumed += 1;
         }
         assert!(resumed > 150, "{name}: {resumed}");

@@ -9,7 +9,7 @@ use super::{
 use glam::{Quat, Vec3};
 use osp::{
     brush,
-    recording::{Environment, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Environment, Event, NormalRule, Paint, StrokeId, Tool},
     render::{Gpu, Image, Layer, Offscreen, RendererConfig},
     scene::Scene,
     view::View,
@@ -47,7 +47,8 @@ fn stroke(
     let paint = Paint { brush: brush.to_owned(), seed: 7 + number, scale: 1.0, layer: 0, hidden: false };
     let (tool, normal, thinnest) = (Tool::Ribbon, NormalRule::Travel, 0.0);
     let paint = Some(Box::new(paint));
-    let mut events = vec![Event::Begin { t, stroke, tool, width, color, normal, thinnest, paint }];
+    let mut events =
+        vec![Event::Begin { author: Author::SOLE, t, stroke, tool, width, color, normal, thinnest, paint }];
     let point = |p| Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 };
     events.extend(points.into_iter().map(point));
     events.push(Event::End { t, stroke });

@@ -24,7 +24,13 @@ fn scene_of(events: &[Event]) -> Scene {
 }
 
 fn polygon(vertices: [[f32; 3]; 3], color: (f32, f32, f32, f32)) -> Event {
-    Event::Polygon { t: 0.0, stroke: None, vertices: vertices.map(Vec3::from).to_vec(), color }
+    Event::Polygon {
+        author: osp::recording::Author::SOLE,
+        t: 0.0,
+        stroke: None,
+        vertices: vertices.map(Vec3::from).to_vec(),
+        color,
+    }
 }
 
 /// A large square that passes through two others, and three long triangles each of which lies over the next.

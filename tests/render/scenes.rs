@@ -3,7 +3,7 @@ use std::sync::Arc;
 use glam::{Quat, Vec3};
 use osp::{
     polygon::{Change, PolygonId, VisibleBlocks},
-    recording::{Event, NormalRule, StrokeId, Tool},
+    recording::{Author, Event, NormalRule, StrokeId, Tool},
     render::Gpu,
     scene::Scene,
     view::{Projection, View},
@@ -33,7 +33,7 @@ pub(crate) fn apply(scene: &mut Scene, events: &[Event]) -> Vec<Change> {
 pub(crate) fn square(center: Vec3, half_m: f32, color: (f32, f32, f32, f32)) -> Event {
     let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
     let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    Event::Polygon { t: 0.0, stroke: None, vertices, color }
+    Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color }
 }
 
 /// A stroke that winds around the y axis.
@@ -45,8 +45,17 @@ pub(crate) fn winding_stroke(
 ) -> Vec<Event> {
     let stroke = StrokeId(number);
     let (t, normal, thinnest) = (0.0, NormalRule::Transport, 0.3);
-    let mut events =
-        vec![Event::Begin { t, stroke, tool, width: 0.08, color, normal, thinnest, paint: None }];
+    let mut events = vec![Event::Begin {
+        author: Author::SOLE,
+        t,
+        stroke,
+        tool,
+        width: 0.08,
+        color,
+        normal,
+        thinnest,
+        paint: None,
+    }];
     for i in 0..points {
         let angle = i as f32 * 0.21 + number as f32;
         let radius = 0.3 + 0.05 * (number % 7) as f32;

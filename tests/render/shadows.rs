@@ -6,7 +6,7 @@ use super::scenes::{all_ids, apply, gpu, set, view_from};
 use glam::{Quat, Vec3};
 use osp::{
     polygon::PolygonId,
-    recording::{Environment, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Environment, Event, NormalRule, Paint, StrokeId, Tool},
     render::{Gpu, Image, Layer, Offscreen, RendererConfig},
     scene::Scene,
     view::View,
@@ -34,7 +34,17 @@ fn across(number: u32, brush: &str, middle: Vec3) -> Vec<Event> {
     let paint = Paint { brush: brush.to_owned(), seed: number, scale: 1.0, layer: 0, hidden: false };
     let (tool, normal, paint) = (Tool::Ribbon, NormalRule::Travel, Some(Box::new(paint)));
     let color = (0.8, 0.8, 0.8, 1.0);
-    let mut events = vec![Event::Begin { t, stroke, tool, width: 0.5, color, normal, thinnest: 0.0, paint }];
+    let mut events = vec![Event::Begin {
+        author: Author::SOLE,
+        t,
+        stroke,
+        tool,
+        width: 0.5,
+        color,
+        normal,
+        thinnest: 0.0,
+        paint,
+    }];
     events.extend((0..=20).map(|i| {
         let p = middle + Vec3::X * (i as f32 * 0.1 - 1.0);
         Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
@@ -115,6 +125,6 @@ fn a_shadow_comes_and_goes_with_its_stroke() {
     };
     let lit = step(&across(1, "Flat", SEEN));
     assert!(step(&across(2, "Flat", ABOVE)) < 50);
-    assert_eq!(step(&[Event::Erase { t: 0.0, stroke: StrokeId(2) }]), lit);
-    assert!(step(&[Event::Undo { t: 0.0 }]) < 50);
+    assert_eq!(step(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(2) }]), lit);
+    assert!(step(&[Event::Undo { author: Author::SOLE, t: 0.0 }]) < 50);
 }

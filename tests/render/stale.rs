@@ -6,7 +6,7 @@ use super::scenes::{all_ids, apply, gpu, set, square, view_from};
 use glam::Vec3;
 use osp::{
     occlusion::Occlusion,
-    recording::{Event, StrokeId},
+    recording::{Author, Event, StrokeId},
     render::{Gpu, GpuTimer, Image, Layer, Renderer, RendererConfig, Target, ViewSlot},
     scene::Scene,
     view::View,
@@ -44,14 +44,14 @@ fn fresh(gpu: &Arc<Gpu>, target: &Target, scene: &Scene, view: &View) -> Image {
 fn plate(number: u32, center: Vec3, half_m: f32, color: (f32, f32, f32, f32)) -> Event {
     match square(center, half_m, color) {
         Event::Polygon { t, vertices, color, .. } => {
-            Event::Polygon { t, stroke: Some(StrokeId(number)), vertices, color }
+            Event::Polygon { author: Author::SOLE, t, stroke: Some(StrokeId(number)), vertices, color }
         }
         other => other,
     }
 }
 
 fn moved(number: u32, by: Vec3) -> Event {
-    Event::Move { t: 0.0, strokes: vec![StrokeId(number)], by }
+    Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(number)], by }
 }
 
 fn scene_of(events: &[Event]) -> Scene {

@@ -11,7 +11,7 @@ use glam::Vec3;
 use osp::{
     occlusion::Occlusion,
     polygon::{Change, PolygonId},
-    recording::{Event, StrokeId},
+    recording::{Author, Event, StrokeId},
     render::{Gpu, Image, Layer, Offscreen, RenderError, RendererConfig},
     scene::Scene,
     view::{Projection, View},
@@ -50,9 +50,9 @@ fn a_square_that_was_moved_while_it_was_erased_is_drawn_where_it_is() {
     }
     let mut scene = Scene::new();
     let mut follower = drawer(&gpu);
-    let moved = |x: f32| Event::Move { t, strokes: vec![StrokeId(1)], by: Vec3::X * x };
-    let erase = Event::Erase { t, stroke: StrokeId(1) };
-    let undo = Event::Undo { t };
+    let moved = |x: f32| Event::Move { author: Author::SOLE, t, strokes: vec![StrokeId(1)], by: Vec3::X * x };
+    let erase = Event::Erase { author: Author::SOLE, t, stroke: StrokeId(1) };
+    let undo = Event::Undo { author: Author::SOLE, t };
     let frames = [vec![wall], vec![moved(0.6), erase], vec![undo], vec![moved(-1.2)]];
     let mut drawn = Vec::new();
     for (number, events) in frames.iter().enumerate() {
@@ -175,7 +175,7 @@ fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
         assert_eq!(frame(&mut scene, &mut follower, &first), 20 * CHUNK_BYTES);
         let early = scene.clone();
         // All but two are taken back and drawn over.
-        let mut events = vec![Event::Undo { t: 0.0 }; 18];
+        let mut events = vec![Event::Undo { author: Author::SOLE, t: 0.0 }; 18];
         events.extend(stacks(3, &mut number));
         frame(&mut scene, &mut follower, &events);
         frame(&mut scene, &mut follower, &[]);

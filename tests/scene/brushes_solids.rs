@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use osp::{
     brush,
     polygon::{ConvexPolygon, PolygonId},
-    recording::{Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
     stroke::{Drops, MAX_SCATTERED, Piece, Pieces, Sample, StrokeBuilder, StrokeSettings},
 };
@@ -448,6 +448,7 @@ fn a_scene_shapes_a_tube_once_a_frame() {
         Some(Box::new(Paint { brush: "Lofted".to_owned(), seed: 1, scale: 1.0, layer: 0, hidden: false }));
     let (stroke, color) = (StrokeId(1), (1.0, 1.0, 1.0, 1.0));
     let begin = Event::Begin {
+        author: Author::SOLE,
         t: 0.0,
         stroke,
         tool: Tool::Ribbon,
@@ -556,6 +557,7 @@ fn a_polygon_that_joins_a_hull_while_it_is_drawn_is_kept() {
     let stroke = StrokeId(3);
     let paint = Some(Box::new(Paint::new("MatteHull", 1)));
     let begin = Event::Begin {
+        author: Author::SOLE,
         t: 0.0,
         stroke,
         tool: Tool::Ribbon,
@@ -573,8 +575,13 @@ fn a_polygon_that_joins_a_hull_while_it_is_drawn_is_kept() {
         pressure: 1.0,
     };
     let far = [Vec3::new(9.0, 0.0, 0.0), Vec3::new(9.0, 1.0, 0.0), Vec3::new(8.0, 0.0, 0.0)];
-    let face =
-        Event::Polygon { t: 0.0, stroke: Some(stroke), vertices: far.to_vec(), color: (1.0, 1.0, 1.0, 1.0) };
+    let face = Event::Polygon {
+        author: Author::SOLE,
+        t: 0.0,
+        stroke: Some(stroke),
+        vertices: far.to_vec(),
+        color: (1.0, 1.0, 1.0, 1.0),
+    };
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     let events = [begin, point(0.0, 0.0), point(0.5, 0.0), point(0.5, 0.5), face];
     events.iter().for_each(|event| scene.apply(event, &mut changes));

@@ -4,7 +4,7 @@ use crate::{begin, editor::Editor, play, point, straight};
 use glam::{Quat, Vec3};
 use osp::{
     polygon::{Change, PolygonId},
-    recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform},
+    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform},
     scene::Scene,
 };
 
@@ -13,24 +13,31 @@ const QUARTER_TURN_ABOUT_Z: Quat =
     Quat::from_xyzw(0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2);
 
 fn place(group: u32, p: Vec3, q: Quat, s: f32) -> Event {
-    Event::Place { t: 0.0, group: GroupId(group), to: Transform { p, q, s } }
+    Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(group), to: Transform { p, q, s } }
 }
 
 fn group(group: u32, strokes: &[u32], parent: Option<u32>) -> Event {
     let strokes = strokes.iter().map(|&s| StrokeId(s)).collect();
-    Event::Group { t: 0.0, group: GroupId(group), strokes, parent: parent.map(GroupId), name: None }
+    Event::Group {
+        author: Author::SOLE,
+        t: 0.0,
+        group: GroupId(group),
+        strokes,
+        parent: parent.map(GroupId),
+        name: None,
+    }
 }
 
 fn moved(stroke: u32, by: Vec3) -> Event {
-    Event::Move { t: 0.0, strokes: vec![StrokeId(stroke)], by }
+    Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(stroke)], by }
 }
 
 fn undo() -> Event {
-    Event::Undo { t: 0.0 }
+    Event::Undo { author: Author::SOLE, t: 0.0 }
 }
 
 fn redo() -> Event {
-    Event::Redo { t: 0.0 }
+    Event::Redo { author: Author::SOLE, t: 0.0 }
 }
 
 fn center(scene: &Scene) -> Vec3 {
@@ -155,7 +162,12 @@ fn a_group_without_extent_cannot_be_moved_in() {
     play(&mut scene, &[place(1, Vec3::Y, Quat::IDENTITY, 1.0e-30), moved(1, Vec3::X * 1.0e15)]);
     assert_eq!(scene.counts().ignored_events, ignored + 2);
     // The others of a move go all the same.
-    let both = Event::Move { t: 0.0, strokes: vec![StrokeId(1), StrokeId(2)], by: Vec3::X * 1.0e15 };
+    let both = Event::Move {
+        author: Author::SOLE,
+        t: 0.0,
+        strokes: vec![StrokeId(1), StrokeId(2)],
+        by: Vec3::X * 1.0e15,
+    };
     let changes = play(&mut scene, &[both]);
     assert_eq!(changes, [Change::Update(PolygonId(1))]);
     play(&mut scene, &[place(1, Vec3::ZERO, Quat::IDENTITY, 1.0)]);

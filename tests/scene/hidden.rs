@@ -3,7 +3,7 @@
 use super::{begin, end, follow, play, point, straight, turned};
 use glam::Vec3;
 use osp::{
-    recording::{Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
 };
 
@@ -32,14 +32,14 @@ fn a_hidden_stroke_is_counted_and_never_seen() {
     assert_eq!((counts.strokes, counts.points, counts.polygons, counts.visible), (2, 7, 5, 2));
     // Whatever is done to it: it stays where it is, out of sight.
     for event in [
-        Event::Move { t: 0.0, strokes: vec![StrokeId(2)], by: Vec3::Y },
-        Event::Erase { t: 0.0, stroke: StrokeId(2) },
-        Event::Undo { t: 0.0 },
-        Event::Undo { t: 0.0 },
-        Event::Undo { t: 0.0 },
-        Event::Redo { t: 0.0 },
-        Event::Redo { t: 0.0 },
-        Event::Redo { t: 0.0 },
+        Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(2)], by: Vec3::Y },
+        Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(2) },
+        Event::Undo { author: Author::SOLE, t: 0.0 },
+        Event::Undo { author: Author::SOLE, t: 0.0 },
+        Event::Undo { author: Author::SOLE, t: 0.0 },
+        Event::Redo { author: Author::SOLE, t: 0.0 },
+        Event::Redo { author: Author::SOLE, t: 0.0 },
+        Event::Redo { author: Author::SOLE, t: 0.0 },
     ] {
         assert_eq!(play(&mut scene, &[event]), []);
         assert_eq!(scene.visible_ids().count(), 2);

@@ -4,24 +4,29 @@ use crate::{begin, end, play, point, straight};
 use glam::{Quat, Vec3};
 use osp::{
     polygon::{Change, PolygonId},
-    recording::{Event, GroupId, NormalRule, StrokeId, Tool},
+    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
 
 fn undo() -> Event {
-    Event::Undo { t: 0.0 }
+    Event::Undo { author: Author::SOLE, t: 0.0 }
 }
 
 fn redo() -> Event {
-    Event::Redo { t: 0.0 }
+    Event::Redo { author: Author::SOLE, t: 0.0 }
 }
 
 fn erase(stroke: u32) -> Event {
-    Event::Erase { t: 0.0, stroke: StrokeId(stroke) }
+    Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) }
 }
 
 fn moved(strokes: &[u32]) -> Event {
-    Event::Move { t: 0.0, strokes: strokes.iter().map(|&s| StrokeId(s)).collect(), by: Vec3::Y }
+    Event::Move {
+        author: Author::SOLE,
+        t: 0.0,
+        strokes: strokes.iter().map(|&s| StrokeId(s)).collect(),
+        by: Vec3::Y,
+    }
 }
 
 fn ignored(scene: &Scene) -> u64 {
@@ -81,6 +86,7 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
         moved(&[1, 3]),
         begin(1, Tool::Ribbon, NormalRule::LocalX),
         Event::Polygon {
+            author: Author::SOLE,
             t: 0.0,
             stroke: Some(StrokeId(1)),
             vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
@@ -98,7 +104,17 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
     assert_eq!(scene.strokes().iter().count(), 1);
     // Groups only take what is there, and numbers go on.
     let all = [1, 2, 3].map(StrokeId).to_vec();
-    play(&mut scene, &[Event::Group { t: 0.0, group: GroupId(1), strokes: all, parent: None, name: None }]);
+    play(
+        &mut scene,
+        &[Event::Group {
+            author: Author::SOLE,
+            t: 0.0,
+            group: GroupId(1),
+            strokes: all,
+            parent: None,
+            name: None,
+        }],
+    );
     let changes = play(&mut scene, &straight(4, 2, NormalRule::LocalX));
     assert_eq!(changes, [Change::Insert(PolygonId(4))]);
 }
@@ -159,7 +175,10 @@ fn edits_of_many_strokes_are_remembered_less_long() {
     let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
     for stroke in 0..STROKES {
         let (stroke, vertices) = (Some(StrokeId(stroke)), vertices.clone());
-        play(&mut scene, &[Event::Polygon { t: 0.0, stroke, vertices, color: (1.0, 1.0, 1.0, 1.0) }]);
+        play(
+            &mut scene,
+            &[Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color: (1.0, 1.0, 1.0, 1.0) }],
+        );
     }
     let all: Vec<u32> = (0..STROKES).collect();
     let moves: Vec<Event> = (0..300).map(|_| moved(&all)).collect();

@@ -4,23 +4,23 @@ use crate::{play, straight};
 use glam::Vec3;
 use osp::{
     polygon::Change,
-    recording::{Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
 };
 
-const UNDO: Event = Event::Undo { t: 0.0 };
-const REDO: Event = Event::Redo { t: 0.0 };
+const UNDO: Event = Event::Undo { author: Author::SOLE, t: 0.0 };
+const REDO: Event = Event::Redo { author: Author::SOLE, t: 0.0 };
 
 fn step(edits: u32) -> Event {
-    Event::Step { t: 0.0, edits }
+    Event::Step { author: Author::SOLE, t: 0.0, edits }
 }
 
 fn erase(stroke: u32) -> Event {
-    Event::Erase { t: 0.0, stroke: StrokeId(stroke) }
+    Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) }
 }
 
 fn moved(stroke: u32) -> Event {
-    Event::Move { t: 0.0, strokes: vec![StrokeId(stroke)], by: Vec3::Y }
+    Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(stroke)], by: Vec3::Y }
 }
 
 fn visible(scene: &Scene) -> Vec<u32> {
@@ -81,11 +81,16 @@ fn a_step_ends_with_its_edits_with_an_undo_and_with_the_next_step() {
 }
 
 fn layer(layer: u32, hidden: Option<bool>) -> Event {
-    Event::Layer { t: 0.0, layer, name: None, hidden, locked: None }
+    Event::Layer { author: Author::SOLE, t: 0.0, layer, name: None, hidden, locked: None }
 }
 
 fn assign(layer: u32, strokes: &[u32]) -> Event {
-    Event::Assign { t: 0.0, layer, strokes: strokes.iter().map(|&stroke| StrokeId(stroke)).collect() }
+    Event::Assign {
+        author: Author::SOLE,
+        t: 0.0,
+        layer,
+        strokes: strokes.iter().map(|&stroke| StrokeId(stroke)).collect(),
+    }
 }
 
 #[test]
@@ -117,8 +122,14 @@ fn a_layer_hides_its_strokes_those_that_come_and_those_that_are_brought() {
     play(&mut scene, &[layer(2, None), layer(0, Some(true))]);
     assert_eq!(visible(&scene), [2, 3, 4, 5]);
     assert_eq!(scene.counts().visible, 8);
-    let locked =
-        Event::Layer { t: 0.0, layer: 7, name: Some("sky".into()), hidden: None, locked: Some(true) };
+    let locked = Event::Layer {
+        author: Author::SOLE,
+        t: 0.0,
+        layer: 7,
+        name: Some("sky".into()),
+        hidden: None,
+        locked: Some(true),
+    };
     play(&mut scene, &[locked, layer(7, Some(true))]);
     let state = &scene.layer_states()[&7];
     assert_eq!((state.name.as_deref(), state.hidden, scene.is_locked(7)), (Some("sky"), Some(true), true));

@@ -8,7 +8,7 @@ use osp::{
     index::{IndexConfig, SpatialIndex},
     occlusion::{OccluderPool, PoolConfig},
     polygon::{Change, ConvexPolygon, PolygonId},
-    recording::{Event, GroupId, NormalRule, StrokeId, Transform},
+    recording::{Author, Event, GroupId, NormalRule, StrokeId, Transform},
     rivals::IndexKind,
     scene::Scene,
 };
@@ -38,18 +38,24 @@ impl Held {
 }
 
 fn undo() -> Event {
-    Event::Undo { t: 0.0 }
+    Event::Undo { author: Author::SOLE, t: 0.0 }
 }
 
 #[test]
 fn a_stroke_that_was_moved_while_it_was_away_is_told_of_when_it_comes_back() {
-    let erase = Event::Erase { t: 0.0, stroke: StrokeId(1) };
-    let moved = Event::Move { t: 0.0, strokes: vec![StrokeId(1)], by: Vec3::X };
-    let group =
-        Event::Group { t: 0.0, group: GroupId(1), strokes: vec![StrokeId(1)], parent: None, name: None };
+    let erase = Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(1) };
+    let moved = Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(1)], by: Vec3::X };
+    let group = Event::Group {
+        author: Author::SOLE,
+        t: 0.0,
+        group: GroupId(1),
+        strokes: vec![StrokeId(1)],
+        parent: None,
+        name: None,
+    };
     let to = Transform { p: Vec3::Y, q: Quat::IDENTITY, s: 2.0 };
-    let place = Event::Place { t: 0.0, group: GroupId(1), to };
-    let redo = Event::Redo { t: 0.0 };
+    let place = Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(1), to };
+    let redo = Event::Redo { author: Author::SOLE, t: 0.0 };
     // Frames of events; the last one brings the stroke back to a place where it was never seen.
     let sessions: [&[&[Event]]; 4] = [
         // Moved before it is erased, in the same frame; the undo takes back only the erasure.

@@ -9,7 +9,7 @@ use osp::{
     glam::Vec3,
     math::Aabb,
     polygon::Change,
-    recording::{self, Event, GroupId, OpenOptions, StrokeId},
+    recording::{self, Author, Event, GroupId, OpenOptions, StrokeId},
     scene::Scene,
     view::View,
 };
@@ -126,7 +126,7 @@ fn a_replay_shows_the_same_and_a_crash_on_the_way_loses_nothing() {
         assert!(visible >= 2, "after {end} events");
         // What was half done is taken back at once.
         if scene.is_step_open() && !matches!(all[end - 1], Event::Step { .. }) {
-            scene.apply(&Event::Undo { t: 0.0 }, &mut Vec::new());
+            scene.apply(&Event::Undo { author: Author::SOLE, t: 0.0 }, &mut Vec::new());
             let visible = scene.strokes().iter().filter(|stroke| stroke.is_visible()).count();
             assert_eq!(visible, 2, "after {end} events and an undo");
         }

@@ -14,7 +14,7 @@ use osp::{
         Subject, Then, ToolChoice, ui::Interface,
     },
     glam,
-    recording::{self, Event, OpenOptions, StrokeId, Tool},
+    recording::{self, Author, Event, OpenOptions, StrokeId, Tool},
     rivals::IndexKind,
 };
 
@@ -153,7 +153,7 @@ fn what_was_not_drawn_here_is_copied() {
         recording::Flush::AtEnd,
     )
     .expect("a file");
-    writer.write(&Event::Undo { t: 0.0 }).expect("an event");
+    writer.write(&Event::Undo { author: Author::SOLE, t: 0.0 }).expect("an event");
     writer.finish().expect("written");
     fs::write(place("model.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
 

@@ -13,7 +13,7 @@ use osp::{
         tracker::{Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
     },
     glam::Vec3,
-    recording::{Event, Flush, Header, OpenOptions, RonWriter, StrokeId, open},
+    recording::{Author, Event, Flush, Header, OpenOptions, RonWriter, StrokeId, open},
     view::Rig,
 };
 
@@ -47,7 +47,9 @@ fn field(path: &Path, side: u32) {
         let p = place(number % side, number / side);
         let vertices = vec![p, p + Vec3::X * 0.004, p + Vec3::Y * 0.004];
         let (stroke, color) = (Some(StrokeId(number)), (1.0, 1.0, 1.0, 1.0));
-        writer.write(&Event::Polygon { t: 0.0, stroke, vertices, color }).expect("a line");
+        writer
+            .write(&Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color })
+            .expect("a line");
     }
     writer.finish().expect("a file");
 }
@@ -130,7 +132,9 @@ fn a_flood_of_edits_of_a_large_stroke_is_spread_over_frames() {
         let p = place(number % 300, number / 300);
         let (stroke, vertices) = (Some(StrokeId(7)), vec![p, p + Vec3::X * 0.01, p + Vec3::Y * 0.01]);
         let color = (1.0, 1.0, 1.0, 1.0);
-        writer.write(&Event::Polygon { t: 0.0, stroke, vertices, color }).expect("a line");
+        writer
+            .write(&Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color })
+            .expect("a line");
     }
     writer.finish().expect("a file");
     let mut table = Table::new();
@@ -310,7 +314,9 @@ fn a_session_that_uses_the_last_number_goes_on() {
     for stroke in [0, 1, u32::MAX] {
         let (stroke, vertices) = (Some(StrokeId(stroke)), vec![Vec3::ZERO, Vec3::X, Vec3::Y]);
         let color = (1.0, 1.0, 1.0, 1.0);
-        writer.write(&Event::Polygon { t: 0.0, stroke, vertices, color }).expect("a line");
+        writer
+            .write(&Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color })
+            .expect("a line");
     }
     writer.finish().expect("a file");
     let mut table = Table::new();

@@ -1,7 +1,7 @@
 //! Random sessions that edit more than they draw: erase, move, group, place, undo and redo, all on few strokes.
 
 use glam::{Quat, Vec3};
-use osp::recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform};
+use osp::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 /// Strokes drawn at the start of every session.
@@ -51,8 +51,17 @@ impl Editor {
         let opacity = if stroke.0 % 5 == 4 { 0.5 } else { 1.0 };
         let color = (self.between(0.1, 1.0), self.between(0.1, 1.0), self.between(0.1, 1.0), opacity);
         let (t, normal) = (0.0, NormalRule::Transport);
-        let mut events =
-            vec![Event::Begin { t, stroke, tool, width: 0.2, color, normal, thinnest: 1.0, paint: None }];
+        let mut events = vec![Event::Begin {
+            author: Author::SOLE,
+            t,
+            stroke,
+            tool,
+            width: 0.2,
+            color,
+            normal,
+            thinnest: 1.0,
+            paint: None,
+        }];
         let start = Vec3::new(self.between(-0.7, 0.7), self.between(-0.6, 0.6), self.between(-3.0, -2.0));
         for i in 0..6 {
             let angle = i as f32 * 1.05;
@@ -73,30 +82,33 @@ impl Editor {
         let (a, b) = (some(self), some(self));
         let group = GroupId(self.below(GROUPS));
         vec![match self.below(18) {
-            0..=2 => Event::Erase { t, stroke: a },
-            3..=5 => Event::Move { t, strokes: vec![a, b], by: self.way() },
+            0..=2 => Event::Erase { author: Author::SOLE, t, stroke: a },
+            3..=5 => Event::Move { author: Author::SOLE, t, strokes: vec![a, b], by: self.way() },
             6..=7 => {
                 let parent = Some(GroupId(self.below(GROUPS + 2))).filter(|parent| parent.0 < GROUPS);
-                Event::Group { t, group, strokes: vec![a], parent, name: None }
+                Event::Group { author: Author::SOLE, t, group, strokes: vec![a], parent, name: None }
             }
             8..=9 => {
                 let to = Transform { p: self.way() * 0.3, q: self.turn(), s: self.between(0.7, 1.4) };
-                Event::Place { t, group, to }
+                Event::Place { author: Author::SOLE, t, group, to }
             }
-            10..=12 => Event::Undo { t },
-            13..=14 => Event::Redo { t },
+            10..=12 => Event::Undo { author: Author::SOLE, t },
+            13..=14 => Event::Redo { author: Author::SOLE, t },
             15 => return self.stroke(),
             // Nobody sees it move, and only the erasure may be taken back.
             16 => {
                 return vec![
-                    Event::Move { t, strokes: vec![a], by: self.way() },
-                    Event::Erase { t, stroke: a },
+                    Event::Move { author: Author::SOLE, t, strokes: vec![a], by: self.way() },
+                    Event::Erase { author: Author::SOLE, t, stroke: a },
                 ];
             }
             _ => {
                 let to = Transform { p: self.way() * 0.3, q: self.turn(), s: self.between(0.7, 1.4) };
-                let erased = [a, b].map(|stroke| Event::Erase { t, stroke });
-                return [Event::Place { t, group, to }].into_iter().chain(erased).collect();
+                let erased = [a, b].map(|stroke| Event::Erase { author: Author::SOLE, t, stroke });
+                return [Event::Place { author: Author::SOLE, t, group, to }]
+                    .into_iter()
+                    .chain(erased)
+                    .collect();
             }
         }]
     }

@@ -5,13 +5,13 @@ use std::path::Path;
 use glam::{Quat, Vec3};
 use osp::{
     math::Aabb,
-    recording::{Event, OpenOptions, StrokeId, open},
+    recording::{Author, Event, OpenOptions, StrokeId, open},
     replay::{ArtistSide, whole_view},
 };
 
 fn head(azimuth: f32, bent: f32) -> Event {
     let q = Quat::from_rotation_y(azimuth) * Quat::from_rotation_x(bent);
-    Event::Head { t: 0.0, p: Vec3::ZERO, q }
+    Event::Head { author: Author::SOLE, t: 0.0, p: Vec3::ZERO, q }
 }
 
 fn point() -> Event {

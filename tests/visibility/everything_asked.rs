@@ -32,7 +32,13 @@ fn model(at: Vec3, points_a_metre: f32) -> (Scene, Vec<Change>) {
         let [a, b] = [(); 2].map(|()| on_grid((random.vector() * size).as_vec3()));
         let vertices = [corner, corner + a, corner + a + b, corner + b].map(|p| p + at).to_vec();
         scene.apply(
-            &Event::Polygon { t: 0.0, stroke: None, vertices, color: (0.5, 0.5, 0.5, 1.0) },
+            &Event::Polygon {
+                author: osp::recording::Author::SOLE,
+                t: 0.0,
+                stroke: None,
+                vertices,
+                color: (0.5, 0.5, 0.5, 1.0),
+            },
             &mut changes,
         );
     }
@@ -168,7 +174,16 @@ fn no_polygon_at_the_border_of_a_view_is_lost_far_from_the_origin() {
                 let vertices =
                     [(); 3].map(|()| (p + random.vector() * random.magnitude(0.01, 0.1)).as_vec3()).to_vec();
                 let color = (0.5, 0.5, 0.5, 1.0);
-                scene.apply(&Event::Polygon { t: 0.0, stroke: None, vertices, color }, &mut changes);
+                scene.apply(
+                    &Event::Polygon {
+                        author: osp::recording::Author::SOLE,
+                        t: 0.0,
+                        stroke: None,
+                        vertices,
+                        color,
+                    },
+                    &mut changes,
+                );
             }
             let mut verifier = verifier(IndexKind::Osp.create(&IndexConfig::default()), Vec::new());
             verifier.follow(&scene, &changes);

@@ -55,17 +55,23 @@ impl Random {
                 let corner = self.vector(2.0);
                 let size = if self.below(10) == 0 { 3.0 } else { 0.1 };
                 let vertices = vec![corner, corner + self.vector(size), corner + self.vector(size)];
-                Event::Polygon { t, stroke: Some(stroke), vertices, color: (1.0, 1.0, 1.0, 1.0) }
+                Event::Polygon {
+                    author: Author::SOLE,
+                    t,
+                    stroke: Some(stroke),
+                    vertices,
+                    color: (1.0, 1.0, 1.0, 1.0),
+                }
             }
             4..=5 => {
                 let parent = (self.below(2) == 0).then(|| GroupId(self.below(u64::from(GROUPS)) as u32));
-                Event::Group { t, group, strokes: vec![stroke], parent, name: None }
+                Event::Group { author: Author::SOLE, t, group, strokes: vec![stroke], parent, name: None }
             }
-            6 => Event::Erase { t, stroke },
-            7 => Event::Move { t, strokes: vec![stroke], by: self.vector(0.5) },
-            8 => Event::Undo { t },
-            9 => Event::Redo { t },
-            _ => Event::Place { t, group, to: self.transform() },
+            6 => Event::Erase { author: Author::SOLE, t, stroke },
+            7 => Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by: self.vector(0.5) },
+            8 => Event::Undo { author: Author::SOLE, t },
+            9 => Event::Redo { author: Author::SOLE, t },
+            _ => Event::Place { author: Author::SOLE, t, group, to: self.transform() },
         }
     }
 }
@@ -163,10 +169,16 @@ fn a_group_that_is_dragged_costs_one_change() {
         let p = Vec3::new((i % 50) as f32, (i / 50) as f32, 0.0) * 0.1;
         let vertices = vec![p, p + Vec3::X * 0.05, p + Vec3::Y * 0.05];
         let stroke = Some(StrokeId(i / 100));
-        scene.apply(&Event::Polygon { t, stroke, vertices, color: (1.0, 1.0, 1.0, 1.0) }, &mut changes);
+        scene.apply(
+            &Event::Polygon { author: Author::SOLE, t, stroke, vertices, color: (1.0, 1.0, 1.0, 1.0) },
+            &mut changes,
+        );
     }
     let strokes = (0..count / 100).map(StrokeId).collect();
-    scene.apply(&Event::Group { t, group: GroupId(0), strokes, parent: None, name: None }, &mut changes);
+    scene.apply(
+        &Event::Group { author: Author::SOLE, t, group: GroupId(0), strokes, parent: None, name: None },
+        &mut changes,
+    );
     let mut pipeline = pipeline();
     let view = View::look_at(
         Vec3::new(2.0, 3.0, 12.0),
@@ -182,7 +194,7 @@ fn a_group_that_is_dragged_costs_one_change() {
             q: Quat::from_rotation_z(0.01 * frame as f32),
             s: 1.0,
         };
-        scene.apply(&Event::Place { t, group: GroupId(0), to }, &mut changes);
+        scene.apply(&Event::Place { author: Author::SOLE, t, group: GroupId(0), to }, &mut changes);
         let displaced = scene.work().displaced;
         let record = pipeline.frame(&scene, &changes, &view);
         told.push((changes.len(), displaced));

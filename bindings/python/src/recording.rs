@@ -295,7 +295,7 @@ impl Recording {
         self.events += 1;
         self.artist.note(event);
         match event {
-            Event::Head { t, p, q } => self.heads.push(*t, *p, *q),
+            Event::Head { t, p, q, .. } => self.heads.push(*t, *p, *q),
             Event::Begin { t, stroke, tool, width, color, paint, .. } => {
                 let tool = match tool {
                     Tool::Ribbon => "ribbon",

@@ -11,7 +11,7 @@ use crate::{
     app::journal::{Autosaves, Journal, NotTaken, OpenElsewhere, SessionFile, SessionLock, Trouble},
     atomic_file::Destination,
     platform::fs,
-    recording::{self, FORMAT_VERSION, Header, Limits, OpenOptions, RecordingError, Session},
+    recording::{self, Header, Limits, ONE_AUTHOR_FORMAT, OpenOptions, RecordingError, Session},
 };
 
 /// How the source in the header of a session begins if osp drew it.
@@ -301,7 +301,8 @@ impl Document {
     ) -> Result<Self, OpenError> {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let source = format!("{}, from {}: {}", our_header("").source, path.display(), session.header.source);
-        let header = Header { source, format: FORMAT_VERSION, ..session.header.clone() };
+        let format = session.header.format.max(ONE_AUTHOR_FORMAT);
+        let header = Header { source, format, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
         let document = Self::of_session(session, journal, opened, go_on).map_err(|(error, journal)| {
             journal.give_back(SessionFile::release);
@@ -356,7 +357,7 @@ fn is_ron(path: &Path) -> bool {
 
 fn our_header(name: &str) -> Header {
     let source = concat!("osp sketch ", env!("CARGO_PKG_VERSION"));
-    Header { format: FORMAT_VERSION, ..Header::new(name, source) }
+    Header { format: ONE_AUTHOR_FORMAT, ..Header::new(name, source) }
 }
 
 /// The file of a session, with its lock.

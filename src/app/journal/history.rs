@@ -267,10 +267,12 @@ impl BufRead for TextReader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Author;
     use crate::recording::{EventSource, NormalRule, Tool};
 
     fn begin(stroke: u32) -> Event {
         Event::Begin {
+            author: Author::SOLE,
             t: f64::from(stroke),
             stroke: StrokeId(stroke),
             tool: Tool::Ribbon,
@@ -330,6 +332,7 @@ mod tests {
     fn the_events_of_a_stroke_are_found_wherever_they_lie() {
         let mut history = history(20_000);
         let event = Event::Polygon {
+            author: Author::SOLE,
             t: 1.0,
             stroke: Some(StrokeId(5)),
             vertices: vec![glam::Vec3::ZERO, glam::Vec3::X, glam::Vec3::Y],
@@ -353,7 +356,7 @@ mod tests {
     fn what_no_recording_can_hold_changes_nothing() {
         let mut history = history(3);
         let before = history.bytes();
-        history.push(&Event::Undo { t: f64::NAN }).expect_err("no time");
+        history.push(&Event::Undo { author: Author::SOLE, t: f64::NAN }).expect_err("no time");
         assert_eq!((history.bytes(), history.events()), (before, 3));
     }
 }

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::*;
 use crate::{
     app::{Access, Document, OpenError, Opening},
-    recording::{self, OpenOptions, StrokeId},
+    recording::{self, Author, OpenOptions, StrokeId},
 };
 
 struct Desk {
@@ -51,7 +51,7 @@ impl Desk {
 fn draw(document: &mut Document, events: u32) {
     for _ in 0..events {
         let t = document.last_secs() + 1.0;
-        assert!(document.apply(Event::Undo { t }));
+        assert!(document.apply(Event::Undo { author: Author::SOLE, t }));
     }
 }
 
@@ -76,7 +76,7 @@ fn every_event_is_in_the_file_at_once_and_a_crash_is_found() {
     assert!(!journal.path().exists(), "nothing is written before the first event");
     assert!(!journal.is_named());
     for count in 1..5 {
-        journal.write(&Event::Undo { t: 0.0 }).expect("an event");
+        journal.write(&Event::Undo { author: Author::SOLE, t: 0.0 }).expect("an event");
         assert_eq!(events_in(journal.path()), count);
     }
     let path = journal.path().to_owned();
@@ -149,7 +149,7 @@ fn a_session_has_one_writer() {
         // To look at it, and to draw on a copy of it, is allowed.
         let (mut looking, _) =
             Document::open_as(&path, &desk.autosaves(), Opening::with(Access::ReadOnly)).expect("readable");
-        assert!(looking.is_read_only() && !looking.apply(Event::Undo { t: 0.0 }));
+        assert!(looking.is_read_only() && !looking.apply(Event::Undo { author: Author::SOLE, t: 0.0 }));
         looking.close().expect("nothing to write");
         let copy = Opening::with(Access::Copy);
         let (mut copy, _) = Document::open_as(&path, &desk.autosaves(), copy).expect("readable");
@@ -441,7 +441,7 @@ fn a_move_of_very_many_strokes_is_one_line_and_what_is_longer_stops_nothing() {
     let mut document = desk.open("a.ron");
     let moved = |count: usize| {
         let strokes = (0..count).map(|i| StrokeId(u32::MAX - i as u32)).collect();
-        Event::Move { t: 1.0, strokes, by: Vec3::X }
+        Event::Move { author: Author::SOLE, t: 1.0, strokes, by: Vec3::X }
     };
     for count in [170_000, Event::MAX_STROKES_NAMED] {
         assert!(document.apply(moved(count)), "{count} strokes");

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use glam::{Quat, Vec3};
 
 use super::{BrushChoice, Message};
-use crate::recording::{Event, NormalRule, Paint, StrokeId, Tool};
+use crate::recording::{Author, Event, NormalRule, Paint, StrokeId, Tool};
 
 /// The last poses of the hands and the head.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -62,7 +62,7 @@ impl Hands {
         match *message {
             Message::Head { p, q } => {
                 self.state.head = Some((p, q));
-                out.push(Event::Head { t, p, q });
+                out.push(Event::Head { author: Author::SOLE, t, p, q });
             }
             Message::Hand { hand, p, q, pressure } => {
                 self.state.hand = Some((p, q, pressure));
@@ -73,6 +73,7 @@ impl Hands {
                         let stroke = next_stroke();
                         let BrushChoice { tool, paint, width_m: width, color, normal } = hand.brush;
                         out.push(Event::Begin {
+                            author: Author::SOLE,
                             t,
                             stroke,
                             tool,
@@ -91,8 +92,8 @@ impl Hands {
             }
             Message::Brush { hand, brush } => self.hand(hand).brush = brush,
             Message::Erase { p } => return Some(p),
-            Message::Undo => out.push(Event::Undo { t }),
-            Message::Redo => out.push(Event::Redo { t }),
+            Message::Undo => out.push(Event::Undo { author: Author::SOLE, t }),
+            Message::Redo => out.push(Event::Redo { author: Author::SOLE, t }),
         }
         None
     }

@@ -81,6 +81,7 @@ impl Teller {
             },
             Event::Undo { .. } => out.push(Message::Undo),
             Event::Redo { .. } => out.push(Message::Redo),
+            Event::Join { .. } | Event::Leave { .. } => {}
             Event::Move { .. }
             | Event::Group { .. }
             | Event::Place { .. }

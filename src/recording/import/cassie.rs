@@ -29,8 +29,8 @@ use super::{
 use crate::{
     math::rotate,
     recording::{
-        Event, EventSource, Header, NormalRule, Notes, OpenOptions, Paint, RecordingError, Session, StrokeId,
-        Tool, input::Input,
+        Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Paint, RecordingError, Session,
+        StrokeId, Tool, input::Input,
     },
 };
 
@@ -149,8 +149,12 @@ fn head_path(path: &Path, states: &[State], warnings: &mut Vec<String>) -> Vec<E
         let canvas_from_room = axes::inverse(axes::unit(state.canvas_rot.0));
         let p = rotate(canvas_from_room, state.head_pos.0 - state.canvas_pos.0) / state.canvas_scale;
         let q = axes::product(canvas_from_room, state.head_rot.0);
-        let head =
-            Event::Head { t: state.time.0, p: axes::position_from_unity(p), q: axes::rotation_from_unity(q) };
+        let head = Event::Head {
+            author: Author::SOLE,
+            t: state.time.0,
+            p: axes::position_from_unity(p),
+            q: axes::rotation_from_unity(q),
+        };
         if state.head_pos.0 != Vec3::ZERO && head.check().is_ok() {
             heads.push(head);
         }
@@ -177,7 +181,7 @@ fn merge(heads: Vec<Event>, strokes: Vec<Stroke>) -> Vec<Event> {
         let free_from = earlier.checked_sub(1).map_or(f64::NEG_INFINITY, |i| ends[i]);
         let number = StrokeId(number);
         if let Some(t) = stroke.deleted_secs {
-            erased.push(Event::Erase { t: t.max(stroke.created_secs), stroke: number });
+            erased.push(Event::Erase { author: Author::SOLE, t: t.max(stroke.created_secs), stroke: number });
         }
         push_stroke(&mut events, stroke, number, free_from);
     }
@@ -195,6 +199,7 @@ fn push_stroke(events: &mut Vec<Event>, stroke: Stroke, number: StrokeId, free_f
     let steps = stroke.samples.len().saturating_sub(1) as f64;
     let start = (end - steps * SAMPLE_SECS).max(free_from);
     events.push(Event::Begin {
+        author: Author::SOLE,
         t: start,
         stroke: number,
         tool: Tool::Ribbon,

@@ -14,7 +14,7 @@ use super::{
 use crate::{
     math::COORDINATE_LIMIT_M,
     recording::{
-        Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session, input::Input,
+        Author, Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session, input::Input,
         limits::beyond,
     },
 };
@@ -137,7 +137,8 @@ impl Obj {
             }
         }
         let [r, g, b] = self.material.or(self.group).unwrap_or(PLAIN);
-        let face = Event::Polygon { t: 0.0, stroke: None, vertices, color: (r, g, b, 1.0) };
+        let face =
+            Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (r, g, b, 1.0) };
         face.check().map_err(|expected| Fault::new(expected, line))?;
         Ok(face)
     }

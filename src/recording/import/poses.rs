@@ -17,8 +17,8 @@ use super::{
     session_name,
 };
 use crate::recording::{
-    Event, EventSource, Header, NormalRule, Notes, OpenOptions, Place, RecordingError, Session, StrokeId,
-    Tool, input::Input,
+    Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Place, RecordingError, Session,
+    StrokeId, Tool, input::Input,
 };
 
 /// A longer pause between two poses, or a step back in time by more, starts a new stroke: the tracker was lost. Trackers
@@ -120,7 +120,7 @@ impl Poses {
         let q = Quat::from_xyzw(qx as f32, qy as f32, qz as f32, qw as f32);
         let (p, q) = self.up.to_ours(p, q);
         let t = time_secs - self.first_secs.unwrap_or(time_secs);
-        Event::Head { t, p, q }.check()?;
+        Event::Head { author: Author::SOLE, t, p, q }.check()?;
         self.first_secs.get_or_insert(time_secs);
         Ok((t, p, q))
     }
@@ -142,6 +142,7 @@ impl Poses {
         let end = before.map(|(t, _)| Event::End { t, stroke: StrokeId(self.next_stroke - 1) });
         self.next_stroke += 1;
         let begin = Event::Begin {
+            author: Author::SOLE,
             t,
             stroke,
             tool: Tool::Ribbon,

@@ -1,7 +1,9 @@
 use glam::{Quat, Vec3};
 
 use super::bytes::ByteReader;
-use crate::recording::{Event, EventSource, NormalRule, Notes, Paint, Place, RecordingError, StrokeId, Tool};
+use crate::recording::{
+    Author, Event, EventSource, NormalRule, Notes, Paint, Place, RecordingError, StrokeId, Tool,
+};
 
 /// A binary format that is a list of strokes, each a head and its points.
 pub(super) trait StrokeFormat: Send {
@@ -135,6 +137,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
         let scale = head.paint.as_ref().map_or(1.0, |paint| paint.scale);
         let [r, g, b, a] = head.color.map(unit_interval);
         let mut begin = Event::Begin {
+            author: Author::SOLE,
             t: self.time_secs,
             stroke,
             tool: Tool::Ribbon,

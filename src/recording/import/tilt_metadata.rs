@@ -15,7 +15,7 @@ use super::{axes, bytes::ByteReader, strokes::OnDamage, tilt::METERS_PER_UNIT, t
 use crate::{
     brush,
     math::rotate,
-    recording::{Camera, Event, Header, Layer, Paint, RecordingError},
+    recording::{Author, Camera, Event, Header, Layer, Paint, RecordingError},
 };
 
 /// Vertical field of view of the (square) thumbnail; the file does not hold it, this one fits the pictures.
@@ -195,7 +195,7 @@ fn camera(fields: &mut Fields<'_>, scene_from_canvas: TiltTransform) -> Option<C
     let (p, q) = room_from_scene.take_back(p, q);
     let (p, q) = scene_from_canvas.take_back(p, q);
     let (p, q) = (axes::position_from_unity(p * METERS_PER_UNIT), axes::rotation_from_unity(axes::unit(q)));
-    if let Err(expected) = (Event::Head { t: 0.0, p, q }).check() {
+    if let Err(expected) = (Event::Head { author: Author::SOLE, t: 0.0, p, q }).check() {
         fields.warn(format_args!("expected {expected} of the thumbnail's camera; found {p} m and {q}"));
         return None;
     }

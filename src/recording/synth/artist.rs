@@ -8,7 +8,7 @@ use super::hand::{Hand, HandSample, RATE_HZ, Way};
 use super::head::Head;
 use super::path::Node;
 use super::random::Random;
-use crate::recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform};
+use crate::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
 
 /// A head pose is written with every such sample of the hand: 30 a second.
 const TICKS_A_HEAD: u64 = 3;
@@ -200,7 +200,13 @@ impl Artist {
             return;
         }
         let vertices = corners.iter().map(|&p| position(p)).collect();
-        self.queue.push_back(Event::Polygon { t: self.time(), stroke: None, vertices, color });
+        self.queue.push_back(Event::Polygon {
+            author: Author::SOLE,
+            t: self.time(),
+            stroke: None,
+            vertices,
+            color,
+        });
         self.polygons += corners.len().saturating_sub(2).min(1) as u64;
     }
 
@@ -212,17 +218,25 @@ impl Artist {
         let group = GroupId(self.next_group);
         self.next_group += 1;
         let t = self.time();
-        self.queue.push_back(Event::Group { t, group, strokes: strokes.to_vec(), parent: None, name: None });
+        self.queue.push_back(Event::Group {
+            author: Author::SOLE,
+            t,
+            group,
+            strokes: strokes.to_vec(),
+            parent: None,
+            name: None,
+        });
         let turned = |v: DVec3| super::vector::turned(v, DVec3::Y, angle);
         let q = super::vector::quaternion(turned(DVec3::X), DVec3::Y, turned(DVec3::Z));
         let to = Transform { p: position(center - turned(center) + by), q: rotation(q), s: 1.0 };
-        self.queue.push_back(Event::Place { t, group, to });
+        self.queue.push_back(Event::Place { author: Author::SOLE, t, group, to });
     }
 
     fn begin(&mut self, tool: Tool, style: RibbonStyle) -> StrokeId {
         let stroke = StrokeId(self.next_stroke);
         self.next_stroke += 1;
         self.queue.push_back(Event::Begin {
+            author: Author::SOLE,
             t: self.time(),
             stroke,
             tool,
@@ -262,7 +276,7 @@ impl Artist {
             let at = self.rng.index(self.recent.len());
             let stroke = self.recent[at];
             self.wait(0.7, stance);
-            self.push(|t| Event::Erase { t, stroke });
+            self.push(|t| Event::Erase { author: Author::SOLE, t, stroke });
             if !self.rng.chance(0.3) || self.undo(1, stance) {
                 self.recent.remove(at);
             }
@@ -272,7 +286,7 @@ impl Artist {
             let strokes = self.recent[first..first + count].to_vec();
             let by = position(self.rng.direction() * self.rng.between(0.005, 0.05) + DVec3::ZERO);
             self.wait(0.9, stance);
-            self.push(|t| Event::Move { t, strokes, by });
+            self.push(|t| Event::Move { author: Author::SOLE, t, strokes, by });
             if self.rng.chance(0.3) {
                 self.undo(1, stance);
             }
@@ -284,12 +298,12 @@ impl Artist {
         let again = self.rng.chance(0.5);
         for _ in 0..edits {
             self.wait(0.3, stance);
-            self.push(|t| Event::Undo { t });
+            self.push(|t| Event::Undo { author: Author::SOLE, t });
         }
         if again {
             self.wait(0.8, stance);
             for _ in 0..edits {
-                self.push(|t| Event::Redo { t });
+                self.push(|t| Event::Redo { author: Author::SOLE, t });
             }
         }
         again
@@ -307,7 +321,12 @@ impl Artist {
         self.head.advance(stance.eye, stance.at);
         if self.ticks.is_multiple_of(TICKS_A_HEAD) {
             let (p, q) = self.head.pose();
-            self.queue.push_back(Event::Head { t: self.time(), p: position(p), q: rotation(q) });
+            self.queue.push_back(Event::Head {
+                author: Author::SOLE,
+                t: self.time(),
+                p: position(p),
+                q: rotation(q),
+            });
         }
     }
 

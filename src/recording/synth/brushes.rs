@@ -6,8 +6,8 @@ use super::{CENTER, SynthKind, VOLUME_M};
 use crate::{
     brush::{self, Brush},
     recording::{
-        Camera, Environment, Event, EventSource, Header, NormalRule, Paint, RecordingError, Root, StrokeId,
-        Tool,
+        Author, Camera, Environment, Event, EventSource, Header, NormalRule, Paint, RecordingError, Root,
+        StrokeId, Tool,
     },
 };
 
@@ -83,6 +83,7 @@ impl Brushes {
         let stroke = StrokeId(self.next);
         let seed = (self.seed as u32).wrapping_mul(0x9e37_79b9) ^ self.next;
         self.events.push_back(Event::Begin {
+            author: Author::SOLE,
             t: self.time_secs,
             stroke,
             tool: Tool::Ribbon,

@@ -10,6 +10,7 @@
 
 mod artist;
 mod brushes;
+mod class;
 mod grow;
 mod hand;
 mod head;
@@ -28,7 +29,7 @@ use artist::{Artist, Subject};
 use glam::Vec3;
 use thiserror::Error;
 
-use super::{Event, EventSource, Header, RecordingError, Root, Session};
+use super::{AUTHORS_FORMAT, Event, EventSource, Header, RecordingError, Root, Session};
 
 /// The kinds of synthetic sessions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,12 +46,20 @@ pub enum SynthKind {
     Brushes,
     /// A planet with moons and a spaceship with engines: named groups that hang under one another and move.
     Nested,
+    /// Several artists scribble in one volume at once.
+    Class,
 }
 
 impl SynthKind {
     /// Every kind.
-    pub const ALL: [Self; 6] =
-        [Self::Portrait, Self::Room, Self::Scribble, Self::Grow, Self::Brushes, Self::Nested];
+    pub const ALL: [Self; 7] =
+        [Self::Portrait, Self::Room, Self::Scribble, Self::Grow, Self::Brushes, Self::Nested, Self::Class];
+
+    /// How many artists there are in [`SynthKind::Class`], unless it is said.
+    pub const CLASS_AUTHORS: u32 = 3;
+
+    /// Most artists that there can be in it.
+    pub const MOST_AUTHORS: u32 = class::Class::MOST;
 
     /// The kinds that an artist draws, with a hand, a head and second thoughts.
     pub const DRAWN_BY_ARTISTS: [Self; 4] = [Self::Portrait, Self::Room, Self::Scribble, Self::Grow];
@@ -64,6 +73,7 @@ impl SynthKind {
             Self::Grow => "grow",
             Self::Brushes => "brushes",
             Self::Nested => "nested",
+            Self::Class => "class",
         }
     }
 }
@@ -76,7 +86,7 @@ impl fmt::Display for SynthKind {
 
 /// A kind that is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("expected portrait, room, scribble, grow, brushes or nested; found `{0}`")]
+#[error("expected portrait, room, scribble, grow, brushes, nested or class; found `{0}`")]
 pub struct ParseSynthKindError(String);
 
 impl FromStr for SynthKind {
@@ -108,6 +118,7 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
             let card = brushes::Brushes::new(polygons, seed);
             return Session { header: card.header(source), format: "synth", events: Box::new(card) };
         }
+        SynthKind::Class => return synthesize_class(SynthKind::CLASS_AUTHORS, polygons, seed),
         SynthKind::Nested => {
             let events = Box::new(nested::Nested::new(polygons, seed));
             return Session { header: nested::Nested::header(source), format: "synth", events };
@@ -117,6 +128,16 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
     let root = Some(Root { center: CENTER, size });
     let header = Header { format: 1, root, ..Header::new(kind.name(), source) };
     Session { header, format: "synth", events: Box::new(Synth { artist, subject }) }
+}
+
+/// A session of [`SynthKind::Class`] with so many artists, of whom each draws a part of the polygons.
+pub fn synthesize_class(authors: u32, polygons: u32, seed: u64) -> Session {
+    let authors = authors.clamp(1, SynthKind::MOST_AUTHORS);
+    let kind = SynthKind::Class;
+    let source = format!("osp synth {kind} --authors {authors} --polygons {polygons} --seed {seed}");
+    let root = Some(Root { center: CENTER, size: VOLUME_M });
+    let header = Header { format: AUTHORS_FORMAT, root, ..Header::new(kind.name(), source) };
+    Session { header, format: "synth", events: Box::new(class::Class::new(authors, polygons, seed)) }
 }
 
 /// Edge of the modelling volume, metres.

@@ -9,7 +9,7 @@ use super::{
     vector::{perpendicular, quaternion, turned},
 };
 use crate::recording::{
-    Event, EventSource, GroupId, Header, NormalRule, RecordingError, Root, StrokeId, Tool, Transform,
+    Author, Event, EventSource, GroupId, Header, NormalRule, RecordingError, Root, StrokeId, Tool, Transform,
 };
 
 /// Everything is drawn around this point, and groups turn about it.
@@ -150,7 +150,12 @@ impl Nested {
         let back = (eye - BENCH).normalize_or(DVec3::Z);
         let up = perpendicular(DVec3::Y, back);
         let q = quaternion(up.cross(back), up, back);
-        self.queue.push_back(Event::Head { t: self.time(), p: position(eye), q: rotation(q) });
+        self.queue.push_back(Event::Head {
+            author: Author::SOLE,
+            t: self.time(),
+            p: position(eye),
+            q: rotation(q),
+        });
     }
 
     fn time(&self) -> f64 {
@@ -181,6 +186,7 @@ impl Nested {
             let parent = thing.parent.map(|parent| GroupId(parent as u32));
             let (t, strokes) = (self.time(), std::mem::take(&mut self.strokes));
             self.queue.push_back(Event::Group {
+                author: Author::SOLE,
                 t,
                 group,
                 strokes,
@@ -227,6 +233,7 @@ impl Nested {
         let stroke = StrokeId(self.next_stroke);
         self.next_stroke += 1;
         self.queue.push_back(Event::Begin {
+            author: Author::SOLE,
             t: self.time(),
             stroke,
             tool: Tool::Ribbon,
@@ -281,7 +288,12 @@ impl Nested {
         let turned = |v: DVec3| turned(v, axis, angle);
         let q = rotation(quaternion(turned(DVec3::X), turned(DVec3::Y), turned(DVec3::Z)));
         let to = Transform { p: position(BENCH + at - turned(BENCH) * scale), q, s: rounded(scale, 1e3) };
-        self.queue.push_back(Event::Place { t: self.time(), group: GroupId(thing as u32), to });
+        self.queue.push_back(Event::Place {
+            author: Author::SOLE,
+            t: self.time(),
+            group: GroupId(thing as u32),
+            to,
+        });
     }
 
     /// A step of the journey: things that hang under others move within them.
@@ -292,7 +304,14 @@ impl Nested {
         if before < DOCKS_AT && along >= DOCKS_AT {
             let (t, group) = (self.time(), GroupId(SATELLITE as u32));
             let parent = Some(GroupId(SHIP as u32));
-            self.queue.push_back(Event::Group { t, group, strokes: Vec::new(), parent, name: None });
+            self.queue.push_back(Event::Group {
+                author: Author::SOLE,
+                t,
+                group,
+                strokes: Vec::new(),
+                parent,
+                name: None,
+            });
             self.place(SATELLITE, along);
         }
         self.place(PLANET, along);

@@ -19,7 +19,13 @@ fn squares_before_a_wall() -> Scene {
     let square = |center: Vec3, half_m: f32| {
         let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
         let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        Event::Polygon { t: 0.0, stroke: None, vertices, color: (0.9, 0.2 * half_m, 0.3, 1.0) }
+        Event::Polygon {
+            author: crate::recording::Author::SOLE,
+            t: 0.0,
+            stroke: None,
+            vertices,
+            color: (0.9, 0.2 * half_m, 0.3, 1.0),
+        }
     };
     let squares =
         (0..9_u8).map(|i| square(Vec3::new(f32::from(i % 3) - 1.0, f32::from(i / 3) - 1.0, 0.0), 0.4));

@@ -72,7 +72,13 @@ impl Faces {
     fn push(&mut self, mesh: &Mesh<'_>, numbers: &[u32], out: &mut Vec<Polygon>) {
         let corners: Vec<Vec3> = numbers.iter().map(|&number| mesh.corner(number)).collect();
         let color = mesh.color(numbers);
-        let event = Event::Polygon { t: 0.0, stroke: None, vertices: corners, color: channels(color) };
+        let event = Event::Polygon {
+            author: crate::recording::Author::SOLE,
+            t: 0.0,
+            stroke: None,
+            vertices: corners,
+            color: channels(color),
+        };
         if let Err(expected) = event.check() {
             self.fault.get_or_insert(Fault::new(expected, format!("vertices {numbers:?}")));
         } else if let Event::Polygon { vertices: corners, .. } = event {

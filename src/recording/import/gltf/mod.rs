@@ -31,7 +31,7 @@ use self::{
 };
 use super::session_name;
 use crate::recording::{
-    Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, Transform,
+    Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, Transform,
     input::Input,
 };
 
@@ -139,7 +139,7 @@ impl Gltf {
             let Some(node) = self.nodes.next() else { return Ok(false) };
             self.queue.push_back(node.group_event(Vec::new()));
             if let Some(to) = node.to {
-                self.queue.push_back(Event::Place { t: 0.0, group: node.group, to });
+                self.queue.push_back(Event::Place { author: Author::SOLE, t: 0.0, group: node.group, to });
             }
             self.at = Some(Part { node, primitive: 0, faces: None, strokes: HashMap::new() });
             return Ok(true);
@@ -188,6 +188,7 @@ impl Gltf {
             let known = part.strokes.get(&polygon.color).copied();
             let stroke = known.unwrap_or(StrokeId(self.next_stroke));
             self.queue.push_back(Event::Polygon {
+                author: Author::SOLE,
                 t: 0.0,
                 stroke: Some(stroke),
                 vertices: polygon.corners,

@@ -4,7 +4,7 @@ use ::gltf::json::scene::Node;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
 
 use super::{Damage, Fault, container::File, is_identity};
-use crate::recording::{Event, GroupId, RecordingError, StrokeId, Transform, import::axes};
+use crate::recording::{Author, Event, GroupId, RecordingError, StrokeId, Transform, import::axes};
 
 /// Groups below one another; a node deeper than that goes into the group above it.
 const MOST_DEPTH: usize = 60;
@@ -28,7 +28,7 @@ impl Planned {
     /// Puts strokes into the group.
     pub(super) fn group_event(&self, strokes: Vec<StrokeId>) -> Event {
         let name = self.name.clone().filter(|_| strokes.is_empty());
-        Event::Group { t: 0.0, group: self.group, strokes, parent: self.parent, name }
+        Event::Group { author: Author::SOLE, t: 0.0, group: self.group, strokes, parent: self.parent, name }
     }
 }
 
@@ -121,7 +121,7 @@ impl Nodes {
         let parent = above.map(|above| above.group);
         let group = GroupId(at.node as u32);
         let (transform, rest) = split(described, at.residual, local_transform(described));
-        let place = Event::Place { t: 0.0, group, to: transform };
+        let place = Event::Place { author: Author::SOLE, t: 0.0, group, to: transform };
         let mut to = None;
         below.residual = match place.check() {
             Ok(()) => {

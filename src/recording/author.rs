@@ -1,0 +1,183 @@
+//! Who draws: the numbers of authors, and what those of strokes and groups say of them.
+
+use std::collections::{BTreeSet, HashSet};
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Event, GroupId, StrokeId};
+
+/// Who made an event, by number: 0 is the author of a recording that names none (and of what a session of several held
+/// before they joined), 1 the first that joins, 2 the second and so on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Author(pub u32);
+
+impl Author {
+    /// The author of a recording that names none.
+    pub const SOLE: Self = Self(0);
+
+    /// Most authors of a session, those who have left among them: numbers are below.
+    pub const MAX: u32 = 1 << (32 - Self::NUMBER_BITS);
+
+    /// Longest name, bytes.
+    pub const MAX_NAME_BYTES: usize = 256;
+
+    /// Bits of a stroke's or group's number that count those of its author; the bits above are the author's number.
+    pub const NUMBER_BITS: u32 = 20;
+
+    /// Whether this is the author of a recording that names none.
+    pub fn is_sole(&self) -> bool {
+        *self == Self::SOLE
+    }
+
+    /// Whether a session can have this author.
+    pub fn is_valid(self) -> bool {
+        self.0 < Self::MAX
+    }
+
+    /// The author's stroke or group number `n`, where there are several; none once the author has had all of them.
+    pub fn number(self, n: u32) -> Option<u32> {
+        (n < 1 << Self::NUMBER_BITS && self.is_valid()).then_some(self.0 << Self::NUMBER_BITS | n)
+    }
+
+    /// The numbers of the author's strokes and groups, in words.
+    fn range(self) -> String {
+        let first = self.0 << Self::NUMBER_BITS;
+        format!("a number from {first} to {}", first | ((1 << Self::NUMBER_BITS) - 1))
+    }
+
+    /// Whether a stroke with this number can be the author's. Where there is one author, every number can.
+    pub fn owns(self, stroke: StrokeId) -> bool {
+        self.is_sole() || stroke.author() == self
+    }
+
+    fn of_number(number: u32) -> Self {
+        Self(number >> Self::NUMBER_BITS)
+    }
+}
+
+impl fmt::Display for Author {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl StrokeId {
+    /// Whose stroke it is, in a session of several authors.
+    pub fn author(self) -> Author {
+        Author::of_number(self.0)
+    }
+}
+
+impl GroupId {
+    /// Who made the group, in a session of several authors.
+    pub fn author(self) -> Author {
+        Author::of_number(self.0)
+    }
+}
+
+/// Who has joined a session of several authors, and what belongs to whom: whether an event is one that its author can make.
+/// Readers and the [`Reducer`](super::Reducer) ask the same.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Members {
+    /// The number of the last one that joined; 0: none has.
+    last: u32,
+    present: BTreeSet<Author>,
+    /// Groups that were made. A session has no more groups than groupings, which readers limit.
+    groups: HashSet<GroupId>,
+}
+
+/// What an event has changed among the members.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Admitted {
+    Nothing,
+    Joined { author: Author, last: u32 },
+    Left(Author),
+    Made(GroupId),
+}
+
+/// Whether an author's number may be left out: its line may have been damaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Numbers {
+    EachInTurn,
+    SomeLeftOut,
+}
+
+impl Members {
+    /// The number of who joins next; none: there are as many as a session can have.
+    pub(super) fn next(&self) -> Option<Author> {
+        Some(Author(self.last + 1)).filter(|next| next.is_valid())
+    }
+
+    /// Whether an author has joined and not left.
+    pub(super) fn is_present(&self, author: Author) -> bool {
+        self.present.contains(&author)
+    }
+
+    /// Takes the next event of a session; if its author cannot have made it, what was expected. What it has changed can be
+    /// [taken back](Self::take_back).
+    pub(super) fn admit(&mut self, event: &Event, numbers: Numbers) -> Result<Admitted, String> {
+        let author = match event {
+            Event::Join { author, .. } => return self.join(*author, numbers),
+            _ => event.author(),
+        };
+        let Some(author) = author else { return Ok(Admitted::Nothing) };
+        if !author.is_sole() && !self.is_present(author) {
+            let expected = if author.0 <= self.last {
+                format!("an author who is there: author {author} has left, or has never joined")
+            } else {
+                format!("author {author} to have joined before")
+            };
+            return Err(expected);
+        }
+        match event {
+            Event::Leave { .. } => {
+                self.present.remove(&author);
+                return Ok(Admitted::Left(author));
+            }
+            Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. }
+                if stroke.author() != author =>
+            {
+                return Err(format!("a stroke of author {author}: {}", author.range()));
+            }
+            Event::Group { group, .. } => {
+                if group.author() != author && !self.groups.contains(group) {
+                    let range = author.range();
+                    return Err(format!("a group that was made before, or one of author {author}: {range}"));
+                }
+                if self.groups.insert(*group) {
+                    return Ok(Admitted::Made(*group));
+                }
+            }
+            _ => {}
+        }
+        Ok(Admitted::Nothing)
+    }
+
+    /// As before an event; those after it have to be taken back first.
+    pub(super) fn take_back(&mut self, admitted: Admitted) {
+        match admitted {
+            Admitted::Nothing => {}
+            Admitted::Joined { author, last } => {
+                self.present.remove(&author);
+                self.last = last;
+            }
+            Admitted::Left(author) => _ = self.present.insert(author),
+            Admitted::Made(group) => _ = self.groups.remove(&group),
+        }
+    }
+
+    fn join(&mut self, author: Author, numbers: Numbers) -> Result<Admitted, String> {
+        let next = self.last + 1;
+        let is_next = author.0 == next || (author.0 > next && numbers == Numbers::SomeLeftOut);
+        if !is_next {
+            return Err(format!(
+                "author {next} to join: authors are numbered in the order in which they join"
+            ));
+        }
+        let last = std::mem::replace(&mut self.last, author.0);
+        self.present.insert(author);
+        Ok(Admitted::Joined { author, last })
+    }
+}

@@ -1,0 +1,245 @@
+//! Undo and redo of each author: what an edit did is taken back or made again among what others have done since.
+
+use super::{
+    Scene,
+    edit::{Arrangement, Edit, Hanging},
+    history::{History, Lost},
+    log::Turn,
+};
+use crate::recording::Author;
+
+/// Edits that all histories hold, and the strokes that they name.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Remembered {
+    edits: usize,
+    named: usize,
+}
+
+impl Scene {
+    /// Notes an arrangement that has been made as the author's last edit.
+    pub(super) fn arrange(&mut self, author: Author, what: Arrangement) {
+        let named = what.named();
+        let at = self.log.add(what);
+        self.record(author, Edit::Arrange { at, named });
+    }
+
+    pub(super) fn record(&mut self, author: Author, edit: Edit) {
+        let mut lost = std::mem::take(&mut self.lost);
+        self.with_history(author, |history| history.record(edit, &mut lost));
+        self.forget(author, &mut lost);
+        while self.remembered.edits > History::DEPTH_OF_ALL || self.remembered.named > History::NAMED_OF_ALL {
+            let too_many = self.remembered.edits > History::DEPTH_OF_ALL;
+            let size = |history: &History| if too_many { history.len() } else { history.named() };
+            let sizes = self.authors.iter().map(|(&of, state)| (size(&state.history), std::cmp::Reverse(of)));
+            let Some((_, std::cmp::Reverse(of))) = sizes.max() else { break };
+            // The edit that was just made stays.
+            if !self.with_history(of, |history| history.forget_one(usize::from(of == author), &mut lost)) {
+                break;
+            }
+            self.forget(of, &mut lost);
+        }
+        self.lost = lost;
+    }
+
+    /// Changes a history, and follows how much it holds.
+    fn with_history<T>(&mut self, author: Author, change: impl FnOnce(&mut History) -> T) -> T {
+        let history = &mut self.authors.entry(author).or_default().history;
+        let (edits, named) = (history.len(), history.named());
+        let result = change(history);
+        self.remembered.edits = self.remembered.edits + history.len() - edits;
+        self.remembered.named = self.remembered.named + history.named() - named;
+        result
+    }
+
+    /// Edits of an author that no undo or redo reaches any more.
+    fn forget(&mut self, author: Author, lost: &mut Lost) {
+        let first = self.gone[0].len();
+        for edit in lost.taken_back.drain(..) {
+            edit.for_each(&mut |edit| match edit {
+                Edit::Draw { stroke } => self.gone[0].push(*stroke),
+                Edit::Arrange { at, .. } => self.log.remove(*at),
+                Edit::Erase { .. } | Edit::Several(_) => {}
+            });
+        }
+        for edit in lost.done.drain(..) {
+            edit.for_each(&mut |edit| match edit {
+                Edit::Erase { stroke } => {
+                    self.author_mut(author).erased.remove(stroke);
+                    self.gone[0].push(*stroke);
+                }
+                Edit::Arrange { at, .. } => {
+                    for (stroke, offset) in self.log.forget(*at) {
+                        self.set_offset(stroke, offset);
+                    }
+                }
+                Edit::Draw { .. } | Edit::Several(_) => {}
+            });
+        }
+        for i in first..self.gone[0].len() {
+            self.put_out_of_reach(self.gone[0][i]);
+        }
+    }
+
+    /// Everything of an author is for good: nobody takes it back any more.
+    pub(super) fn forget_all(&mut self, author: Author) {
+        let mut lost = self.with_history(author, History::forget_all);
+        self.forget(author, &mut lost);
+    }
+
+    /// Nothing brings a stroke back any more: its number stays used, all else is as if it had never been.
+    fn put_out_of_reach(&mut self, at: u32) {
+        let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
+        stroke.is_gone = true;
+        if stroke.builder.take().is_some() && !stroke.author().is_sole() {
+            let author = stroke.author();
+            self.author_mut(author).open.remove(&at);
+        }
+        let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
+        if let Some(id) = stroke.id {
+            self.stroke_by_id.remove(&id);
+            self.used.insert(id.0);
+        }
+        let group = stroke.group.take();
+        if group.is_some() {
+            self.groups.change_member(at, group, None);
+            self.displace(at);
+        }
+    }
+
+    pub(super) fn undo(&mut self, author: Author) -> Option<()> {
+        let edit = self.authors.get_mut(&author)?.history.undo()?;
+        self.play_backward(author, &edit);
+        self.author_mut(author).history.taken_back(edit);
+        Some(())
+    }
+
+    fn play_backward(&mut self, author: Author, edit: &Edit) {
+        match edit {
+            Edit::Draw { stroke } => self.set_undone(*stroke, true),
+            Edit::Erase { stroke } => self.set_erased(author, *stroke, false),
+            Edit::Arrange { at, .. } => self.turn(*at, Turn::TakenBack),
+            Edit::Several(edits) => edits.iter().rev().for_each(|edit| self.play_backward(author, edit)),
+        }
+    }
+
+    pub(super) fn redo(&mut self, author: Author) -> Option<()> {
+        let edit = self.authors.get_mut(&author)?.history.redo()?;
+        self.play_forward(author, &edit);
+        self.author_mut(author).history.made_again(edit);
+        Some(())
+    }
+
+    fn play_forward(&mut self, author: Author, edit: &Edit) {
+        match edit {
+            Edit::Draw { stroke } => self.set_undone(*stroke, false),
+            Edit::Erase { stroke } => self.set_erased(author, *stroke, true),
+            Edit::Arrange { at, .. } => self.turn(*at, Turn::MadeAgain),
+            Edit::Several(edits) => edits.iter().for_each(|edit| self.play_forward(author, edit)),
+        }
+    }
+
+    /// Takes an arrangement back, or makes it again.
+    fn turn(&mut self, at: u64, turn: Turn) {
+        let mut what = self.log.take(at);
+        let mut to_hang = None;
+        match &mut what {
+            Arrangement::Nothing => {}
+            Arrangement::Move(moved) => {
+                let strokes = &self.strokes;
+                let now = |at: u32| strokes.get(at as usize).map(|stroke| stroke.offset).unwrap_or_default();
+                let offsets = self.log.turn_moves(at, moved, turn, now);
+                moved.iter().zip(offsets).for_each(|(named, offset)| self.set_offset(named.stroke, offset));
+            }
+            Arrangement::Group(grouping) => {
+                let group = grouping.group;
+                if let Some([before, own]) = &mut grouping.names {
+                    let now = self.groups.name(group).map(str::to_owned);
+                    let name = self.log.turn_one(at, before, turn, own, now, |what| match what {
+                        Arrangement::Group(later) if later.group == group => {
+                            later.names.as_mut().map(|names| &mut names[0])
+                        }
+                        _ => None,
+                    });
+                    if let Some(name) = name {
+                        self.groups.set_name(group, name);
+                    }
+                }
+                if let Some(hanging) = &mut grouping.hanging {
+                    to_hang = self.turn_hanging(at, group, hanging, turn);
+                }
+                let strokes = &self.strokes;
+                let now = |at: u32| strokes.get(at as usize).and_then(|stroke| stroke.group);
+                let members = self.log.turn_settled(at, &mut grouping.members, turn, Some(group), now);
+                members.into_iter().for_each(|(stroke, group)| self.set_group(stroke, group));
+            }
+            Arrangement::Place { group, before, to } => {
+                let (group, now) = (*group, self.groups.transform(*group));
+                let place = self.log.turn_one(at, before, turn, to, now, |what| match what {
+                    Arrangement::Place { group: of, before, .. } if *of == group => Some(before),
+                    _ => None,
+                });
+                if let Some(place) = place {
+                    self.groups.place(group, place);
+                }
+            }
+            Arrangement::Assign { layer, strokes: named } => {
+                let strokes = &self.strokes;
+                let now = |at: u32| strokes.get(at as usize).map_or(0, |stroke| stroke.layer);
+                let layers = self.log.turn_settled(at, named, turn, *layer, now);
+                layers.into_iter().for_each(|(stroke, layer)| self.set_layer(stroke, layer));
+            }
+        }
+        self.log.put(at, what, turn);
+        if let Some(base) = to_hang {
+            self.hang_anew(&base);
+        }
+    }
+
+    /// Hangs a group as it was before, or as it was after, if no later grouping depends on it. If one does: what all groups
+    /// that groupings have hung were under before.
+    fn turn_hanging(
+        &mut self,
+        at: u64,
+        group: usize,
+        hanging: &mut Hanging,
+        turn: Turn,
+    ) -> Option<Vec<(usize, Option<usize>)>> {
+        if turn == Turn::MadeAgain {
+            let now = self.groups.parent(group);
+            hanging.before = self.log.found_later(at, group).unwrap_or(now);
+        }
+        if hanging.before == hanging.parent {
+            hanging.holds = true;
+            return None;
+        }
+        if !self.log.is_hanging_depended_on(at, group) {
+            match turn {
+                Turn::TakenBack => _ = self.groups.try_hang(group, hanging.before),
+                Turn::MadeAgain => hanging.holds = self.groups.try_hang(group, hanging.parent),
+            }
+            return None;
+        }
+        let mut base = self.log.first_hangings();
+        let own = (at, hanging.before);
+        let first = base.entry(group).or_insert(own);
+        if turn == Turn::TakenBack && first.0 > at {
+            *first = own;
+        }
+        Some(base.into_iter().map(|(group, (_, parent))| (group, parent)).collect())
+    }
+
+    /// Hangs groups as they were before all groupings, then as these say, one after the other: one that would close a circle
+    /// or make a chain too long has no effect.
+    fn hang_anew(&mut self, base: &[(usize, Option<usize>)]) {
+        base.iter().for_each(|&(group, _)| self.groups.hang(group, None));
+        for &(group, parent) in base {
+            self.groups.try_hang(group, parent);
+        }
+        for grouping in self.log.active_groupings() {
+            if let Some(hanging) = &mut grouping.hanging {
+                hanging.before = self.groups.parent(grouping.group);
+                hanging.holds = self.groups.try_hang(grouping.group, hanging.parent);
+            }
+        }
+    }
+}
