@@ -1,6 +1,5 @@
 //! The window without a window: what the pointer, the keys and a tracker do to a session.
 #![cfg(feature = "window")]
-#![expect(clippy::print_stderr, reason = "a test that is left out says why")]
 
 #[path = "studio/altering.rs"]
 mod altering;

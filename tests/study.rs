@@ -51,7 +51,7 @@ fn sessions(folder: &Path, n: usize) {
     for i in 0..n {
         let (kind, seed) = (["room", "grow", "scribble"][i % 3], i.to_string());
         let name = if i % 2 == 0 { format!("in/s{i}.ron") } else { format!("in/deep/s{i}.ron") };
-        done(folder, ["synth", kind, &name, "--polygons", "300", "--seed", &seed]);
+        done(folder, ["synth", kind, &name, "--polygons", "900", "--seed", &seed]);
     }
 }
 

@@ -3,7 +3,7 @@
 WITH measured AS (
     SELECT index, polygons, frame_p50_us, index_bytes
     FROM 'results.parquet'
-    WHERE error IS NULL AND occlusion IS NULL AND polygons > 0 AND frame_p50_us > 0
+    WHERE error IS NULL AND occlusion IS NULL AND polygons > 0 AND frame_p50_us > 0 AND frames_fingerprinted = frames
 ), power_law AS (
     SELECT index, round(regr_slope(ln(frame_p50_us), ln(polygons)), 2) AS exponent
     FROM measured

@@ -7,6 +7,6 @@ results=${2:?usage: parallel.sh FOLDER_OF_SESSIONS RESULTS_FOLDER [SHARDS] [opti
 shards=${3:-8}
 mkdir -p "$results"
 # One session at a time in each process: parallel starts as many as there are cores.
-seq "$shards" | parallel "${@:4}" \
-  osp study "$sessions" --shard "{}/$shards" --jobs 1 --out "$results/shard-{}.parquet"
-osp study merge "$results"/shard-*.parquet --out "$results/all.parquet"
+seq "$shards" | parallel --quote "${@:4}" \
+  osp study "$sessions" --shard "{}/$shards" --jobs 1 --out "$results/shard-{}-of-$shards.parquet"
+osp study merge "$results"/shard-*-of-"$shards".parquet --out "$results/all.parquet"

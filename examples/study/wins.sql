@@ -2,7 +2,7 @@
 -- An index that was too slow for every frame (--budget) does not compete.
 WITH ranked AS (
     SELECT file, host, polygons, index, frame_p50_us,
-           row_number() OVER (PARTITION BY file, file_hash, host, options, osp_commit ORDER BY frame_p50_us) AS place
+           row_number() OVER (PARTITION BY file, file_hash, host, options, osp_commit ORDER BY frame_p50_us, index) AS place
     FROM 'results.parquet'
     WHERE error IS NULL AND occlusion IS NULL AND frames > 0 AND frames_fingerprinted = frames
 )

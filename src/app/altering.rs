@@ -444,7 +444,5 @@ fn assign(t: f64, layers: BTreeMap<u32, Vec<StrokeId>>, out: &mut Vec<Event>) ->
 
 /// Numbers that no group has.
 fn free_groups(scene: &Scene, count: usize) -> Vec<GroupId> {
-    let first = scene.free_group().map_or(0, |group| group.0);
-    let all = (first..=u32::MAX).chain(0..first).map(GroupId);
-    all.filter(|&group| scene.group_transform(group).is_none()).take(count).collect()
+    scene.free_groups().take(count).collect()
 }

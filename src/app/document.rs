@@ -173,8 +173,12 @@ impl Document {
         // Where there were several authors, each has numbers of its own: those of the window are the first.
         let is_shared = self.header().format >= AUTHORS_FORMAT;
         let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
+        self.next_stroke &= last;
         // A session may have used the last number that there is: then those that it left out are next.
-        while self.scene.is_used(StrokeId(self.next_stroke)) {
+        for _ in 0..last {
+            if !self.scene.is_used(StrokeId(self.next_stroke)) {
+                break;
+            }
             self.next_stroke = self.next_stroke.wrapping_add(1) & last;
         }
         let id = StrokeId(self.next_stroke);

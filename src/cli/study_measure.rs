@@ -48,6 +48,8 @@ struct Study<'a> {
     play: &'a PlayArgs,
     options: String,
     machine: Machine,
+    /// Which build of osp measures.
+    build: String,
     host: String,
     jobs: usize,
     folder: WorkFolder,
@@ -67,6 +69,7 @@ pub(super) fn measure(args: &MeasureArgs) -> anyhow::Result<Outcome> {
         host: gethostname::gethostname().to_string_lossy().into_owned(),
         jobs,
         folder: WorkFolder::create(&work_folder(args)?)?,
+        build: build(&machine)?,
         machine,
     };
 
@@ -92,6 +95,16 @@ pub(super) fn measure(args: &MeasureArgs) -> anyhow::Result<Outcome> {
     progress.end();
     let unread = unread.into_iter().flatten().filter_map(|row| Some((row.file_hash.clone()?, row)));
     study.write(&files, missing.len(), &unread.collect(), output)
+}
+
+/// What tells builds apart that may measure differently. Where the commit does not say what was built, the program's bytes do.
+fn build(machine: &Machine) -> anyhow::Result<String> {
+    let Machine { version, commit, optimized, simd, .. } = machine;
+    let program = match commit.ends_with("-dirty") || commit == "unknown" {
+        true => Contents::of(&std::env::current_exe()?).hash.map_err(|error| anyhow!(error))?,
+        false => String::new(),
+    };
+    Ok(format!("{version} {commit} {optimized} {simd} {program}"))
 }
 
 /// The folder of what is kept.
@@ -166,8 +179,13 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 impl Study<'_> {
+    /// A part of another machine, or of other threads side by side, has other times: it is another part.
     fn name_of(&self, hash: &str) -> String {
-        WorkFolder::name_of(hash, &self.options, &self.machine)
+        WorkFolder::name_of(
+            hash,
+            &format!("{} --jobs {} on {}", self.options, self.jobs, self.host),
+            &self.build,
+        )
     }
 
     /// The sessions that are not kept, each once, the largest first: so that none of them is the last one alone.
@@ -220,6 +238,11 @@ impl Study<'_> {
         let mut remarks = Vec::new();
         // A session that brings osp down is an error of its row, not the end of a night's work.
         let replayed = catch_unwind(AssertUnwindSafe(|| self.replay(&file.path, &mut remarks)));
+        // Somebody may draw on it meanwhile: what was measured is then not what the hash is of.
+        if Contents::of(&file.path).hash.as_ref() != Ok(hash) {
+            let error = format!("{}: it was changed while it was measured", file.path.display());
+            return Ok(Some(self.failed(file, error)));
+        }
         let rows = match replayed {
             Ok(Ok(replayed)) => self.rows(file, &replayed, &remarks, start.elapsed().as_secs_f64()),
             Ok(Err(error)) if is_passing(&error) => return Ok(Some(self.failed(file, format!("{error:#}")))),

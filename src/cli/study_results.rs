@@ -127,6 +127,12 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<Outcome> {
         0 => String::new(),
         n => format!("; {} could not be compared: frames were left out (--budget)", thousands(n)),
     };
+    if compared == 0 {
+        say(&format!(
+            "Nothing could be compared: no index was measured on every frame of a session{left_out}."
+        ))?;
+        return Ok(Outcome::Done);
+    }
     let compared = thousands(compared);
     if found.is_empty() {
         say(&format!(

@@ -137,8 +137,9 @@ impl Alteration {
 
     fn begin(&self, event: &Event, copy: StrokeId, t: f64) -> Event {
         let mut begin = event.clone();
-        if let Event::Begin { t: time, stroke, width, color, paint, .. } = &mut begin {
-            (*time, *stroke) = (t, copy);
+        if let Event::Begin { author, t: time, stroke, width, color, paint, .. } = &mut begin {
+            // Who alters it draws it anew.
+            (*author, *time, *stroke) = (Author::SOLE, t, copy);
             *width = self.width_m.unwrap_or(*width * self.motion.to.s);
             *color = self.color.unwrap_or(*color);
             if let Some(paint) = paint {

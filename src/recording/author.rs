@@ -97,7 +97,7 @@ pub(super) enum Admitted {
     Made(GroupId),
 }
 
-/// Whether an author's number may be left out: its line may have been damaged.
+/// Whether an author's number may be left out: in a file its line may have been damaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Numbers {
     EachInTurn,

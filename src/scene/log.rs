@@ -12,17 +12,13 @@ use std::ops::Bound::{Excluded, Unbounded};
 
 use super::edit::{Arrangement, Grouping, Named, Way};
 
-/// An arrangement and whether it counts.
-#[derive(Clone, Debug)]
-struct Entry {
-    is_active: bool,
-    what: Arrangement,
-}
-
 /// See the [module](self).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Log {
-    entries: BTreeMap<u64, Entry>,
+    /// Those that count, by their places.
+    active: BTreeMap<u64, Arrangement>,
+    /// Those that were taken back and can be made again.
+    taken_back: BTreeMap<u64, Arrangement>,
     next: u64,
 }
 
@@ -72,33 +68,35 @@ impl Log {
     pub(super) fn add(&mut self, what: Arrangement) -> u64 {
         let at = self.next;
         self.next += 1;
-        self.entries.insert(at, Entry { is_active: true, what });
+        self.active.insert(at, what);
         at
     }
 
     /// Takes an arrangement out, to be given back by [`Log::put`].
     pub(super) fn take(&mut self, at: u64) -> Arrangement {
-        self.entries.get_mut(&at).map(|entry| std::mem::take(&mut entry.what)).unwrap_or_default()
+        self.active.remove(&at).or_else(|| self.taken_back.remove(&at)).unwrap_or_default()
     }
 
     pub(super) fn put(&mut self, at: u64, what: Arrangement, turn: Turn) {
-        self.entries.insert(at, Entry { is_active: turn == Turn::MadeAgain, what });
+        match turn {
+            Turn::MadeAgain => self.active.insert(at, what),
+            Turn::TakenBack => self.taken_back.insert(at, what),
+        };
     }
 
     /// One that was taken back will not be made again.
     pub(super) fn remove(&mut self, at: u64) {
-        self.entries.remove(&at);
+        self.taken_back.remove(&at);
     }
 
     /// The active ones after a place.
     fn later(&mut self, at: u64) -> impl Iterator<Item = &mut Arrangement> {
-        let later = self.entries.range_mut((Excluded(at), Unbounded));
-        later.filter(|(_, entry)| entry.is_active).map(|(_, entry)| &mut entry.what)
+        self.active.range_mut((Excluded(at), Unbounded)).map(|(_, what)| what)
     }
 
     /// The active ones, in their order.
     pub(super) fn active_groupings(&mut self) -> impl Iterator<Item = &mut Grouping> {
-        self.entries.values_mut().filter(|entry| entry.is_active).filter_map(|entry| match &mut entry.what {
+        self.active.values_mut().filter_map(|what| match what {
             Arrangement::Group(grouping) => Some(&mut **grouping),
             _ => None,
         })
@@ -107,8 +105,8 @@ impl Log {
     /// What each group that active groupings hang hung under before the first of them, and the place of that.
     pub(super) fn first_hangings(&self) -> BTreeMap<usize, (u64, Option<usize>)> {
         let mut first = BTreeMap::new();
-        for (&at, entry) in self.entries.iter().filter(|(_, entry)| entry.is_active) {
-            if let Arrangement::Group(grouping) = &entry.what
+        for (&at, what) in &self.active {
+            if let Arrangement::Group(grouping) = what
                 && let Some(hanging) = grouping.hanging
             {
                 first.entry(grouping.group).or_insert((at, hanging.before));
@@ -233,17 +231,18 @@ impl Log {
     /// An active arrangement becomes part of the base: those before it have no say any more in what it settles, and its
     /// moves come before theirs. The strokes that have another offset by that, if only in its last bit.
     pub(super) fn forget(&mut self, at: u64) -> Vec<(u32, glam::Vec3)> {
-        let Some(Entry { what, .. }) = self.entries.remove(&at) else { return Vec::new() };
-        if self.entries.first_key_value().is_none_or(|(&first, _)| first > at) {
+        let Some(what) = self.active.remove(&at) else { return Vec::new() };
+        let (active, taken_back) = (self.active.range_mut(..at), self.taken_back.range_mut(..at));
+        let mut earlier = active.chain(taken_back).map(|(_, what)| what).peekable();
+        if earlier.peek().is_none() {
             return Vec::new();
         }
-        let earlier = self.entries.range_mut(..at).map(|(_, entry)| entry);
         match &what {
             Arrangement::Nothing => {}
             Arrangement::Move(moved) => return self.forget_moves(at, moved),
             Arrangement::Group(forgotten) => {
-                for entry in earlier {
-                    let Arrangement::Group(grouping) = &mut entry.what else { continue };
+                for earlier in earlier {
+                    let Arrangement::Group(grouping) = earlier else { continue };
                     drop_common(&mut grouping.members, &forgotten.members);
                     if grouping.group == forgotten.group {
                         let is_settled = forgotten.hanging.is_some_and(|hanging| hanging.holds);
@@ -255,13 +254,11 @@ impl Log {
             Arrangement::Place { group, .. } => {
                 let is_same =
                     |what: &Arrangement| matches!(what, Arrangement::Place { group: of, .. } if of == group);
-                earlier
-                    .filter(|entry| is_same(&entry.what))
-                    .for_each(|entry| entry.what = Arrangement::Nothing);
+                earlier.filter(|what| is_same(what)).for_each(|what| *what = Arrangement::Nothing);
             }
             Arrangement::Assign { strokes, .. } => {
-                for entry in earlier {
-                    if let Arrangement::Assign { strokes: of, .. } = &mut entry.what {
+                for earlier in earlier {
+                    if let Arrangement::Assign { strokes: of, .. } = earlier {
                         drop_common(of, strokes);
                     }
                 }
@@ -272,11 +269,8 @@ impl Log {
 
     fn forget_moves(&mut self, at: u64, moved: &[Named<Way>]) -> Vec<(u32, glam::Vec3)> {
         let mut offsets: Vec<Option<glam::Vec3>> = vec![None; moved.len()];
-        for (&place, entry) in &mut self.entries {
-            let Arrangement::Move(list) = &mut entry.what else { continue };
-            if !entry.is_active {
-                continue;
-            }
+        for (&place, what) in &mut self.active {
+            let Arrangement::Move(list) = what else { continue };
             for (i, j) in common(moved, list) {
                 // Where no move was before this one, nothing changes.
                 if offsets[i].is_none() && place > at {

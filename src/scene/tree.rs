@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::{Scene, group::Extent};
 use crate::{
     math::{Aabb, rotate},
-    recording::{GroupId, Motion, StrokeId, Transform},
+    recording::{Author, GroupId, Motion, StrokeId, Transform},
 };
 
 /// A group, and how much of it can be seen, with the groups below.
@@ -114,8 +114,15 @@ impl Scene {
 
     /// A number that no group has.
     pub fn free_group(&self) -> Option<GroupId> {
-        let first = self.groups.below(None).len() as u32;
-        (first..=u32::MAX).chain(0..first).map(GroupId).find(|&id| self.groups.find(id).is_none())
+        self.free_groups().next()
+    }
+
+    /// Numbers that no group has; in a session of several authors those of the one who has not joined, as of the window.
+    pub fn free_groups(&self) -> impl Iterator<Item = GroupId> + '_ {
+        let is_shared = self.authors().next().is_some();
+        let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
+        let first = (self.groups.below(None).len() as u32).min(last);
+        (first..=last).chain(0..first).map(GroupId).filter(|&id| self.groups.find(id).is_none())
     }
 
     /// The strokes in a group and in those below it.

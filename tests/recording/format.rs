@@ -131,7 +131,7 @@ fn messages_name_line_expectation_and_finding() {
         "{unknown}"
     );
     assert!(unknown.ends_with("; found `Glow`"), "{unknown}");
-    assert!(with("Undo(t: 1, s: 2)").contains("expected one of the fields t in `Undo`; found `s`"));
+    assert!(with("Undo(t: 1, s: 2)").contains("expected one of the fields t, author in `Undo`; found `s`"));
     assert!(with("Point(t: 1, p: (0,0,0))").contains("expected the field `stroke` in `Point`"));
     assert!(
         with("End(t: 1, stroke: x)").contains("expected a whole number; found `x)` in column 19"),

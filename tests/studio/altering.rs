@@ -372,3 +372,33 @@ fn keys_and_the_clipboard_of_the_desktop_reach_all_of_it() {
     command(&mut harness, Key::Z);
     assert_eq!(sky(&harness), 0, "one step");
 }
+
+/// In a session of several authors the window draws with numbers of its own, and what it alters of others' it draws anew: the
+/// session can be read again, strictly, and is as it was shown.
+#[test]
+fn what_others_have_drawn_is_altered_and_can_be_read_again() {
+    let mut table = Table::new();
+    let class = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/class.ron");
+    table.studio.command(Command::Open(class));
+    table.frame();
+    assert_eq!(table.studio.scene().authors().count(), 3);
+    let before = looks(table.studio.scene()).len();
+    assert!(before > 10);
+    table.studio.command(Command::SelectAll);
+    table.studio.command(Command::Color(RED));
+    table.studio.command(Command::Alter(Altering::Color));
+    table.frame();
+    let shown = looks(table.studio.scene());
+    assert!(shown.len() == before && shown.iter().all(|(color, ..)| *color == (1.0, 0.0, 0.0, 1.0)));
+    table.studio.command(Command::Duplicate);
+    table.studio.command(Command::GroupSelected);
+    table.frame();
+    let shown = looks(table.studio.scene());
+    assert_eq!(shown.len(), 2 * before);
+    let saved = table.folder.path().join("altered.ron");
+    table.studio.command(Command::SaveAs(saved.clone()));
+    table.frame();
+    let strict = recording::open(&saved, &OpenOptions::STRICT).expect("a recording");
+    let events: Vec<Event> = strict.map(|event| event.expect("a whole line")).collect();
+    assert_eq!(looks(&replayed(&events)).len(), 2 * before);
+}

@@ -57,8 +57,10 @@ fn the_questions_in_sql_are_answered() {
     assert_eq!(wins.len(), 4);
     for win in wins {
         let of_session = found.iter().filter(|row| win["file"] == row.file.as_str());
-        let least = of_session.min_by(|a, b| a.frame_p50_us.partial_cmp(&b.frame_p50_us).expect("times"));
-        assert_eq!(win["least_time"].as_str(), least.expect("a row").index.as_deref(), "{win}");
+        // Two may take the same time.
+        let of = |row: &StudyRow| (row.frame_p50_us.expect("a time"), row.index.clone());
+        let least = of_session.map(of).min_by(|a, b| a.partial_cmp(b).expect("times")).expect("a row");
+        assert_eq!(win["least_time"].as_str(), least.1.as_deref(), "{win}");
     }
     let quantiles = ask(&python, folder, "quantiles.sql");
     assert_eq!(quantiles.len(), 4);
@@ -145,19 +147,15 @@ fn the_recipe_for_slurm_measures_its_shard() {
     // What Slurm sets for the tasks of an array; Slurm itself is not here.
     for task in ["1", "2"] {
         let output = Command::new(recipes().join("slurm.sh"))
-            .args(["in", "results"])
+            .args(["in", "results", "2"])
             .current_dir(folder.path())
             .env("PATH", path_with_osp())
-            .envs([
-                ("SLURM_ARRAY_TASK_ID", task),
-                ("SLURM_ARRAY_TASK_MAX", "2"),
-                ("SLURM_CPUS_PER_TASK", "2"),
-            ])
+            .envs([("SLURM_ARRAY_TASK_ID", task), ("SLURM_CPUS_PER_TASK", "2")])
             .output()
             .expect("bash starts");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
-    let tables = ["results/shard-1.parquet", "results/shard-2.parquet", "--out", "all.parquet"];
+    let tables = ["results/shard-1-of-2.parquet", "results/shard-2-of-2.parquet", "--out", "all.parquet"];
     done(folder.path(), ["study", "merge"].into_iter().chain(tables));
     let whole = rows(&folder.path().join("whole.parquet"));
     assert_eq!(super::facts(&rows(&folder.path().join("all.parquet"))), super::facts(&whole));

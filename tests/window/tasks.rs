@@ -78,10 +78,13 @@ fn is_there(path: &Path, first_bytes: &[u8]) {
     }
 }
 
+/// A task's name and what does it.
+type Task = (&'static str, fn(&Desk));
+
 #[test]
 fn each_task_is_done_by_its_keys() {
     let Some(desk) = Desk::new() else { return };
-    let tasks: [(&str, fn(&Desk)); 11] = [
+    let tasks: [Task; 11] = [
         ("01_open_somebody_elses_sketch", task_01_open_somebody_elses_sketch),
         ("02_measure_something", task_02_measure_something),
         ("03_recolour_one_stroke", task_03_recolour_one_stroke),

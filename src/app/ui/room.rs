@@ -20,8 +20,6 @@ use crate::{
 
 /// Size of the plan, points.
 const PLAN: egui::Vec2 = vec2(112.0, 78.0);
-/// How often ages are shown anew while nothing else happens.
-const AGES_SHOWN_EVERY: std::time::Duration = std::time::Duration::from_millis(250);
 /// A pose of this age, seconds, is shown as lost.
 pub(super) const LOST_SECS: f32 = 0.5;
 
@@ -57,9 +55,11 @@ pub(super) fn age_secs(heard: &Heard) -> f32 {
 /// What the tracker says.
 fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
     let (watch, counts) = (studio.watch(), tracker.counts());
-    if watch.head().or(watch.hand()).is_some() {
-        // The age grows while nothing comes.
-        ui.ctx().request_repaint_after(AGES_SHOWN_EVERY);
+    // Ages grow while nothing comes: soon it is seen that a body is lost, then how long ago.
+    let ages = [watch.head(), watch.hand()].into_iter().flatten().map(|heard| age_secs(&heard));
+    if let Some(least) = ages.reduce(f32::min) {
+        let soon = if least < LOST_SECS { LOST_SECS * 0.5 } else { 1.0 };
+        ui.ctx().request_repaint_after(std::time::Duration::from_secs_f32(soon));
     }
     let rates = watch.rates(Instant::now());
     // Columns of one width: numbers that change move nothing.

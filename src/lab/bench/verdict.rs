@@ -187,7 +187,7 @@ pub(super) fn clock_note(report: &BenchReport) -> String {
     }
     let mut note = format!(
         "The clock tells times {resolution_ns} ns apart. What can be repeated and is shorter than {} of that (frames that insert \
-         nothing, rays, ranges, neighbours) is measured over so many runs at once that the clock is off by 2 % at most.",
+         nothing, rays, ranges, neighbours) is measured over so many runs at once that the clock is off by about 2 %.",
         super::clock::RESOLUTIONS
     );
     if let Some((_, us)) = short_ones.iter().min_by(|a, b| a.1.total_cmp(&b.1)) {

@@ -17,13 +17,16 @@ const LINE_PIXELS: u32 = 2;
 /// Dots of a line at most: of more, evenly spaced ones are drawn.
 const DOTS: usize = 2000;
 
+/// A structure with its look and its points, as (size, figure).
+pub(crate) type Dots = (String, LineStyle, Vec<(f64, f64)>);
+
 /// A chart of figures against sizes, both on logarithmic scales.
 #[derive(Clone, Debug)]
 pub(crate) struct Scatter {
     /// What lies below, and beside.
     pub(crate) axes: [&'static str; 2],
-    /// Each structure with its look and its points, as (size, figure); what is not above 0 is left out.
-    pub(crate) lines: Vec<(String, LineStyle, Vec<(f64, f64)>)>,
+    /// The structures; what is not above 0 is left out.
+    pub(crate) lines: Vec<Dots>,
 }
 
 impl Scatter {

@@ -17,8 +17,11 @@ pub struct SessionOutcome {
     pub error: Option<String>,
     /// Whether all indexes saw the same polygons.
     pub indexes_agree: bool,
-    /// Each index (with its method of occlusion culling): a frame, median and 99th percentile, microseconds; memory, bytes.
+    /// Each index (with its method of occlusion culling) that was measured on every frame: a frame, median and 99th percentile,
+    /// microseconds; memory, bytes.
     pub runs: Vec<(String, [f64; 2], u64)>,
+    /// The indexes that were too slow for that: their times are of other frames, and are not compared.
+    pub too_slow: Vec<String>,
     /// The index with the least median, of those that were measured on every frame.
     pub best: Option<String>,
 }
@@ -44,19 +47,24 @@ impl Compared {
             error: row.error.clone(),
             indexes_agree: row.indexes_agree.unwrap_or(true),
             runs: Vec::new(),
+            too_slow: Vec::new(),
             best: None,
         });
         let (Some(name), Some(p50), Some(p99)) = (row.run_name(), row.frame_p50_us, row.frame_p99_us) else {
             return;
         };
         // The same session again, from another file of results.
-        if session.runs.iter().any(|(other, ..)| *other == name) {
+        if session.runs.iter().any(|(other, ..)| *other == name) || session.too_slow.contains(&name) {
+            return;
+        }
+        if !row.is_complete() {
+            session.too_slow.push(name);
             return;
         }
         session.runs.push((name.clone(), [p50, p99], row.index_bytes.unwrap_or(0)));
         let least = self.least.entry(key).or_insert(f64::INFINITY);
-        // One that was too slow for all frames is not the fastest; a session without frames has no fastest.
-        if row.is_complete() && row.frames.unwrap_or(0) > 0 && p50 < *least {
+        // A session without frames has no fastest.
+        if row.frames.unwrap_or(0) > 0 && p50 < *least {
             (*least, session.best) = (p50, Some(name));
         }
     }
@@ -88,7 +96,7 @@ impl Compared {
     }
 
     /// How many times as long as `of` an index took (medians of a frame): least, median and largest ratio over the sessions
-    /// that both were measured on.
+    /// of which both were measured on every frame.
     pub fn ratio(&self, of: &str, other: &str) -> Option<[f64; 3]> {
         let median_of = |session: &SessionOutcome, name: &str| {
             let run = session.runs.iter().find(|(run, ..)| run == name)?;
@@ -97,6 +105,11 @@ impl Compared {
         let ratio = |session| Some(median_of(session, other)? / median_of(session, of)?);
         let mut ratios: Vec<f64> = self.sessions().filter_map(ratio).collect();
         ratios.sort_by(f64::total_cmp);
-        Some([*ratios.first()?, ratios[ratios.len() / 2], *ratios.last()?])
+        let middle = ratios.len() / 2;
+        let median = match ratios.len() % 2 {
+            0 if middle > 0 => (ratios[middle - 1] + ratios[middle]) * 0.5,
+            _ => *ratios.get(middle)?,
+        };
+        Some([*ratios.first()?, median, *ratios.last()?])
     }
 }

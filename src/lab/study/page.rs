@@ -54,7 +54,7 @@ fn verdict(compared: &Compared, disagreements: &Disagreements) -> Vec<String> {
     let all = compared.sessions().count();
     let unread = compared.sessions().filter(|session| session.error.is_some()).count();
     lines.push(format!(
-        "{} results of sessions: {} with figures, {} that could not be read.",
+        "{} results of sessions: {} of which at least one index was measured on every frame, {} that could not be read.",
         thousands(all as u64),
         thousands(measured as u64),
         thousands(unread as u64)
@@ -83,7 +83,10 @@ fn verdict(compared: &Compared, disagreements: &Disagreements) -> Vec<String> {
     }
     let (rows, _) = disagreements.counts();
     let found: Vec<String> = disagreements.found().map(|found| found.text()).collect();
-    if found.is_empty() {
+    if found.is_empty() && rows == 0 {
+        lines
+            .push("Nothing could be compared: no index was measured on every frame of a session.".to_owned());
+    } else if found.is_empty() {
         let rows = thousands(rows);
         lines.push(format!("All machines and indexes saw the same polygons ({rows} results compared)."));
     } else {

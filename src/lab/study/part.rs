@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::StudyRow;
-use crate::{atomic_file::write_atomically, lab::bench::Machine, small_file};
+use crate::{atomic_file::write_atomically, small_file};
 
 /// The file that says what the folder is: no sessions are looked for in it.
 const MARK: &str = "osp-study.txt";
@@ -88,7 +88,8 @@ impl WorkFolder {
             let is_strange = |name: &str| name != MARK && !name.starts_with(".unfinished-");
             for entry in fs::read_dir(path).map_err(io)? {
                 let name = entry.map_err(io)?.file_name();
-                if is_strange(&name.to_string_lossy()) {
+                // Unless another process has begun meanwhile.
+                if is_strange(&name.to_string_lossy()) && !mark.is_file() {
                     let found =
                         format!("expected an empty folder, or one of `osp study`; found {}", name.display());
                     return Err(io(io::Error::other(found)));
@@ -123,9 +124,8 @@ impl WorkFolder {
         path.join(MARK).is_file()
     }
 
-    /// The name of the part of a session: by the hash of its contents, the options, and the build of osp.
-    pub fn name_of(file_hash: &str, options: &str, machine: &Machine) -> String {
-        let build = format!("{} {} {}", machine.version, machine.commit, machine.optimized);
+    /// The name of the part of a session: by the hash of its contents, how it was measured, and the build of osp.
+    pub fn name_of(file_hash: &str, options: &str, build: &str) -> String {
         let key = xxhash_rust::xxh3::xxh3_128(format!("{file_hash}\n{options}\n{build}").as_bytes());
         format!("{key:032x}.{ENDING}")
     }

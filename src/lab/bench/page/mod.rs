@@ -73,7 +73,7 @@ pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
         page.element(if at == 0 { "<p class=\"first\">" } else { "<p>" }, line, "</p>");
     }
     page.paragraph(
-        "Computed from the rows below: times of a frame (insertion and culling; nothing is drawn), frame by frame, medians.",
+        "Computed from the rows below: times of a frame (insertion and culling; nothing is drawn), frame by frame, medians; of rays and neighbours: times of queries.",
     );
     page.raw("</section><nav id=\"contents\" aria-label=\"Contents\">");
     page.heading(2, "the-contents", "Contents");
