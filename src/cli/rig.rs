@@ -25,24 +25,38 @@ pub(super) struct RigCommand {
     what: What,
 }
 
-const FORMAT: &str = "A rig is a file of RON:
+const FORMAT: &str = "A rig is a file of RON. What may be left out is said with [what it is then]:
   (
     name: \"two walls\",
-    head: (0.0, 1.6, 0.0),        // where the head is until a tracker says otherwise, metres
-    eye_separation_m: 0.064,      // distance of the eyes [0.064]
-    stereo: SideBySide,           // Mono, SideBySide, TopBottom, Anaglyph or Windows [Mono]
-    swap_eyes: false,             // each eye gets the picture of the other one [false]
-    room_from_tracker: (p: (0, 0, 0), q: (0, 0, 0, 1)),  // the tracker's space in the room [the same space]
-    screens: [                    // 1 to 16 rectangles, by three corners as seen from in front of them
-      (name: \"left\", lower_left: (-1.7, 0.3, 0.0), lower_right: (0.0, 0.3, -1.7), upper_left: (-1.7, 2.1, 0.0),
-       outputs: [(monitor: \"2\")]),  // where its picture goes [beside the others in the window]
+    // Where the head is until a tracker says otherwise, metres, y up.
+    head: (0.0, 1.6, 0.0),
+    // Distance of the eyes, metres [0.064].
+    eye_separation_m: 0.064,
+    // Mono, SideBySide, TopBottom, Anaglyph or Windows [Mono].
+    stereo: SideBySide,
+    // Whether each eye gets the picture of the other one [false].
+    swap_eyes: false,
+    // The tracker's space in the room [the same space].
+    room_from_tracker: (p: (0, 0, 0), q: (0, 0, 0, 1)),
+    // 1 to 16 rectangles, by three corners as seen from in front of them.
+    screens: [
+      (
+        name: \"left\",
+        lower_left: (-1.7, 0.3, 0.0),
+        lower_right: (0.0, 0.3, -1.7),
+        upper_left: (-1.7, 2.1, 0.0),
+        // Where its picture goes [beside the others in the window].
+        outputs: [(monitor: \"2\", viewport: (0, 0, 1, 1))],
+      ),
     ],
   )
-Metres, y up. An output is a monitor, by its name or number (`osp rig monitors`), which a borderless window without panels
-covers; `viewport: (left, top, width, height)`, parts of 1, is the part of it that shows the screen [all], and `eyes: Left`
-or `eyes: Right` one eye's picture alone, for a projector each (`stereo: Windows`). The first window, which controls them,
-goes to a monitor that is left free. Warp meshes, displays with two buffers for the eyes (quad-buffer) and locking several
-displays to one frame are left to the graphics driver: wgpu, which osp draws with, has none of them.
+An output names a monitor by its name or number (`osp rig monitors`); a window without borders and
+panels covers it. Its `viewport` is the part of the monitor that shows the screen: left, top, width
+and height, each from 0 to 1 [all]. `eyes: Left` or `eyes: Right` shows the picture of one eye alone,
+for a projector each (`stereo: Windows`). The first window controls the others and goes to a monitor
+that is left free.
+Not supported, as wgpu, which osp draws with, has neither: displays with two buffers for the eyes
+(quad-buffer), and locking several displays to one frame. Warp meshes are left to drivers and projectors.
 Shipped rigs: desktop, dual-wall, cave4.
 
 Examples:

@@ -129,7 +129,7 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<Outcome> {
     };
     if compared == 0 {
         say(&format!(
-            "Nothing could be compared: no index was measured on every frame of a session{left_out}."
+            "Nothing could be compared: no session was measured by two indexes, machines or builds{left_out}."
         ))?;
         return Ok(Outcome::Done);
     }

@@ -173,7 +173,7 @@ impl Members {
         let is_next = author.0 == next || (author.0 > next && numbers == Numbers::SomeLeftOut);
         if !is_next {
             return Err(format!(
-                "author {next} to join: authors are numbered in the order in which they join"
+                "author {next} to join: authors are numbered in the order in which they join, and a number is not used again"
             ));
         }
         let last = std::mem::replace(&mut self.last, author.0);

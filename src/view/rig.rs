@@ -51,11 +51,11 @@ pub enum RigError {
         /// What is wrong there.
         found: String,
     },
-    /// A number is wrong.
-    #[error("rig `{rig}`: expected {expected}")]
+    /// A number or name is wrong.
+    #[error("{place}: expected {expected}")]
     Invalid {
-        /// The rig's name.
-        rig: String,
+        /// The file, or the rig by its name.
+        place: String,
         /// What was expected.
         expected: String,
     },
@@ -211,12 +211,12 @@ impl Rig {
             line: error.span.start.line,
             found: error.code.to_string(),
         })?;
-        rig.check()?;
+        rig.check(path)?;
         Ok(rig)
     }
 
-    fn check(&self) -> Result<(), RigError> {
-        let invalid = |expected: String| Err(RigError::Invalid { rig: self.name.clone(), expected });
+    fn check(&self, place: &str) -> Result<(), RigError> {
+        let invalid = |expected: String| Err(RigError::Invalid { place: place.to_owned(), expected });
         if self.screens.is_empty() || self.screens.len() > MAX_SCREENS {
             return invalid(format!("1 to {MAX_SCREENS} screens"));
         }
@@ -235,10 +235,24 @@ impl Rig {
             return invalid(format!("{expected} in room_from_tracker"));
         }
         let mut outputs = Vec::new();
-        for screen in &self.screens {
+        for (i, screen) in self.screens.iter().enumerate() {
+            if self.screens[..i].iter().any(|other| other.name == screen.name) {
+                return invalid(format!("names of screens that differ; two are called `{}`", screen.name));
+            }
             outputs.extend(screen.outputs.iter().map(|output| (screen.name.as_str(), output)));
         }
-        Output::check(&outputs, self.stereo).or_else(invalid)
+        Output::check(&outputs, self.stereo).or_else(invalid)?;
+        for screen in self.screens.iter().filter(|screen| !screen.outputs.is_empty()) {
+            let is_shown = |eye: &&Eye| screen.outputs.iter().any(|output| output.shows(**eye));
+            if let Some(eye) = self.stereo.eyes().iter().find(|eye| !is_shown(eye)) {
+                return invalid(format!(
+                    "an output for the {} among the outputs of screen `{}`",
+                    eye.name(),
+                    screen.name
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Whether its screens are shown in windows of their own.
@@ -252,7 +266,7 @@ impl Rig {
     /// Its outputs do not fit that.
     pub fn with_stereo(self, stereo: Stereo) -> Result<Self, RigError> {
         let rig = Self { stereo, ..self };
-        rig.check()?;
+        rig.check(&format!("rig `{}` with stereo {}", rig.name, stereo.name()))?;
         Ok(rig)
     }
 
@@ -371,6 +385,8 @@ mod tests {
             ("(monitor: \"1\", viewport: (0, 0, inf, 1))", "", "a viewport"),
             ("(monitor: \"1\", eyes: Left)", "", "no `eyes`"),
             ("(monitor: \"1\")", ", stereo: Windows", "`eyes: Left` or `eyes: Right`"),
+            ("(monitor: \"1\", eyes: Left)", ", stereo: Windows", "an output for the right eye"),
+            ("(monitor: \"1\", eyes: Right)", ", stereo: SideBySide", "an output for the left eye"),
             (
                 "(monitor: \"1\"), (monitor: \"1\", viewport: (0.5, 0.5, 0.5, 0.5))",
                 "",
@@ -380,6 +396,10 @@ mod tests {
             let said = reason(rig(&on(outputs), more));
             assert!(said.contains(expected), "{said}");
         }
+        assert!(
+            reason(rig(&format!("{screen}, {screen}"), ""))
+                .contains("r.ron: expected names of screens that differ")
+        );
         let halves =
             "(monitor: \"1\", viewport: (0, 0, 0.5, 1)), (monitor: \"1\", viewport: (0.5, 0, 0.5, 1))";
         assert!(rig(&on(halves), "").is_ok());

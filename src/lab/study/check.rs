@@ -5,6 +5,9 @@ use super::StudyRow;
 /// Largest number of witnesses that a line names.
 const WITNESSES: usize = 4;
 
+/// The answer of who could not read a session.
+const AN_ERROR: &str = "an error";
+
 /// What must give the same answer wherever it is measured.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Question {
@@ -55,7 +58,6 @@ struct Answers {
 #[derive(Debug, Default)]
 pub struct Disagreements {
     asked: BTreeMap<Question, Answers>,
-    compared: u64,
     incomplete: u64,
 }
 
@@ -76,14 +78,13 @@ impl Disagreements {
         let witness = format!("{} {} {} {index}", row.host, row.simd, row.osp_commit);
         let witness = witness.trim_end().to_owned();
         if row.error.is_some() {
-            self.note(question, row, "an error".to_owned(), witness);
+            self.note(question, row, AN_ERROR.to_owned(), witness);
             return;
         }
         let Some(fingerprint) = row.fingerprint.clone().filter(|_| row.is_complete()) else {
             self.incomplete += 1;
             return;
         };
-        self.compared += 1;
         if let Some(drawn) = row.drawn_fingerprint.clone() {
             let culled_by = Some(format!("{index}, {}", row.options));
             self.note(Question { culled_by, ..question.clone() }, row, drawn, witness.clone());
@@ -99,9 +100,15 @@ impl Disagreements {
         answers.by_answer.entry(answer).or_default().insert(witness);
     }
 
-    /// Rows that were compared, and rows that could not be because frames were left out.
+    /// Results that were compared with another machine's, build's or index's, and rows that could not be because frames were
+    /// left out.
     pub fn counts(&self) -> (u64, u64) {
-        (self.compared, self.incomplete)
+        let of_sessions = self.asked.iter().filter(|(question, _)| question.culled_by.is_none());
+        let witnesses = of_sessions.map(|(_, answers)| {
+            let seen = answers.by_answer.iter().filter(|(answer, _)| *answer != AN_ERROR);
+            seen.map(|(_, witnesses)| witnesses.len() as u64).sum::<u64>()
+        });
+        (witnesses.filter(|&witnesses| witnesses > 1).sum(), self.incomplete)
     }
 
     /// What was found.

@@ -85,10 +85,12 @@ impl Compared {
         names
     }
 
-    /// The sessions that were measured, and how often each index took the least time there, the most frequent first.
+    /// The sessions of which several indexes were measured on every frame, and how often each took the least time there, the
+    /// most frequent first.
     pub fn wins(&self) -> (usize, Vec<(String, usize)>) {
         let mut wins: BTreeMap<&str, usize> = BTreeMap::new();
-        let measured: Vec<_> = self.sessions().filter_map(|session| session.best.as_deref()).collect();
+        let rivals = self.sessions().filter(|session| session.runs.len() > 1);
+        let measured: Vec<_> = rivals.filter_map(|session| session.best.as_deref()).collect();
         measured.iter().for_each(|best| *wins.entry(best).or_default() += 1);
         let mut wins: Vec<_> = wins.into_iter().map(|(name, n)| (name.to_owned(), n)).collect();
         wins.sort_by_key(|(_, n)| std::cmp::Reverse(*n));

@@ -50,7 +50,8 @@ pub fn study_page(
 /// What the results say, in sentences.
 fn verdict(compared: &Compared, disagreements: &Disagreements) -> Vec<String> {
     let mut lines = Vec::new();
-    let (measured, wins) = compared.wins();
+    let (rivals, wins) = compared.wins();
+    let measured = compared.sessions().filter(|session| session.best.is_some()).count();
     let all = compared.sessions().count();
     let unread = compared.sessions().filter(|session| session.error.is_some()).count();
     lines.push(format!(
@@ -65,7 +66,7 @@ fn verdict(compared: &Compared, disagreements: &Disagreements) -> Vec<String> {
         lines.push(format!(
             "{best} took the least time (median of a frame) in {} of {}{others}.",
             thousands(*n as u64),
-            thousands(measured as u64)
+            thousands(rivals as u64)
         ));
     }
     let names = compared.names();
@@ -84,8 +85,10 @@ fn verdict(compared: &Compared, disagreements: &Disagreements) -> Vec<String> {
     let (rows, _) = disagreements.counts();
     let found: Vec<String> = disagreements.found().map(|found| found.text()).collect();
     if found.is_empty() && rows == 0 {
-        lines
-            .push("Nothing could be compared: no index was measured on every frame of a session.".to_owned());
+        lines.push(
+            "Nothing could be compared: no session was measured by two indexes, machines or builds."
+                .to_owned(),
+        );
     } else if found.is_empty() {
         let rows = thousands(rows);
         lines.push(format!("All machines and indexes saw the same polygons ({rows} results compared)."));
