@@ -2,7 +2,7 @@
 import init, * as osp from './osp_web.js';
 import { openStore } from './keep.js';
 
-const EXAMPLES = ['room', 'portrait', 'grow', 'scribble', 'nested'];
+const EXAMPLES = ['room', 'portrait', 'grow', 'scribble', 'nested', 'class'];
 const byId = (id) => document.getElementById(id);
 const [said, wrong, drop, files, typed] = ['said', 'wrong', 'drop', 'files', 'typed'].map(byId);
 const nextFrame = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));

@@ -55,7 +55,7 @@ fn verdict(compared: &Compared, disagreements: &Disagreements) -> Vec<String> {
     let all = compared.sessions().count();
     let unread = compared.sessions().filter(|session| session.error.is_some()).count();
     lines.push(format!(
-        "{} results of sessions: {} of which at least one index was measured on every frame, {} that could not be read.",
+        "{} results of sessions: {} with figures, {} that could not be read.",
         thousands(all as u64),
         thousands(measured as u64),
         thousands(unread as u64)
