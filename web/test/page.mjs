@@ -108,7 +108,7 @@ async function coloursOf(page, name) {
   const seen = new Set();
   coloursOf.sum = 0;
   for (let y = height >> 2; y < (height * 3) >> 2; y += 2) {
-    for (let x = width >> 2; x < width >> 1; x += 2) {
+    for (let x = width >> 2; x < (width * 3) >> 2; x += 2) {
       const at = (y * width + x) * channels;
       const colour = (out[at] << 16) | (out[at + 1] << 8) | out[at + 2];
       seen.add(colour);
