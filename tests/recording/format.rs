@@ -149,7 +149,7 @@ fn messages_name_line_expectation_and_finding() {
     assert!(
         with("Head(t: 1, p: (0, zero, 0), q: (0,0,0,1))").contains("expected a number; found `zero, 0), q")
     );
-    assert!(with("\"Undo\"").contains("expected one of Head, Begin"));
+    assert!(with("\"Undo\"").contains("expected one of Join, Leave, Head, Begin"));
     assert!(with("Undo(t: 1").contains("found the end of the line after `Undo(t: 1`"));
     assert!(with("Undo(t: NaN)").contains("expected a finite time; found `Undo(t: NaN)`"));
     assert!(
