@@ -163,17 +163,9 @@ impl Studio {
         let mut edits = copies.len() + old.len();
         for (group, strokes) in members {
             let parent = scene.parent_of(group);
-            for strokes in strokes.chunks(Event::MAX_STROKES_NAMED) {
-                out.push(Event::Group {
-                    author: Author::SOLE,
-                    t,
-                    group,
-                    strokes: strokes.to_vec(),
-                    parent,
-                    name: None,
-                });
-                edits += 1;
-            }
+            let first = out.len();
+            out.extend(Event::grouping(t, group, &strokes, parent, None));
+            edits += out.len() - first;
         }
         edits += assign(t, layers, &mut out);
         // The copies come first: a crash on the way loses nothing.
@@ -361,25 +353,12 @@ impl Studio {
             copies.push(copy);
         }
         let mut edits = copies.len() + assign(t, layers, &mut out);
-        let groups = free_groups(self.scene(), clip.groups.len());
+        let groups: Vec<GroupId> = self.scene().free_groups().take(clip.groups.len()).collect();
         for ((of, &group), strokes) in clip.groups.iter().zip(&groups).zip(members) {
             let parent = of.parent.and_then(|parent| groups.get(parent)).copied();
-            let name = of.name.clone();
-            let mut parts = strokes.chunks(Event::MAX_STROKES_NAMED);
-            let first = parts.next().unwrap_or_default().to_vec();
-            out.push(Event::Group { author: Author::SOLE, t, group, strokes: first, parent, name });
-            edits += 1;
-            for strokes in parts {
-                out.push(Event::Group {
-                    author: Author::SOLE,
-                    t,
-                    group,
-                    strokes: strokes.to_vec(),
-                    parent,
-                    name: None,
-                });
-                edits += 1;
-            }
+            let first = out.len();
+            out.extend(Event::grouping(t, group, &strokes, parent, of.name.clone()));
+            edits += out.len() - first;
         }
         if self.take_step(edits, out) {
             self.selection.set(copies);
@@ -440,9 +419,4 @@ fn assign(t: f64, layers: BTreeMap<u32, Vec<StrokeId>>, out: &mut Vec<Event>) ->
         }));
     }
     out.len() - first
-}
-
-/// Numbers that no group has.
-fn free_groups(scene: &Scene, count: usize) -> Vec<GroupId> {
-    scene.free_groups().take(count).collect()
 }

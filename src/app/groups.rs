@@ -78,22 +78,8 @@ impl Studio {
         }
         let Some(group) = scene.free_group() else { return };
         let t = self.now_secs();
-        let mut name = Some(format!("group {}", group.0));
-        let mut events = Vec::new();
-        if loose.is_empty() {
-            events.push(Event::Group {
-                author: Author::SOLE,
-                t,
-                group,
-                strokes: Vec::new(),
-                parent,
-                name: name.take(),
-            });
-        }
-        for strokes in loose.chunks(Event::MAX_STROKES_NAMED) {
-            let (strokes, name) = (strokes.to_vec(), name.take());
-            events.push(Event::Group { author: Author::SOLE, t, group, strokes, parent, name });
-        }
+        let name = Some(format!("group {}", group.0));
+        let mut events: Vec<Event> = Event::grouping(t, group, &loose, parent, name).collect();
         events.extend(groups.into_iter().map(|below| Event::Group {
             author: Author::SOLE,
             t,

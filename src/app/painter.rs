@@ -86,7 +86,7 @@ impl WallWindow {
         let (left, upper) = (pixel(x, all_x), pixel(y, all_y));
         let (right, lower) = (pixel(x + width, all_x), pixel(y + height, all_y));
         let area = Area { x: left, y: upper, width: right - left, height: lower - upper };
-        Some((within(area, all_x, all_y), channels))
+        Some((area, channels))
     }
 }
 
@@ -172,9 +172,7 @@ impl Painter {
 
     /// Adds a window that shows screens of a rig.
     pub(super) fn add_wall(&mut self, wall: Wall, window: Arc<Window>) -> Result<(), RenderError> {
-        let surface = create_surface(self.gpu.instance(), &window)?;
-        let size = window.inner_size();
-        let surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
+        let surface = window_surface(&self.gpu, &window)?;
         let show = ShowPass::new(&self.gpu, surface.format());
         self.walls.push(WallWindow { wall, window, surface, show });
         Ok(())
@@ -188,9 +186,7 @@ impl Painter {
 
     /// Makes the window's surface anew after it was lost.
     pub(super) fn replace_surface(&mut self, window: &Arc<Window>) -> Result<(), RenderError> {
-        let surface = create_surface(self.gpu.instance(), window)?;
-        let size = window.inner_size();
-        self.surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
+        self.surface = window_surface(&self.gpu, window)?;
         Ok(())
     }
 
@@ -373,21 +369,7 @@ impl Painter {
         }
         let window = frame.texture.create_view(&Default::default());
         {
-            let mut pass = encoder
-                .begin_render_pass(&wgpu::RenderPassDescriptor {
-                    label: Some("window"),
-                    color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                        view: &window,
-                        depth_slice: None,
-                        resolve_target: None,
-                        ops: wgpu::Operations {
-                            load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                            store: wgpu::StoreOp::Store,
-                        },
-                    })],
-                    ..Default::default()
-                })
-                .forget_lifetime();
+            let mut pass = begin_black(&mut encoder, &window, "window").forget_lifetime();
             for (pane, view) in self.panes.iter().zip(views) {
                 let area = within(part_of(model, view), width, height);
                 let level = studio.layers().pyramid.then_some(studio.layers().pyramid_level);
@@ -423,27 +405,13 @@ impl Painter {
                 Acquired::Frame(frame) => frame,
                 Acquired::Nothing => continue,
                 Acquired::Lost => {
-                    let surface = create_surface(self.gpu.instance(), &wall.window)?;
-                    let size = wall.window.inner_size();
-                    wall.surface = WindowSurface::new(&self.gpu, surface, size.width, size.height)?;
+                    wall.surface = window_surface(&self.gpu, &wall.window)?;
                     wall.window.request_redraw();
                     continue;
                 }
             };
             let window = frame.texture.create_view(&Default::default());
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("wall"),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &window,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                        store: wgpu::StoreOp::Store,
-                    },
-                })],
-                ..Default::default()
-            });
+            let mut pass = begin_black(&mut encoder, &window, "wall");
             for (pane, view) in self.panes.iter().zip(views) {
                 if let Some((area, channels)) = wall.area_of(studio.room(), view) {
                     let area = within(area, frame.texture.width(), frame.texture.height());
@@ -487,6 +455,33 @@ fn create_surface(
     instance.create_surface(Arc::clone(window)).map_err(|error| {
         // Without a driver this is the first thing that fails.
         RenderError::Surface(error.to_string().replace('\n', " "))
+    })
+}
+
+/// A new surface of a window, as large as the window is.
+fn window_surface(gpu: &Gpu, window: &Arc<Window>) -> Result<WindowSurface, RenderError> {
+    let size = window.inner_size();
+    WindowSurface::new(gpu, create_surface(gpu.instance(), window)?, size.width, size.height)
+}
+
+/// Begins to draw on a black window.
+fn begin_black<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    window: &wgpu::TextureView,
+    label: &'static str,
+) -> wgpu::RenderPass<'e> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: window,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                store: wgpu::StoreOp::Store,
+            },
+        })],
+        ..Default::default()
     })
 }
 

@@ -394,11 +394,10 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Author;
     use crate::{
         frame::{Pipeline, StageClock},
         index::{BruteForce, SpatialIndex},
-        recording::{GroupId, NormalRule, StrokeId, Tool, Transform},
+        recording::{Author, GroupId, NormalRule, StrokeId, Tool, Transform},
         view::{Projection, View},
     };
     use glam::{Quat, Vec3};

@@ -107,8 +107,8 @@ impl Room {
         test_pattern::draw(&rig.screens[view.screen], view.screen, view.eye, &|p| place.to_world(p), out);
     }
 
-    /// Which of the views is shown where this one would be.
-    fn shown_at(&self, eye: Eye) -> Eye {
+    /// The eye in whose place an eye's picture is shown.
+    pub(super) fn shown_at(&self, eye: Eye) -> Eye {
         if self.swaps_eyes { eye.other() } else { eye }
     }
 

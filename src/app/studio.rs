@@ -353,7 +353,7 @@ impl Studio {
         let hands = self.hands.state();
         match &self.subject {
             Subject::Replay(player) if self.follows_replay_camera && hands.head.is_none() => {
-                HandsState { head: self.room.head_tilted_like(player.view().world_from_view), ..hands }
+                HandsState { head: self.room.head_tilted_like(player.view().world_from_view) }
             }
             _ => hands,
         }

@@ -24,7 +24,7 @@ pub(super) fn draw(
     to_world: &dyn Fn(Vec3) -> Vec3,
     out: &mut LineBatch,
 ) {
-    let (along, upwards) = (screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left);
+    let (along, upwards) = screen.sides();
     let size_m = Vec2::new(along.length(), upwards.length());
     // Metres from the lower left corner.
     let place = |p: Vec2| to_world(screen.lower_left + along * (p.x / size_m.x) + upwards * (p.y / size_m.y));
@@ -144,8 +144,7 @@ mod tests {
                     draw(screen, number, eye, &note, &mut lines);
                     let points = points.into_inner();
                     assert!(points.len() > 150, "{name}: {} ends", points.len());
-                    let (along, upwards) =
-                        (screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left);
+                    let (along, upwards) = screen.sides();
                     for p in &points {
                         let p = *p - screen.lower_left;
                         let (x, y) = (

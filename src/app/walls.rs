@@ -66,7 +66,7 @@ pub(super) fn walls(room: &Room) -> Vec<Wall> {
 impl Wall {
     /// The part of the window that a view has, and its colours there, if it is shown here.
     pub(super) fn place_of(&self, room: &Room, view: &RoomView) -> Option<(Viewport, Channels)> {
-        let shown_at = if room.swaps_eyes() { view.eye.other() } else { view.eye };
+        let shown_at = room.shown_at(view.eye);
         let part = self.parts.iter().find(|part| {
             part.screen == view.screen && (view.eye == Eye::Middle || part.output.shows(shown_at))
         })?;

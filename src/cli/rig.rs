@@ -209,15 +209,14 @@ fn shown_on(screen: &Screen, output: &Output) -> String {
 
 /// A screen as the head sees it.
 fn row(rig: &Rig, screen: &Screen) -> [String; 6] {
-    let (across, upwards) = (screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left);
-    let facing = across.cross(upwards).normalize_or_zero();
+    let (across, upwards) = screen.sides();
     let degrees = |low: f32, high: f32| format!("{:.1}", (high.atan() - low.atan()).to_degrees());
     let view = screen.view(rig.head, NEAR_M, FAR_M).map(|view| view.projection);
     [
         one_line(&screen.name).into_owned(),
         format!("{:.3}", across.length()),
         format!("{:.3}", upwards.length()),
-        format!("{:.3}", (rig.head - screen.lower_left).dot(facing)),
+        format!("{:.3}", (rig.head - screen.lower_left).dot(screen.towards_eye())),
         view.map_or("behind".to_owned(), |seen| degrees(seen.left, seen.right)),
         view.map_or("behind".to_owned(), |seen| degrees(seen.bottom, seen.top)),
     ]

@@ -68,14 +68,21 @@ pub(super) struct MeasureArgs {
     pub(super) play: PlayArgs,
 }
 
+/// Where results are read from.
+#[derive(Args, Debug)]
+pub(super) struct ResultArgs {
+    /// Tables (.parquet) of `osp study`, and folders that --work named.
+    #[arg(required = true, value_name = "TABLE_OR_DIR")]
+    pub(super) from: Vec<PathBuf>,
+}
+
 /// Make one table of several, and of folders of measured sessions. A row that is there twice is taken once.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
   osp study merge part-*.parquet node7.parquet.parts --out all.parquet")]
 pub(super) struct MergeArgs {
-    /// Tables (.parquet) of `osp study`, and folders that --work named.
-    #[arg(required = true, value_name = "TABLE_OR_DIR")]
-    pub(super) from: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) results: ResultArgs,
     /// The table to write, .parquet.
     #[arg(long, value_name = "FILE")]
     pub(super) out: PathBuf,
@@ -92,9 +99,8 @@ pub(super) struct MergeArgs {
 #[command(after_help = "Example:
   osp study check laptop.parquet cluster.parquet")]
 pub(super) struct CheckArgs {
-    /// Tables (.parquet) of `osp study`, and folders that --work named.
-    #[arg(required = true, value_name = "TABLE_OR_DIR")]
-    pub(super) from: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) results: ResultArgs,
 }
 
 /// Write a page with a verdict, charts and a row for each session.
@@ -102,9 +108,8 @@ pub(super) struct CheckArgs {
 #[command(after_help = "Example:
   osp study report results.parquet --out report.html")]
 pub(super) struct ReportArgs {
-    /// Tables (.parquet) of `osp study`, and folders that --work named.
-    #[arg(required = true, value_name = "TABLE_OR_DIR")]
-    pub(super) from: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) results: ResultArgs,
     /// The page to write, .html.
     #[arg(long, value_name = "FILE")]
     pub(super) out: PathBuf,

@@ -93,12 +93,12 @@ impl Table {
 }
 
 pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
-    let mut outputs = Outputs::new(args.force).reads(&args.from);
+    let mut outputs = Outputs::new(args.force).reads(&args.results.from);
     let mut table = Table::begin(Table::checked(&mut outputs, &args.out, args.force)?)?;
     // A hash a row, not the row.
     let mut seen = HashSet::new();
     let mut twice = 0;
-    each_row(&args.from, |row| {
+    each_row(&args.results.from, |row| {
         let is_new = seen.insert(xxh3_128(&serde_json::to_vec(&row)?));
         twice += u64::from(!is_new);
         if is_new { table.add(row) } else { Ok(()) }
@@ -111,7 +111,7 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
 
 pub(super) fn check(args: &CheckArgs) -> anyhow::Result<Outcome> {
     let mut disagreements = Disagreements::default();
-    each_row(&args.from, |row| {
+    each_row(&args.results.from, |row| {
         disagreements.add(&row);
         Ok(())
     })?;
@@ -148,15 +148,15 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<Outcome> {
 }
 
 pub(super) fn report(args: &ReportArgs) -> anyhow::Result<Outcome> {
-    let mut outputs = Outputs::new(args.force).reads(&args.from);
+    let mut outputs = Outputs::new(args.force).reads(&args.results.from);
     let output = outputs.add("--out", &args.out, OutputKind::Html)?;
     let (mut compared, mut disagreements) = (Compared::default(), Disagreements::default());
-    each_row(&args.from, |row| {
+    each_row(&args.results.from, |row| {
         compared.add(&row);
         disagreements.add(&row);
         Ok(())
     })?;
-    let names: Vec<String> = args.from.iter().map(|path| path.display().to_string()).collect();
+    let names: Vec<String> = args.results.from.iter().map(|path| path.display().to_string()).collect();
     let page = study_page(&compared, &disagreements, &names.join(", "))
         .map_err(|error| anyhow!("{}: {error}", output.path().display()))?;
     output.write(page.as_bytes())?;

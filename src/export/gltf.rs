@@ -266,7 +266,7 @@ pub(super) fn linear_color((r, g, b, a): (f32, f32, f32, f32)) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Event, GroupId, StrokeId, Transform};
+    use crate::recording::{Author, Event, GroupId, StrokeId, Transform};
     use glam::Quat;
     use serde_json::{Value, json};
 
@@ -289,13 +289,7 @@ mod tests {
 
     fn polygon(vertices: &[[f32; 3]], alpha: f32) -> Event {
         let vertices = vertices.iter().map(|&v| Vec3::from(v)).collect();
-        Event::Polygon {
-            author: crate::recording::Author::SOLE,
-            t: 0.0,
-            stroke: None,
-            vertices,
-            color: (1.0, 0.5, 0.0, alpha),
-        }
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 0.5, 0.0, alpha) }
     }
 
     #[test]
@@ -337,15 +331,9 @@ mod tests {
         let Event::Polygon { vertices, color, .. } = polygon(&corners, 1.0) else {
             unreachable!("made above")
         };
-        let far = Event::Polygon {
-            author: crate::recording::Author::SOLE,
-            t: 0.0,
-            stroke: Some(StrokeId(1)),
-            vertices,
-            color,
-        };
+        let far = Event::Polygon { author: Author::SOLE, t: 0.0, stroke: Some(StrokeId(1)), vertices, color };
         let group = |id: u32, strokes: Vec<StrokeId>, parent: Option<u32>| Event::Group {
-            author: crate::recording::Author::SOLE,
+            author: Author::SOLE,
             t: 0.0,
             group: GroupId(id),
             strokes,
@@ -353,8 +341,7 @@ mod tests {
             name: None,
         };
         let to = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e30 };
-        let place =
-            |id: u32| Event::Place { author: crate::recording::Author::SOLE, t: 0.0, group: GroupId(id), to };
+        let place = |id: u32| Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(id), to };
         let near = polygon(&corners, 1.0);
         let grouped = [group(2, vec![], None), group(1, vec![StrokeId(1)], Some(2)), place(1), place(2)];
         let (counts, json, _) = export(&[&[near, far], &grouped[..]].concat());

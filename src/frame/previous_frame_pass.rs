@@ -79,7 +79,7 @@ mod tests {
         frame::{Pipeline, StageClock},
         index::IndexConfig,
         polygon::{Change, PolygonId},
-        recording::Event,
+        recording::{Author, Event},
         rivals::IndexKind,
         scene::Scene,
         view::{Projection, View},
@@ -88,13 +88,7 @@ mod tests {
     fn square(center: Vec3, half_m: f32) -> Event {
         let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
         let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        Event::Polygon {
-            author: crate::recording::Author::SOLE,
-            t: 0.0,
-            stroke: None,
-            vertices,
-            color: (1.0, 1.0, 1.0, 1.0),
-        }
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) }
     }
 
     /// What is drawn of each view in the fourth frame at rest.

@@ -1,7 +1,7 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{Author, Environment};
+use super::Author;
 use crate::math::COORDINATE_LIMIT_M;
 
 /// The newest recording format that this crate reads: that of recordings of several [`Author`]s. Every recording is written
@@ -23,111 +23,6 @@ pub struct StrokeId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct GroupId(pub u32);
-
-/// The first line of a recording.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Header {
-    /// Format number; see [`FORMAT_VERSION`].
-    pub format: u32,
-    /// Name of the session.
-    #[serde(default)]
-    pub name: String,
-    /// Where it came from: a program, a file, a generator with its arguments.
-    #[serde(default)]
-    pub source: String,
-    /// The modelling volume, if it is known. Polygons outside it are kept.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub root: Option<Root>,
-    /// A view that the session's maker chose (the thumbnail camera of a Tilt Brush sketch).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub camera: Option<Camera>,
-    /// Light and background, if the session has its own (since format 2).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub environment: Option<Box<Environment>>,
-    /// The layers that strokes name by their places; none: a single one that can be seen (since format 2).
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub layers: Vec<Layer>,
-    /// Contents of the source that a recording cannot hold, in words: pictures, models, videos (since format 2).
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub left_out: Vec<String>,
-}
-
-impl Header {
-    /// A header of format 2, which has all but what the window's edits need.
-    pub fn new(name: impl Into<String>, source: impl Into<String>) -> Self {
-        Self {
-            format: 2,
-            name: name.into(),
-            source: source.into(),
-            root: None,
-            camera: None,
-            environment: None,
-            layers: Vec::new(),
-            left_out: Vec::new(),
-        }
-    }
-
-    /// Checks every number against what the header means; the error says what was expected.
-    ///
-    /// # Errors
-    /// A number is not finite or out of its range.
-    pub fn check(&self) -> Result<(), &'static str> {
-        if let Some(root) = self.root {
-            check_point(root.center)?;
-            if !(root.size > 0.0 && root.size <= COORDINATE_LIMIT_M) {
-                return Err("a root of positive size");
-            }
-        }
-        if let Some(camera) = self.camera {
-            check_pose(camera.p, camera.q)?;
-            if !(camera.fov_degrees > 0.0 && camera.fov_degrees < 180.0) {
-                return Err("a field of view between 0 and 180 degrees");
-            }
-            if !camera.near_m.is_none_or(|near_m| near_m > 0.0 && near_m <= COORDINATE_LIMIT_M) {
-                return Err("a positive near distance");
-            }
-        }
-        self.environment.as_ref().map_or(Ok(()), |environment| environment.check())
-    }
-}
-
-/// A layer of a session.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Layer {
-    /// Its name.
-    #[serde(default)]
-    pub name: String,
-    /// Whether its strokes are not drawn.
-    #[serde(default, skip_serializing_if = "is_false")]
-    pub hidden: bool,
-}
-
-/// The root cube of a session, world space, metres.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Root {
-    /// Centre of the cube.
-    pub center: Vec3,
-    /// Edge length, metres.
-    pub size: f32,
-}
-
-/// A camera pose with a vertical field of view.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    /// Eye in world space.
-    pub p: Vec3,
-    /// World from camera (looks along its -z).
-    pub q: Quat,
-    /// Vertical field of view, degrees.
-    pub fov_degrees: f32,
-    /// Nearer than this it sees nothing, metres along its axis; a reader chooses if it is not said.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub near_m: Option<f32>,
-}
 
 /// The tool of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -156,7 +51,7 @@ pub struct Paint {
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub layer: u32,
     /// Whether the stroke is not drawn, as its layer was hidden when the session was saved.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub hidden: bool,
 }
 
@@ -466,15 +361,32 @@ fn is_zero_number(value: &u32) -> bool {
     *value == 0
 }
 
-fn is_false(value: &bool) -> bool {
-    !*value
-}
-
 fn is_default_rule(rule: &NormalRule) -> bool {
     *rule == NormalRule::default()
 }
 
 impl Event {
+    /// The events that make strokes members of a group: one, or as many as lines can hold; the first names the group.
+    pub fn grouping(
+        t: f64,
+        group: GroupId,
+        strokes: &[StrokeId],
+        parent: Option<GroupId>,
+        mut name: Option<String>,
+    ) -> impl Iterator<Item = Self> {
+        let first = strokes.len().min(Self::MAX_STROKES_NAMED);
+        let parts =
+            std::iter::once(&strokes[..first]).chain(strokes[first..].chunks(Self::MAX_STROKES_NAMED));
+        parts.map(move |part| Self::Group {
+            author: Author::SOLE,
+            t,
+            group,
+            strokes: part.to_vec(),
+            parent,
+            name: name.take(),
+        })
+    }
+
     /// Most corners that a polygon event may have.
     pub const MAX_VERTICES: usize = 1024;
 
@@ -624,7 +536,7 @@ impl Event {
     }
 }
 
-fn check_point(p: Vec3) -> Result<(), &'static str> {
+pub(super) fn check_point(p: Vec3) -> Result<(), &'static str> {
     if p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M {
         Ok(())
     } else {
@@ -632,7 +544,7 @@ fn check_point(p: Vec3) -> Result<(), &'static str> {
     }
 }
 
-fn check_pose(p: Vec3, q: Quat) -> Result<(), &'static str> {
+pub(super) fn check_pose(p: Vec3, q: Quat) -> Result<(), &'static str> {
     check_point(p)?;
     let length_squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
     if (length_squared - 1.0).abs() <= 0.02 { Ok(()) } else { Err("a unit quaternion (x, y, z, w)") }

@@ -14,6 +14,7 @@ mod author;
 mod environment;
 mod error;
 mod event;
+mod header;
 #[cfg(feature = "formats")]
 pub mod import;
 mod input;
@@ -38,9 +39,10 @@ pub use author::Author;
 pub use environment::Environment;
 pub use error::RecordingError;
 pub use event::{
-    AUTHORS_FORMAT, Camera, Event, FORMAT_VERSION, GroupId, Header, Layer, NormalRule, ONE_AUTHOR_FORMAT,
-    Paint, Root, StrokeId, Tool, Transform,
+    AUTHORS_FORMAT, Event, FORMAT_VERSION, GroupId, NormalRule, ONE_AUTHOR_FORMAT, Paint, StrokeId, Tool,
+    Transform,
 };
+pub use header::{Camera, Header, Layer, Root};
 pub use input::{MemoryFiles, open_bytes};
 pub use limits::{Excess, Limits, Place};
 #[cfg(any(feature = "cli", feature = "window"))]

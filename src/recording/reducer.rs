@@ -96,10 +96,7 @@ impl Reducer {
             std::cmp::Ordering::Greater => return Reduced::Gap(next),
             std::cmp::Ordering::Equal => {}
         }
-        let known = match message.sender {
-            Sender::HOST => Some(Author::SOLE),
-            _ => self.senders.get(&message.sender).map(|state| state.author),
-        };
+        let known = self.author_of(message.sender);
         let joins = known.is_none() && matches!(message.events.first(), Some(Event::Join { .. }));
         let author = match (known, self.members.next()) {
             (Some(author), _) if author.is_sole() || self.members.is_present(author) => author,

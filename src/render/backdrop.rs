@@ -46,7 +46,7 @@ pub(super) fn srgb_from_linear(linear: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Event;
+    use crate::recording::{Author, Event};
     use glam::Vec3;
 
     fn scene_of(colors: &[(f32, f32, f32, f32)]) -> Scene {
@@ -54,13 +54,7 @@ mod tests {
         for &color in colors {
             let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
             scene.apply(
-                &Event::Polygon {
-                    author: crate::recording::Author::SOLE,
-                    t: 0.0,
-                    stroke: None,
-                    vertices,
-                    color,
-                },
+                &Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color },
                 &mut changes,
             );
         }

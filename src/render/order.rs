@@ -281,7 +281,10 @@ pub(super) fn push(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{recording::Event, render::listing::LEAST_SPAN};
+    use crate::{
+        recording::{Author, Event},
+        render::listing::LEAST_SPAN,
+    };
 
     /// Polygon `i` lies `i + 1` metres in front of the origin.
     fn scene_of(count: u32) -> Scene {
@@ -292,7 +295,7 @@ mod tests {
             let corner = |x, y| Vec3::new(x, y, z);
             let vertices = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
             let event = Event::Polygon {
-                author: crate::recording::Author::SOLE,
+                author: Author::SOLE,
                 t: 0.0,
                 stroke: None,
                 vertices,

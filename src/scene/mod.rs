@@ -41,11 +41,13 @@ mod model;
 mod pieces;
 mod solid;
 mod spaces;
+mod stroke;
 mod tree;
 mod undo;
 mod used;
 
 pub use authors::AuthorInfo;
 pub use layers::LayerState;
-pub use model::{KnownView, Scene, SceneCounts, SceneWork, Stroke};
+pub use model::{KnownView, Scene, SceneCounts, SceneWork};
+pub use stroke::Stroke;
 pub use tree::GroupNode;

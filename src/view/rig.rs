@@ -84,14 +84,14 @@ impl Screen {
         self.lower_left.distance(self.lower_right) / self.lower_left.distance(self.upper_left)
     }
 
-    /// Its middle, in the room's space.
-    pub fn middle(&self) -> Vec3 {
-        (self.lower_right + self.upper_left) * 0.5
+    /// From the lower left corner to the lower right one, and to the upper left one, in the room's space.
+    pub fn sides(&self) -> (Vec3, Vec3) {
+        (self.lower_right - self.lower_left, self.upper_left - self.lower_left)
     }
 
     /// The direction in front of it, in the room's space.
     pub fn towards_eye(&self) -> Vec3 {
-        let (along, upwards) = (self.lower_right - self.lower_left, self.upper_left - self.lower_left);
+        let (along, upwards) = self.sides();
         along.normalize_or_zero().cross(upwards.normalize_or_zero()).normalize_or_zero()
     }
 
@@ -105,9 +105,9 @@ impl Screen {
 
     /// The view of an eye through the screen, both in the room's space; `None` for an eye that is not in front of it.
     pub fn view(&self, eye: Vec3, near_m: f32, far_m: f32) -> Option<View> {
-        let (along, upwards) = (self.lower_right - self.lower_left, self.upper_left - self.lower_left);
+        let (along, upwards) = self.sides();
         let (right, up) = (along.normalize_or_zero(), upwards.normalize_or_zero());
-        let towards_eye = right.cross(up).normalize_or_zero();
+        let towards_eye = self.towards_eye();
         let to_corner = self.lower_left - eye;
         let distance_m = -to_corner.dot(towards_eye);
         if distance_m.is_nan() || distance_m < NEAREST_EYE_M {
@@ -158,15 +158,11 @@ pub struct Rig {
     /// Where the head is until a tracker says otherwise.
     pub head: Vec3,
     /// Whether each eye gets the picture of the other one: for glasses or projectors the wrong way round.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub swap_eyes: bool,
     /// The tracker's space in the room.
     #[serde(default, skip_serializing_if = "RoomFromTracker::is_identity")]
     pub room_from_tracker: RoomFromTracker,
-}
-
-fn is_false(value: &bool) -> bool {
-    !*value
 }
 
 fn usual_eye_separation_m() -> f32 {

@@ -17,7 +17,7 @@ use osp::{
         msvbsp::{Msvbsp, MsvbspConfig},
     },
     polygon::VisibleBlocks,
-    recording::Event,
+    recording::{Author, Event},
     scene::Scene,
     view::ViewWindow,
 };
@@ -568,7 +568,7 @@ fn orphans_that_the_scene_has_forgotten_are_let_go() {
     let mut shorter = Told::default();
     shorter.tell(&[wall(0)]);
     let first = shorter.scene.visible_ids().next().expect("a polygon");
-    shorter.tell(&[Event::Undo { author: osp::recording::Author::SOLE, t: 0.0 }]);
+    shorter.tell(&[Event::Undo { author: Author::SOLE, t: 0.0 }]);
     pool.follow(&shorter.scene, &[osp::polygon::Change::Remove(first)]);
     assert!(pool.is_empty());
 }

@@ -6,7 +6,7 @@ use glam::{UVec3, Vec3};
 use osp::{
     lab::pvs::{Pvs, PvsError, ViewCells},
     polygon::PolygonId,
-    recording::Event,
+    recording::{Author, Event},
     scene::Scene,
 };
 use xxhash_rust::xxh3::xxh3_64;
@@ -22,7 +22,7 @@ fn model(polygons: u32, last_alpha: f32) -> Scene {
         let vertices = vec![corner, corner + Vec3::Y, corner + Vec3::Z];
         let alpha = if i + 1 == polygons { last_alpha } else { 1.0 };
         let event = Event::Polygon {
-            author: osp::recording::Author::SOLE,
+            author: Author::SOLE,
             t: 0.0,
             stroke: None,
             vertices,
@@ -162,16 +162,11 @@ fn sets_of_another_model_or_of_another_state_of_it_are_refused() {
     let mut moved = model(199, 1.0);
     let vertices =
         vec![Vec3::new(199.0, 0.0, 1.0e-6), Vec3::new(199.0, 1.0, 0.0), Vec3::new(199.0, 0.0, 1.0)];
-    let event = Event::Polygon {
-        author: osp::recording::Author::SOLE,
-        t: 0.0,
-        stroke: None,
-        vertices,
-        color: (0.5, 0.5, 0.5, 1.0),
-    };
+    let event =
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (0.5, 0.5, 0.5, 1.0) };
     moved.apply(&event, &mut Vec::new());
     let mut undone = model(200, 1.0);
-    undone.apply(&Event::Undo { author: osp::recording::Author::SOLE, t: 0.0 }, &mut Vec::new());
+    undone.apply(&Event::Undo { author: Author::SOLE, t: 0.0 }, &mut Vec::new());
     // What is behind glass can be seen: the sets of the opaque model would hide it.
     let glass = model(200, 0.5);
     for (other, what) in [(model(199, 1.0), "fewer"), (moved, "moved"), (undone, "undone"), (glass, "glass")]

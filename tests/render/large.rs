@@ -7,7 +7,12 @@ use super::{
     scenes::{all_ids, apply, gpu, square, view_from},
 };
 use glam::Vec3;
-use osp::{recording::Event, render::Gpu, scene::Scene, view::View};
+use osp::{
+    recording::{Author, Event},
+    render::Gpu,
+    scene::Scene,
+    view::View,
+};
 
 const SIZE: (u32, u32) = (961, 721);
 /// Polygons that are asked about together by queries.
@@ -24,13 +29,7 @@ fn board(axis: usize, center: Vec3, half_m: [f32; 2]) -> Event {
         p
     };
     let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    Event::Polygon {
-        author: osp::recording::Author::SOLE,
-        t: 0.0,
-        stroke: None,
-        vertices,
-        color: (0.4, 0.5, 0.3, 1.0),
-    }
+    Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (0.4, 0.5, 0.3, 1.0) }
 }
 
 /// Three boards that meet in a corner, and behind each a stack of boards, nearly as large and close to each other. The number

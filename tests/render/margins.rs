@@ -10,7 +10,7 @@ use super::{
 use glam::{Mat3, Quat, Vec2, Vec3};
 use osp::{
     polygon::PolygonId,
-    recording::Event,
+    recording::{Author, Event},
     render::Gpu,
     scene::Scene,
     view::{Projection, View},
@@ -20,7 +20,7 @@ const WALL: (f32, f32, f32, f32) = (0.3, 0.5, 0.2, 1.0);
 const BRIGHT: (f32, f32, f32, f32) = (1.0, 0.4, 0.9, 1.0);
 
 fn polygon(vertices: Vec<Vec3>, color: (f32, f32, f32, f32)) -> Event {
-    Event::Polygon { author: osp::recording::Author::SOLE, t: 0.0, stroke: None, vertices, color }
+    Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color }
 }
 
 fn scene_of(events: &[Event]) -> Scene {

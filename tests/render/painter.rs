@@ -6,7 +6,7 @@ use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from};
 use glam::{DVec3, Vec3};
 use osp::{
     polygon::{PolygonId, VisibleBlocks},
-    recording::Event,
+    recording::{Author, Event},
     render::{
         BspTree, Gpu, Image, Layer, MOST_POLYGONS, Offscreen, PaintList, Painter, PainterError,
         RendererConfig,
@@ -25,7 +25,7 @@ fn scene_of(events: &[Event]) -> Scene {
 
 fn polygon(vertices: [[f32; 3]; 3], color: (f32, f32, f32, f32)) -> Event {
     Event::Polygon {
-        author: osp::recording::Author::SOLE,
+        author: Author::SOLE,
         t: 0.0,
         stroke: None,
         vertices: vertices.map(Vec3::from).to_vec(),

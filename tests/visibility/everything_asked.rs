@@ -14,7 +14,7 @@ use osp::{
     math::{Aabb, Frustum},
     occlusion::{CullConfig, Occlusion, PoolConfig, SelectConfig},
     polygon::{Change, PolygonId},
-    recording::Event,
+    recording::{Author, Event},
     rivals::IndexKind,
     scene::Scene,
     view::{Projection, View},
@@ -33,7 +33,7 @@ fn model(at: Vec3, points_a_metre: f32) -> (Scene, Vec<Change>) {
         let vertices = [corner, corner + a, corner + a + b, corner + b].map(|p| p + at).to_vec();
         scene.apply(
             &Event::Polygon {
-                author: osp::recording::Author::SOLE,
+                author: Author::SOLE,
                 t: 0.0,
                 stroke: None,
                 vertices,
@@ -175,13 +175,7 @@ fn no_polygon_at_the_border_of_a_view_is_lost_far_from_the_origin() {
                     [(); 3].map(|()| (p + random.vector() * random.magnitude(0.01, 0.1)).as_vec3()).to_vec();
                 let color = (0.5, 0.5, 0.5, 1.0);
                 scene.apply(
-                    &Event::Polygon {
-                        author: osp::recording::Author::SOLE,
-                        t: 0.0,
-                        stroke: None,
-                        vertices,
-                        color,
-                    },
+                    &Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color },
                     &mut changes,
                 );
             }

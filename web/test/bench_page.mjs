@@ -5,22 +5,14 @@
 //
 // Without PAGE the program that OSP names (else target/debug/osp) measures a shipped session first. Pictures are kept in PICTURES.
 import { spawnSync } from 'node:child_process';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import puppeteer from 'puppeteer-core';
+import { check, executablePath, finish, pictures, root } from './common.mjs';
 
-const root = new URL('../..', import.meta.url).pathname;
-const [pictures, given] = process.argv.slice(2);
-if (pictures) mkdirSync(pictures, { recursive: true });
-const executablePath = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(
-  (path) => path && existsSync(path),
-);
-if (!executablePath) {
-  console.error('error: there is no Chromium: name one in CHROMIUM');
-  process.exit(1);
-}
+const given = process.argv[3];
 const folder = mkdtempSync(join(tmpdir(), 'osp-bench-page-'));
 const file = given ? resolve(given) : join(folder, 'bench.html');
 if (!given) {
@@ -31,12 +23,6 @@ if (!given) {
     console.error(`error: osp ${args.join(' ')}: ${made.error ?? made.stderr}`);
     process.exit(1);
   }
-}
-
-let failures = 0;
-function check(holds, what) {
-  if (!holds) failures += 1;
-  console.log(`${holds ? 'ok' : 'FAILED'}: ${what}`);
 }
 
 async function open(browser, { width = 1280, height = 800, dark = false, scripts = true } = {}) {
@@ -252,5 +238,4 @@ try {
   await browser.close();
   rmSync(folder, { recursive: true, force: true });
 }
-console.log(failures === 0 ? 'the page works' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+finish();

@@ -3,22 +3,13 @@
 //
 //   web/build && npm ci --prefix web/test && node web/test/page.mjs [PICTURES]
 import { spawn } from 'node:child_process';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { inflateSync } from 'node:zlib';
 import puppeteer from 'puppeteer-core';
+import { check, executablePath, finish, pictures, root } from './common.mjs';
 
-const root = new URL('../..', import.meta.url).pathname;
-const pictures = process.argv[2];
-if (pictures) mkdirSync(pictures, { recursive: true });
-const executablePath = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(
-  (path) => path && existsSync(path),
-);
-if (!executablePath) {
-  console.error('error: there is no Chromium: name one in CHROMIUM');
-  process.exit(1);
-}
 const profile = mkdtempSync(join(tmpdir(), 'osp-web-'));
 const flags =
   '--no-sandbox --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-features=Vulkan --use-vulkan=swiftshader ' +
@@ -33,11 +24,6 @@ const address = await new Promise((resolve, reject) => {
   server.stdout.once('data', (text) => resolve(/http:\S+/.exec(text)[0]));
 });
 
-let failures = 0;
-function check(holds, what) {
-  if (!holds) failures += 1;
-  console.log(`${holds ? 'ok' : 'FAILED'}: ${what}`);
-}
 const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
 async function launch() {
@@ -294,8 +280,7 @@ try {
   server.kill();
   rmSync(profile, { recursive: true, force: true });
 }
-console.log(failures === 0 ? 'the page works' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+finish();
 
 /// Five sketches of the folder of real files, if one is named.
 function corpus() {

@@ -267,8 +267,7 @@ impl BufRead for TextReader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Author;
-    use crate::recording::{EventSource, NormalRule, Tool};
+    use crate::recording::{Author, EventSource, NormalRule, Tool};
 
     fn begin(stroke: u32) -> Event {
         Event::Begin {

@@ -5,13 +5,11 @@ use glam::{Quat, Vec3};
 use super::{BrushChoice, Message};
 use crate::recording::{Author, Event, NormalRule, Paint, StrokeId, Tool};
 
-/// The last poses of the hands and the head.
+/// The last pose of the head.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HandsState {
     /// Head: position, world from head.
     pub head: Option<(Vec3, Quat)>,
-    /// The hand that spoke last: position, world from hand, pressure.
-    pub hand: Option<(Vec3, Quat, f32)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +63,6 @@ impl Hands {
                 out.push(Event::Head { author: Author::SOLE, t, p, q });
             }
             Message::Hand { hand, p, q, pressure } => {
-                self.state.hand = Some((p, q, pressure));
                 let hand = self.hand(hand);
                 hand.heard_secs = t;
                 if pressure > 0.0 {

@@ -171,7 +171,7 @@ fn plan(ui: &mut Ui, studio: &Studio) {
     let mut corners = Vec::new();
     let rig = studio.room().rig();
     for screen in rig.iter().flat_map(|rig| &rig.screens) {
-        let upper_right = screen.upper_left + (screen.lower_right - screen.lower_left);
+        let upper_right = screen.upper_left + screen.sides().0;
         corners.push([screen.lower_left, screen.lower_right, upper_right, screen.upper_left]);
     }
     let usual = rig.map(|rig| rig.head);

@@ -23,7 +23,7 @@ pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
 pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, PURPLE, SKY, VERMILION};
 pub use pins::{Pin, PinError, Pins, pinned_name};
-pub(crate) use printable::{one_line, printable};
+pub(crate) use printable::{one_line, printable, push_html};
 pub use rig_plan::RigPlan;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 pub(crate) use scatter::Scatter;

@@ -1,7 +1,7 @@
 use std::error::Error;
 
 use super::{Compared, Disagreements, SessionOutcome};
-use crate::lab::report::{LineStyle, Scatter, printable, short, thousands};
+use crate::lab::report::{LineStyle, Scatter, push_html, short, thousands};
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:1240px;margin:2em auto;padding:0 1em;color:#222}\
 table{border-collapse:collapse;font-size:13px;margin:1em 0;display:block;overflow-x:auto}\
@@ -200,15 +200,7 @@ impl Page {
     /// Text, whatever is in it, between two pieces of HTML.
     fn element(&mut self, open: &str, text: &str, close: &str) {
         self.raw(open);
-        for c in printable(text).chars() {
-            match c {
-                '<' => self.raw("&lt;"),
-                '>' => self.raw("&gt;"),
-                '&' => self.raw("&amp;"),
-                '"' => self.raw("&quot;"),
-                c => self.0.push(c),
-            }
-        }
+        push_html(&mut self.0, text);
         self.raw(close);
     }
 }

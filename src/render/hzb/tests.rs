@@ -6,7 +6,7 @@ use super::{HzbBound, HzbConfig};
 use crate::{
     occlusion::Occlusion,
     polygon::VisibleBlocks,
-    recording::Event,
+    recording::{Author, Event},
     render::{Gpu, Image, Layer, Offscreen, RendererConfig},
     scene::Scene,
     view::{Projection, View},
@@ -20,7 +20,7 @@ fn squares_before_a_wall() -> Scene {
         let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
         let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         Event::Polygon {
-            author: crate::recording::Author::SOLE,
+            author: Author::SOLE,
             t: 0.0,
             stroke: None,
             vertices,

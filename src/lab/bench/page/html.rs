@@ -5,7 +5,7 @@ use crate::lab::{
         charts::{Chart, DataSheet},
         table::Grid,
     },
-    report::printable,
+    report::push_html,
 };
 
 /// A link of the contents.
@@ -31,16 +31,7 @@ impl Html {
 
     /// Text, whatever is in it.
     pub(super) fn text(&mut self, text: &str) {
-        for c in printable(text).chars() {
-            match c {
-                '<' => self.raw("&lt;"),
-                '>' => self.raw("&gt;"),
-                '&' => self.raw("&amp;"),
-                '"' => self.raw("&quot;"),
-                '\'' => self.raw("&#39;"),
-                c => self.html.push(c),
-            }
-        }
+        push_html(&mut self.html, text);
     }
 
     pub(super) fn element(&mut self, open: &str, text: &str, close: &str) {

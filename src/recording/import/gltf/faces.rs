@@ -8,7 +8,10 @@ use ::gltf::json::{
 use glam::{DAffine3, Vec3};
 
 use super::{Fault, accessor::Elements, container::File, look::srgb_from_linear};
-use crate::{math::is_flat_and_convex, recording::Event};
+use crate::{
+    math::is_flat_and_convex,
+    recording::{Author, Event},
+};
 
 /// A polygon with its colour, see [`channels`].
 pub(super) struct Polygon {
@@ -73,7 +76,7 @@ impl Faces {
         let corners: Vec<Vec3> = numbers.iter().map(|&number| mesh.corner(number)).collect();
         let color = mesh.color(numbers);
         let event = Event::Polygon {
-            author: crate::recording::Author::SOLE,
+            author: Author::SOLE,
             t: 0.0,
             stroke: None,
             vertices: corners,
