@@ -172,10 +172,34 @@ fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
     assert_eq!(stderr(&piped), "");
     // `script` gives the program a terminal of its own.
     let command = format!("{} replay {session} --pace samples:1", env!("CARGO_BIN_EXE_osp"));
-    match Command::new("script").args(["-qec", &command, "/dev/null"]).env("TERM", "xterm").output() {
+    let on_terminal = |command: &str| {
+        Command::new("script").args(["-qec", command, "/dev/null"]).env("TERM", "xterm").output()
+    };
+    match on_terminal(&command) {
         Ok(output) => assert!(stdout(&output).contains("frames, "), "{}", stdout(&output)),
-        Err(error) => eprintln!("skipped the terminal: script(1): {error}"),
+        Err(error) => {
+            eprintln!("skipped the terminal: script(1): {error}");
+            return;
+        }
     }
+    let program = env!("CARGO_BIN_EXE_osp");
+    let out = folder.path().join("out");
+    for (arguments, expected) in [
+        (format!("verify {session} --views 3 --size 64x64 --pixels 64x64"), "/3 views, "),
+        (format!("export {session} {}.glb --pace samples:1", out.display()), " frames, "),
+        (format!("bake {session} {}.pvs --cells 8", out.display()), " cells, "),
+    ] {
+        let output = on_terminal(&format!("{program} {arguments}")).expect("as before");
+        assert!(output.status.success() && stdout(&output).contains(expected), "{}", stdout(&output));
+        // The last of it is no bar: what was shown has been removed.
+        let last = stdout(&output).trim_end().lines().last().unwrap_or_default().to_owned();
+        assert!(!last.contains(" left"), "{last}");
+    }
+    let colored = |prefix: &str| {
+        let output = on_terminal(&format!("{prefix} {program} --no-such")).expect("as before");
+        stdout(&output).contains("\u{1b}[")
+    };
+    assert_eq!((colored(""), colored("NO_COLOR=1")), (true, false));
 }
 
 #[test]

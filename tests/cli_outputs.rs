@@ -4,6 +4,8 @@
 
 #[path = "cli_outputs/arguments.rs"]
 mod arguments;
+#[path = "cli_outputs/config.rs"]
+mod config;
 #[path = "cli_outputs/draw_index.rs"]
 mod draw_index;
 #[path = "cli_outputs/export_times.rs"]
@@ -43,7 +45,7 @@ use std::{
 fn command<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
     // Some graphics drivers complain if there is none.
-    command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", folder);
+    command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", folder).env("OSP_CONFIG", "");
     command
 }
 

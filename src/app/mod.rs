@@ -52,7 +52,6 @@ mod tool;
 mod trace;
 pub mod tracker;
 pub mod ui;
-mod user_folder;
 mod walls;
 mod window;
 mod working;
@@ -81,4 +80,4 @@ pub use tool::{Span, ToolChoice};
 #[cfg(not(target_arch = "wasm32"))]
 pub use window::monitors;
 pub use window::{MonitorInfo, WindowError, WindowOptions, run};
-pub use working::WorkShown;
+pub use working::{Reading, Waited, WorkShown};

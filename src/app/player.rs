@@ -1,4 +1,8 @@
-use std::path::{Path, PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use crate::{
     export::PolygonTimes,
@@ -40,14 +44,28 @@ impl Snapshot {
     }
 }
 
+/// The events of a session, cut into frames.
+#[derive(Debug)]
+struct Recorded {
+    events: Vec<Event>,
+    /// Where in `events` each frame ends.
+    frame_ends: Vec<usize>,
+}
+
+impl Recorded {
+    fn of(&self, frame: u64) -> &[Event] {
+        let at = frame as usize;
+        let start = if at == 0 { 0 } else { self.frame_ends[at - 1] };
+        &self.events[start..self.frame_ends[at]]
+    }
+}
+
 /// A recorded session that can be played, stopped, and entered at any frame.
 #[derive(Debug)]
 pub struct Player {
     path: PathBuf,
     header: Header,
-    events: Vec<Event>,
-    /// Where in `events` each frame ends.
-    frame_ends: Vec<usize>,
+    recorded: Arc<Recorded>,
     /// Frames in which a stroke begins, ascending.
     stroke_starts: Vec<u64>,
     snapshots: Vec<Snapshot>,
@@ -83,6 +101,20 @@ impl Player {
         camera: CameraChoice,
         options: &OpenOptions,
     ) -> Result<Self, RecordingError> {
+        Self::open_watched(path, pace, camera, options, &|_| true)
+    }
+
+    /// [`Player::open_with`]; `go_on` is asked before each frame, with the number of events that were read.
+    ///
+    /// # Errors
+    /// As there; of kind `Interrupted` if `go_on` said no.
+    pub fn open_watched(
+        path: &Path,
+        pace: Pace,
+        camera: CameraChoice,
+        options: &OpenOptions,
+        go_on: &dyn Fn(u64) -> bool,
+    ) -> Result<Self, RecordingError> {
         let mut session = recording::open(path, options)?;
         let header = session.header.clone();
         let (mut events, mut frame_ends) = (Vec::new(), Vec::new());
@@ -90,6 +122,9 @@ impl Player {
         let mut pacer = Pacer::new(&mut session, pace);
         let mut frame = Vec::new();
         loop {
+            if !go_on(events.len() as u64) {
+                return Err(RecordingError::io(path, io::ErrorKind::Interrupted.into()));
+            }
             let read = pacer.next_frame(&mut frame);
             let is_over = !matches!(read, Ok(true));
             if let Err(error) = read {
@@ -118,17 +153,13 @@ impl Player {
     ) -> Self {
         let begins =
             |event: &Event| matches!(event, Event::Begin { .. } | Event::Polygon { stroke: None, .. });
-        let starts = |frame: usize| {
-            let from = frame.checked_sub(1).map_or(0, |before| frame_ends[before]);
-            events[from..frame_ends[frame]].iter().any(begins)
-        };
-        let stroke_starts =
-            (0..frame_ends.len()).filter(|&frame| starts(frame)).map(|at| at as u64).collect();
+        let recorded = Recorded { events, frame_ends };
+        let frames = 0..recorded.frame_ends.len() as u64;
+        let stroke_starts = frames.filter(|&frame| recorded.of(frame).iter().any(begins)).collect();
         let mut player = Self {
             path,
-            events,
+            recorded: Arc::new(recorded),
             stroke_starts,
-            frame_ends,
             snapshots: Vec::new(),
             bounds: Aabb::EMPTY,
             background: background_for(&Scene::new()),
@@ -166,7 +197,7 @@ impl Player {
                 kept_weight = self.snapshots.iter().map(|snapshot| snapshot.weight).sum();
             }
             changes.clear();
-            let events = &self.events[self.events_of(frame)];
+            let events = self.recorded.of(frame);
             edit_weight += events.iter().map(kept_by_undo).sum::<usize>();
             state.scene.let_go();
             state.play(events, &mut changes);
@@ -175,12 +206,6 @@ impl Player {
             }
         }
         self.background = background_for(&state.scene);
-    }
-
-    fn events_of(&self, frame: u64) -> std::ops::Range<usize> {
-        let at = frame as usize;
-        let start = if at == 0 { 0 } else { self.frame_ends[at - 1] };
-        start..self.frame_ends[at]
     }
 
     /// The file.
@@ -220,7 +245,7 @@ impl Player {
 
     /// Frames of the session.
     pub fn frame_count(&self) -> u64 {
-        self.frame_ends.len() as u64
+        self.recorded.frame_ends.len() as u64
     }
 
     /// Frames played: 0 before the first.
@@ -235,8 +260,9 @@ impl Player {
 
     /// Time of the session after so many frames, seconds since its first event.
     pub fn secs_at(&self, frames: u64) -> f64 {
-        let time_of = |at: usize| self.events.get(at).map(Event::time_secs);
-        let end = (frames as usize).checked_sub(1).and_then(|last| self.frame_ends.get(last)).copied();
+        let Recorded { events, frame_ends } = &*self.recorded;
+        let time_of = |at: usize| events.get(at).map(Event::time_secs);
+        let end = (frames as usize).checked_sub(1).and_then(|last| frame_ends.get(last)).copied();
         let last = end.and_then(|end| end.checked_sub(1)).and_then(time_of);
         match (time_of(0), last) {
             (Some(first), Some(last)) => (last - first).max(0.0),
@@ -292,23 +318,25 @@ impl Player {
         if frame == self.frame_count() {
             return false;
         }
-        let range = self.events_of(frame);
-        self.state.play(&self.events[range], out);
+        self.state.play(self.recorded.of(frame), out);
         true
     }
 
-    /// When the polygons of the model as it is now were drawn. The session is played once more up to here.
-    pub fn polygon_times(&self) -> PolygonTimes {
-        let (mut state, mut times) = (SessionState::keeping_groups_whole(), PolygonTimes::default());
-        let mut changes = Vec::new();
-        for frame in 0..self.position() {
-            let events = &self.events[self.events_of(frame)];
-            changes.clear();
-            state.scene.let_go();
-            state.play(events, &mut changes);
-            times.note(events, &state.scene);
+    /// Finds out when the polygons of the model as it is now were drawn, as long as it is told to go on: the session is
+    /// played once more up to here, which may be done on another thread.
+    pub fn polygon_times(&self) -> impl FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send + use<> {
+        let (recorded, end) = (Arc::clone(&self.recorded), self.position());
+        move |goes_on| {
+            let (mut state, mut times) = (SessionState::keeping_groups_whole(), PolygonTimes::default());
+            let mut changes = Vec::new();
+            for frame in (0..end).take_while(|_| goes_on()) {
+                changes.clear();
+                state.scene.let_go();
+                state.play(recorded.of(frame), &mut changes);
+                times.note(recorded.of(frame), &state.scene);
+            }
+            times
         }
-        times
     }
 
     /// The model as it is after the last frame.
@@ -318,7 +346,7 @@ impl Player {
         let mut changes = Vec::new();
         while state.moment.frame < self.frame_count() {
             changes.clear();
-            state.play(&self.events[self.events_of(state.moment.frame)], &mut changes);
+            state.play(self.recorded.of(state.moment.frame), &mut changes);
         }
         state.scene
     }
@@ -336,9 +364,8 @@ impl Player {
         while state.moment.frame < frames {
             // The difference includes the changes on the way.
             self.changes.clear();
-            let range = self.events_of(state.moment.frame);
             state.scene.let_go();
-            state.play(&self.events[range], &mut self.changes);
+            state.play(self.recorded.of(state.moment.frame), &mut self.changes);
         }
         let jump = difference(&self.state.scene, &state.scene);
         (self.state, self.due) = (state, 0.0);
@@ -501,7 +528,7 @@ mod tests {
             held.extend((held.len()..scene.polygon_count()).map(|i| scene.polygon(PolygonId(i as u32))));
             let mut fresh = SessionState::default();
             for frame in 0..player.position() {
-                fresh.play(&player.events[player.events_of(frame)], &mut Vec::new());
+                fresh.play(player.recorded.of(frame), &mut Vec::new());
             }
             assert_same(&index, scene, &fresh.scene);
             assert!(scene.visible_ids().all(|id| held[id.index()] == scene.polygon(id)), "at {position}");

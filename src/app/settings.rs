@@ -7,8 +7,11 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::user_folder::user_folder;
-use crate::{atomic_file::AtomicFile, platform::fs, small_file::read_text};
+use crate::{
+    atomic_file::AtomicFile,
+    platform::{fs, user_folder},
+    small_file::read_text,
+};
 
 /// Sessions that are remembered.
 const MOST_RECENT: usize = 12;

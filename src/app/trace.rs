@@ -83,6 +83,7 @@ impl Trace {
             "polygon_ns": studio.culling().polygon_ns(),
             "drawings_measured": studio.culling().drawings_measured(),
             "while_drawing": while_drawing,
+            "reading": studio.is_reading(),
             "frozen": studio.is_frozen(),
             "tool": tool,
             "selected": studio.selection().strokes().len(),

@@ -5,21 +5,25 @@ use std::{
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicU64, Ordering::Relaxed},
-        mpsc::{self, Receiver, TryRecvError},
+        mpsc::{self, Receiver, RecvTimeoutError, TryRecvError},
     },
     time::Duration,
 };
 
 use super::{
     document::{Document, OpenError, Opened, Opening},
+    journal::Autosaves,
+    player::Player,
     studio::Studio,
     subject::Subject,
 };
 use crate::{
     atomic_file::AtomicFile,
-    export::{ExportError, ExportOptions, GltfCounts, write_glb_watched},
+    export::{ExportError, ExportOptions, GltfCounts, PolygonTimes, write_glb_watched},
     output_file::{OutputKind, check_output},
     platform::{self, time::Instant},
+    recording::{OpenOptions, Pace, RecordingError},
+    replay::CameraChoice,
 };
 
 /// Work that is over sooner is not shown: the window would only flicker.
@@ -43,6 +47,7 @@ impl Progress {
 /// What came of it.
 #[derive(Debug)]
 enum Done {
+    Played { path: PathBuf, outcome: Result<Box<Player>, RecordingError> },
     Opened { path: PathBuf, how: Opening, is_new: bool, outcome: Result<Box<(Document, Opened)>, OpenError> },
     Exported { path: PathBuf, outcome: Result<GltfCounts, ExportError> },
 }
@@ -64,6 +69,103 @@ pub(super) struct Working {
     progress: Arc<Progress>,
     done: Receiver<Done>,
     since: Instant,
+}
+
+impl Working {
+    /// Begins it on a thread of its own, or where there are no threads does it at once.
+    fn start(
+        what: String,
+        kind: Kind,
+        work: impl FnOnce(&Progress) -> Done + Send + 'static,
+    ) -> Result<Self, String> {
+        let (send, done) = mpsc::channel();
+        let progress = Arc::new(Progress::default());
+        let of_thread = Arc::clone(&progress);
+        // A window that is gone hears nothing any more.
+        platform::beside("work", move || drop(send.send(work(&of_thread))))
+            .map_err(|error| format!("{what}: {error}"))?;
+        Ok(Self { what, kind, progress, done, since: Instant::now() })
+    }
+}
+
+/// A session that is being read before there is a window for it.
+#[derive(Debug)]
+pub struct Reading(Working);
+
+impl Reading {
+    /// Starts to read a session to draw on it.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn to_draw(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Self, String> {
+        Working::start(reading(path), Kind::Reading, read(path, autosaves, how)).map(Self)
+    }
+
+    /// Starts to read a session to play it, or with `plays` false to stand before its first frame.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn to_play(
+        path: &Path,
+        pace: Pace,
+        camera: CameraChoice,
+        options: OpenOptions,
+        plays: bool,
+    ) -> Result<Self, String> {
+        let (what, path) = (reading(path), path.to_owned());
+        let read = move |progress: &Progress| {
+            let player = Player::open_watched(&path, pace, camera, &options, &|done| progress.note(done));
+            let outcome = player.map(|mut player| {
+                player.play(plays);
+                Box::new(player)
+            });
+            Done::Played { path, outcome }
+        };
+        Working::start(what, Kind::Reading, read).map(Self)
+    }
+
+    /// Waits for it, but no longer than this, or for any time. The session, or what goes on.
+    pub fn wait(self, at_most: Option<Duration>) -> Waited {
+        let done = match at_most {
+            Some(time) => self.0.done.recv_timeout(time),
+            None => self.0.done.recv().map_err(|_| RecvTimeoutError::Disconnected),
+        };
+        match done {
+            Ok(Done::Opened { outcome, .. }) => {
+                Waited::Read(outcome.map(|both| (Subject::Sketch(Box::new(both.0)), both.1)))
+            }
+            Ok(Done::Played { outcome, .. }) => {
+                Waited::Read(outcome.map_err(OpenError::Recording).map(|player| {
+                    let remarks =
+                        player.remarks().iter().map(|remark| format!("warning: {remark}")).collect();
+                    (Subject::Replay(player), Opened { remarks, is_recovered: false })
+                }))
+            }
+            _ => Waited::GoesOn(self),
+        }
+    }
+}
+
+/// What came of waiting.
+#[derive(Debug)]
+pub enum Waited {
+    /// The session, or why it cannot be read.
+    Read(Result<(Subject, Opened), OpenError>),
+    /// It is still being read.
+    GoesOn(Reading),
+}
+
+fn reading(path: &Path) -> String {
+    format!("reading {}", path.display())
+}
+
+fn read(path: &Path, autosaves: &Autosaves, how: Opening) -> impl FnOnce(&Progress) -> Done + Send + use<> {
+    let (path, autosaves) = (path.to_owned(), autosaves.clone());
+    move |progress| {
+        let is_new = !platform::fs::is_there(&path);
+        let opened = Document::open_watched(&path, &autosaves, how, &|done| progress.note(done));
+        Done::Opened { path, how, is_new, outcome: opened.map(Box::new) }
+    }
 }
 
 /// Work beside the window as it is shown.
@@ -135,6 +237,9 @@ impl Studio {
                         debug_assert!(closed.is_ok(), "nothing was drawn in it");
                         self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
                     }
+                    Done::Played { path, .. } if is_cancelled => {
+                        self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
+                    }
                     done => self.take_done(done),
                 }
             }
@@ -158,7 +263,7 @@ impl Studio {
             Ok(Done::Opened { outcome: Ok(opened), .. }) => {
                 opened.0.close().map_err(|error| error.to_string())
             }
-            Ok(Done::Opened { .. }) => Ok(()),
+            Ok(Done::Opened { .. } | Done::Played { .. }) => Ok(()),
             Ok(Done::Exported { path, outcome }) => {
                 outcome.map(drop).map_err(|error| format!("{}: {error}", path.display()))
             }
@@ -172,16 +277,9 @@ impl Studio {
             self.take_done(done);
             return;
         }
-        let (send, done) = mpsc::channel();
-        let progress = Arc::new(Progress::default());
-        let of_thread = Arc::clone(&progress);
-        // A window that is gone hears nothing any more.
-        let started = platform::beside("work", move || drop(send.send(work(&of_thread))));
-        match started {
-            Ok(()) => {
-                self.working = Some(Working { what, kind, progress, done, since: Instant::now() });
-            }
-            Err(error) => self.tell_of_file(Err(format!("{what}: {error}"))),
+        match Working::start(what, kind, work) {
+            Ok(working) => self.working = Some(working),
+            Err(error) => self.tell_of_file(Err(error)),
         }
         // Where there are no threads it is done.
         self.take_work();
@@ -190,8 +288,20 @@ impl Studio {
     fn take_done(&mut self, done: Done) {
         match done {
             Done::Opened { path, how, is_new, outcome } => self.take_opened(&path, how, is_new, outcome),
+            Done::Played { outcome: Ok(player), .. } => {
+                player.remarks().iter().for_each(|remark| self.say(remark.clone()));
+                self.replace(Subject::Replay(player));
+                self.tell_of_file(Ok(String::new()));
+            }
+            Done::Played { outcome: Err(error), .. } => self.tell_of_file(Err(error.to_string())),
             Done::Exported { path, outcome } => self.take_exported(&path, outcome),
         }
+    }
+
+    /// Goes on with a session that is being read: it is shown as soon as it is there.
+    pub fn take_over(&mut self, reading: Reading) {
+        self.work_beside();
+        self.working = Some(reading.0);
     }
 
     /// Opens a session instead of the current one; on an error the current one stays.
@@ -200,14 +310,8 @@ impl Studio {
         let t = self.now_secs();
         self.hands.stop(t, &mut self.events);
         self.apply_events();
-        let (path, how) = (path.to_owned(), Opening { limits: self.limits, ..how });
-        let autosaves = self.autosaves.clone();
-        let what = format!("reading {}", path.display());
-        self.start(what, Kind::Reading, move |progress| {
-            let is_new = !platform::fs::is_there(&path);
-            let opened = Document::open_watched(&path, &autosaves, how, &|done| progress.note(done));
-            Done::Opened { path, how, is_new, outcome: opened.map(Box::new) }
-        });
+        let read = read(path, &self.autosaves, Opening { limits: self.limits, ..how });
+        self.start(reading(path), Kind::Reading, read);
     }
 
     fn take_opened(
@@ -243,16 +347,20 @@ impl Studio {
             return;
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let times = match &self.subject {
-            Subject::Sketch(document) => document.polygon_times().clone(),
-            Subject::Replay(player) => player.polygon_times(),
+        let times: Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send> = match &self.subject {
+            Subject::Sketch(document) => {
+                let times = document.polygon_times().clone();
+                Box::new(|_| times)
+            }
+            Subject::Replay(player) => Box::new(player.polygon_times()),
         };
         let eye_in_world = Some(self.navigator.eye());
-        let options = ExportOptions { times: Some(times), eye_in_world, ..ExportOptions::default() };
         let (scene, path) = (self.scene().clone(), path.to_owned());
         let what = format!("writing {}", path.display());
         self.start(what, Kind::Writing { polygons: scene.counts().visible }, move |progress| {
             let export = || {
+                let times = Some(times(&|| progress.note(0)));
+                let options = ExportOptions { times, eye_in_world, ..ExportOptions::default() };
                 let mut file = AtomicFile::create(&path)?;
                 let counts =
                     write_glb_watched(&scene, &name, &options, &mut file, &|done| progress.note(done))?;

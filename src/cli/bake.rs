@@ -1,7 +1,6 @@
 //! `osp bake`: potentially visible sets of a finished model.
 
 use std::{
-    io::IsTerminal,
     num::NonZero,
     path::PathBuf,
     sync::atomic::{AtomicUsize, Ordering},
@@ -12,12 +11,13 @@ use std::{
 use anyhow::bail;
 use clap::Args;
 use glam::Vec3;
-use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
+use indicatif::HumanBytes;
 
 use super::{
     Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
+    progress,
     reading::ReadArgs,
     session::OpenSession,
 };
@@ -114,7 +114,7 @@ fn around(center: Vec3, half: Vec3) -> Aabb {
 
 /// The model at the end of the session, and a box around where the head was.
 fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
-    let mut session = OpenSession::open(&args.file, &args.reading)?;
+    let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
     let (mut scene, mut changes, mut heads) = (Scene::new(), Vec::new(), Aabb::EMPTY);
     for event in &mut session {
         let event = event?;
@@ -143,13 +143,7 @@ fn bake(
         || thread::available_parallelism().map_or(1, NonZero::get),
         |threads| usize::from(threads).max(1),
     );
-    let progress = match std::io::stderr().is_terminal() {
-        true => ProgressBar::new(cells.len() as u64).with_style(
-            ProgressStyle::with_template("{wide_bar} {pos}/{len} cells, {eta} left")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        ),
-        false => ProgressBar::hidden(),
-    };
+    let progress = progress::bar(cells.len() as u64, "cells", &args.file.to_string_lossy());
     let next = AtomicUsize::new(0);
     let work = || {
         let config = IndexConfig { capacity: ids.len(), ..IndexConfig::default() };

@@ -1,10 +1,6 @@
 //! `osp bench`: every structure on sessions, on growth to millions of polygons, and on a flight through the models.
 
-use std::{
-    io::IsTerminal,
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, ensure};
 use clap::{
@@ -19,6 +15,7 @@ use super::{
     output::{complain, one_line, say},
     outputs::Outputs,
     parsers::{camera_parser, index_parser},
+    progress,
     reading::ReadArgs,
     rig_args::RigPathArgs,
     session::{OpenSession, root_cube},
@@ -179,7 +176,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     if !kinds.contains(&Contender::Own(args.reference)) {
         kinds.insert(0, Contender::Own(args.reference));
     }
-    let progress = progress();
+    let progress = progress::spinner();
     let adapter = args.paper.adapter();
     let (mut sessions, mut flights, mut rays, mut paper) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for file in &args.files {
@@ -257,16 +254,6 @@ fn command() -> String {
 fn contender_parser() -> impl TypedValueParser<Value = Contender> {
     PossibleValuesParser::new(Contender::all().into_iter().map(Contender::name))
         .try_map(|name| Contender::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
-}
-
-/// Shows on a terminal what is being measured.
-fn progress() -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new_spinner();
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }
 
 /// A session that was read once.

@@ -1,10 +1,9 @@
 //! `osp import`: a session of any format, written as a recording.
 
-use std::{io::IsTerminal, path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
     Outcome,
@@ -19,9 +18,6 @@ use crate::{
     output_file::OutputKind,
     recording::{Event, RecordingError},
 };
-
-/// Events between two steps of the progress display.
-const EVENTS_PER_STEP: u64 = 4096;
 
 /// Convert a session to osp's own format: text with one event a line, plain or compressed.
 ///
@@ -92,7 +88,7 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
     let mut outputs = Outputs::new(args.force).reads([&args.input]);
     let output = outputs.add("OUTPUT", &args.output, OutputKind::Recording)?;
 
-    let mut session = OpenSession::open(&args.input, &args.reading)?;
+    let mut session = OpenSession::open(&args.input, &args.reading)?.counted();
     let (counts, bytes) = convert(&mut session, output, args.reading.lenient)?;
 
     let notes = session.notes();
@@ -120,31 +116,13 @@ fn convert(
     lenient: bool,
 ) -> anyhow::Result<(Counts, Option<u64>)> {
     let mut recording = NewRecording::create(output, &session.header)?;
-    let progress = progress();
     let mut counts = Counts::default();
     for event in session.by_ref() {
         let event = event.map_err(|error| explain(&error, lenient))?;
         recording.write(&event)?;
         counts.add(&event);
-        if counts.events.is_multiple_of(EVENTS_PER_STEP) {
-            progress.set_position(counts.events);
-        }
     }
-    progress.finish_and_clear();
     Ok((counts, recording.finish()?))
-}
-
-/// Shows the count of events on a terminal. No source knows beforehand how many events it has.
-fn progress() -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {human_pos} events, {per_sec}") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(100));
-    bar
 }
 
 fn explain(error: &RecordingError, lenient: bool) -> anyhow::Error {

@@ -115,7 +115,7 @@ fn corners(bounds: &Aabb) -> Option<[[f32; 3]; 2]> {
 }
 
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
-    let mut session = OpenSession::open(&args.file, &args.reading)?;
+    let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
     let (mut plain, mut authors) = (Plain::default(), AuthorRows::default());
     let events = session.by_ref().inspect(|event| {
         if let Ok(event) = event {

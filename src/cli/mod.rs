@@ -18,6 +18,7 @@ mod parsers;
 mod pick;
 mod played;
 mod polygon_tally;
+mod progress;
 mod query;
 mod reading;
 mod session;
@@ -27,6 +28,8 @@ mod bake;
 mod bench;
 mod bench_paper;
 mod completions;
+mod config;
+mod defaults;
 mod draw_index;
 #[cfg(feature = "render")]
 mod drawing;
@@ -72,7 +75,7 @@ pub use allocations::CountingAllocator;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand, error::ErrorKind};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
 
 /// Keep a 3D model drawable in real time while somebody draws it: replay recorded sketching sessions through the OSP
 /// tree and rival structures, and see what each frame costs.
@@ -121,6 +124,7 @@ enum Command {
     Render(not_built::NotBuilt),
     Verify(verify::VerifyArgs),
     Completions(completions::CompletionsArgs),
+    Config(config::ConfigArgs),
     Man(man::ManArgs),
     Rig(rig::RigCommand),
     Serve(serve::ServeArgs),
@@ -143,9 +147,13 @@ enum Outcome {
 
 /// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    let command = match Cli::try_parse() {
-        Ok(Cli { command }) => command,
-        Err(error) => return usage(&error),
+    let command = match arguments() {
+        Ok(Ok(Cli { command })) => command,
+        Ok(Err(error)) => return usage(&error),
+        Err(error) => {
+            output::complain(&format!("error: {error:#}"));
+            return ExitCode::from(2);
+        }
     };
     #[cfg(unix)]
     if let Err(error) = crate::atomic_file::remove_unfinished_on_signals() {
@@ -171,6 +179,7 @@ pub fn run() -> ExitCode {
         Command::Render(_) => not_built::refuse("render", "render"),
         Command::Verify(args) => verify::run(&args),
         Command::Completions(args) => completions::run(&args, Cli::command()),
+        Command::Config(args) => config::run(&args, Cli::command()),
         Command::Rig(args) => rig::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Man(args) => man::run(&args, Cli::command()),
@@ -192,6 +201,20 @@ pub fn run() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// The arguments of the process, with the user's defaults for what they leave open. The outer error is one of these defaults,
+/// the inner one of the arguments.
+fn arguments() -> anyhow::Result<Result<Cli, clap::Error>> {
+    let matches = match Cli::command().try_get_matches() {
+        Ok(matches) => matches,
+        Err(error) => return Ok(Err(error)),
+    };
+    let parsed = match defaults::applied(Cli::command(), &matches)? {
+        Some(program) => program.try_get_matches(),
+        None => Ok(matches),
+    };
+    Ok(parsed.and_then(|matches| Cli::from_arg_matches(&matches)))
 }
 
 /// Prints the help that was asked for, or what is wrong with the arguments.

@@ -8,6 +8,7 @@ use std::{
 
 use anyhow::Context;
 
+use super::progress;
 pub(super) use crate::lab::report::one_line;
 use crate::lab::report::printable;
 
@@ -32,8 +33,11 @@ pub(super) fn say(text: &str) -> anyhow::Result<()> {
         return Ok(());
     }
     let text = printable(text);
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush()) {
+    let write = || {
+        let mut out = io::stdout().lock();
+        out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush())
+    };
+    match progress::aside(write) {
         // The reader has closed the pipe (`osp replay … | head`); the checks still decide the exit code.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => outcome.context("standard output"),
@@ -47,5 +51,5 @@ pub(super) fn complain(text: &str) {
 
 /// Writes a remark of several lines.
 pub(super) fn complain_at_length(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "{}", printable(text));
+    let _ = progress::aside(|| writeln!(io::stderr().lock(), "{}", printable(text)));
 }

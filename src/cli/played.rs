@@ -9,6 +9,7 @@ use super::{
     frame_choice::FrameChoice,
     output::complain,
     parsers::index_parser,
+    progress,
     reading::ReadArgs,
     session::{OpenSession, root_cube},
 };
@@ -74,7 +75,7 @@ impl Played {
     ) -> anyhow::Result<Self> {
         let FrameArgs { file, frame, pace, reading } = args;
         let pace = *pace;
-        let mut session = OpenSession::open(file, reading)?;
+        let mut session = OpenSession::open(file, reading)?.counted();
         let (summary, _, read) = summarize(&mut session, pace);
         for warning in &session.notes().warnings {
             complain(&format!("warning: {warning}"));
@@ -87,13 +88,16 @@ impl Played {
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
         let mut pipeline = Pipeline::new(index.create(&config), capacity, StageClock::default());
         let mut player = Player::new(session, pace);
+        let progress = progress::bar(last + 1, "frames", &file.to_string_lossy());
         for _ in 0..=last {
+            progress.inc(1);
             if !player.step()? {
                 bail!("{}: it has become shorter while it was read", file.display());
             }
             pipeline.skip(player.scene(), player.changes());
             each(player.events(), player.scene());
         }
+        progress.finish_and_clear();
         pipeline.commit();
         let moment = player.moment();
         Ok(Self { header, summary, scene: player.into_scene(), pipeline, moment })

@@ -20,6 +20,7 @@ use super::{
     output::{complain, one_line, say},
     outputs::Outputs,
     parsers::{Size, index_parser, occlusion_parser},
+    progress,
     reading::ReadArgs,
     render_order::{self, OrderTrials, order_parser},
     render_painter::{PainterPictures, painter_parser},
@@ -188,7 +189,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         bail!("--order is of frames that the CPU culls: --occlusion {name} has an order of its own");
     }
     let gpu = Arc::new(Gpu::headless()?);
-    let mut session = OpenSession::open(&args.file, &args.reading)?;
+    let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
     let environment = session.header.environment.clone();
     let mut artist = ArtistSide::default();
     let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
@@ -259,7 +260,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let mut pipeline = pipeline.with_occlusion(pass);
     let mut outcome = Outcome::Done;
     let mut player = Player::new(session, args.pace);
+    let progress = progress::bar(wanted.last + 1, "frames", &args.file.to_string_lossy());
     while player.frames() <= wanted.last && player.step()? {
+        progress.inc(1);
         let (scene, changes, moment) = (player.scene(), player.changes(), player.moment());
         drawer.follow(changes);
         if let Some(uncut) = &mut uncut {
@@ -341,6 +344,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             pipeline.skip(scene, changes);
         }
     }
+    progress.finish_and_clear();
     if let Some(folder) = &args.to {
         for picture in pictures.all() {
             let ending = picture.path(Path::new("")).to_string_lossy().into_owned();

@@ -126,20 +126,39 @@ const INCOMPLETE: &str = "no index replayed every frame, so the session has no f
 /// Plays the first session in a window with the first index.
 #[cfg(feature = "window")]
 fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outcome> {
-    use crate::app::{Autosaves, Command, Player, Settings, Studio, Subject, WindowOptions, run};
+    use super::sketch::BEFORE_THE_WINDOW;
+    use crate::app::{
+        Autosaves, Command, Document, OpenError, Reading, Settings, Studio, Subject, Waited, WindowOptions,
+        run,
+    };
     if args.rig.room == RoomMotion::Stands {
         bail!("--room stands is not for --window: there the room goes along with the replay's camera");
     }
     let room = args.rig.screens.room()?;
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
     let options = args.play.reading.options();
-    let player = Player::open_with(file, args.play.pace, args.play.camera, &options)?;
-    for remark in player.remarks() {
-        complain(&format!("warning: {remark}"));
-    }
+    let reading = Reading::to_play(file, args.play.pace, args.play.camera, options, !args.paused)
+        .map_err(anyhow::Error::msg)?;
+    let autosaves = Autosaves::new(None);
+    // Potentially visible sets are compared with the finished model before there is a window.
+    let at_most = args.pvs.is_none().then_some(BEFORE_THE_WINDOW);
+    let (subject, reading) = match reading.wait(at_most) {
+        Waited::Read(read) => {
+            let (subject, opened) = read.map_err(|error| match error {
+                OpenError::Recording(error) => error.into(),
+                error => anyhow::Error::from(error),
+            })?;
+            opened.remarks.iter().for_each(|remark| complain(remark));
+            (subject, None)
+        }
+        Waited::GoesOn(reading) => (Subject::Sketch(Box::new(Document::new(&autosaves))), Some(reading)),
+    };
     let index = args.play.index.first().copied().unwrap_or(IndexKind::Osp);
-    let pvs = args.pvs.as_ref().map(|path| Pvs::read(path, &player.finished_model())).transpose()?;
-    let mut studio = Studio::new(Subject::Replay(Box::new(player)), Autosaves::new(None), index);
+    let pvs = match (&args.pvs, &subject) {
+        (Some(path), Subject::Replay(player)) => Some(Pvs::read(path, &player.finished_model())?),
+        _ => None,
+    };
+    let mut studio = Studio::new(subject, autosaves, index);
     studio.set_room(room);
     studio.set_limits(options.limits);
     if let Some(pvs) = pvs {
@@ -149,7 +168,9 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     let occlusion = args.pvs.as_ref().map_or(Occlusion::Auto, |_| Occlusion::Pvs);
     studio.command(Command::Occlusion(args.play.occlusion.first().copied().unwrap_or(occlusion)));
     let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
-    studio.command(Command::Play(!args.paused));
+    if let Some(reading) = reading {
+        studio.take_over(reading);
+    }
     let settings = Some(Settings::default_path());
     run(studio, WindowOptions { trace, settings, ..WindowOptions::default() })?;
     Ok(Outcome::Done)

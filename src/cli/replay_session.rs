@@ -1,13 +1,14 @@
 //! One session of `osp replay`, through all indexes.
 
-use std::{io::IsTerminal, path::Path, sync::Arc};
+use std::{path::Path, sync::Arc};
 
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
 use super::{
     allocations,
-    output::{complain, one_line},
+    output::complain,
+    progress,
     replay_args::{GroupFiling, PlayArgs, ReplayArgs},
     session::{OpenSession, Reader, root_cube},
 };
@@ -60,7 +61,7 @@ pub(super) fn replay_file(
     let around = Around {
         reader: Reader::Thread,
         basis: if is_pinned { AutoBasis::Work } else { AutoBasis::Time },
-        progress: progress_bar,
+        progress: |frames, name| progress::bar(frames, "frames", name),
         remark: &mut |remark| complain(&format!("warning: {remark}")),
     };
     Ok(replay(args, file, rig, csv, around)?.report)
@@ -75,6 +76,9 @@ pub(super) fn replay(
     around: Around<'_>,
 ) -> anyhow::Result<Replayed> {
     let mut session = OpenSession::read_by(around.reader, file, &args.play.reading)?;
+    if around.reader == Reader::Thread {
+        session = session.counted();
+    }
     // Read once to know how long and how large it is, once to play it.
     let (summary, _, read) = summarize(&mut session, args.play.pace);
     session.notes().warnings.iter().for_each(|warning| (around.remark)(warning));
@@ -264,14 +268,4 @@ fn lanes(
         Lane::new(pipeline, budget)
     };
     kinds.iter().map(lane).collect()
-}
-
-fn progress_bar(frames: u64, name: &str) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} frames, {eta} left");
-    ProgressBar::new(frames)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        .with_message(one_line(name).into_owned())
 }

@@ -7,8 +7,9 @@ use std::{
 };
 
 use anyhow::Context;
+use indicatif::ProgressBar;
 
-use super::reading::ReadArgs;
+use super::{progress, reading::ReadArgs};
 use crate::{
     index::IndexConfig,
     math::Aabb,
@@ -53,6 +54,7 @@ pub(super) struct OpenSession {
     notes: Notes,
     path: PathBuf,
     ended: bool,
+    progress: ProgressBar,
 }
 
 impl OpenSession {
@@ -93,7 +95,14 @@ impl OpenSession {
             notes: Notes::default(),
             path: path.to_owned(),
             ended: false,
+            progress: ProgressBar::hidden(),
         }
+    }
+
+    /// Shows on a terminal how many events it has read.
+    pub(super) fn counted(mut self) -> Self {
+        self.progress = progress::events(&self.path.to_string_lossy());
+        self
     }
 
     /// The reader's remarks; complete after the last event.
@@ -179,7 +188,10 @@ impl Iterator for OpenSession {
                 }
             };
             match messages.recv() {
-                Ok(Message::Events(batch)) => self.batch = batch.into_iter(),
+                Ok(Message::Events(batch)) => {
+                    self.progress.inc(batch.len() as u64);
+                    self.batch = batch.into_iter();
+                }
                 Ok(Message::Damage(error)) => {
                     self.ended = true;
                     return Some(Err(error));

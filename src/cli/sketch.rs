@@ -1,6 +1,9 @@
 //! `osp sketch`: the window to draw in.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use anyhow::Context;
 use clap::Args;
@@ -16,8 +19,8 @@ use super::{
 };
 use crate::{
     app::{
-        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Room,
-        Settings, Studio, Subject, WindowOptions, run as run_window,
+        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Reading,
+        Room, Settings, Studio, Subject, Waited, WindowOptions, run as run_window,
         tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
     occlusion::Occlusion,
@@ -25,6 +28,9 @@ use crate::{
     rivals::IndexKind,
     small_file::open_regular,
 };
+
+/// A session that takes longer to read is read beside the window; what is wrong with it is then said there.
+pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
 ///
@@ -124,27 +130,44 @@ pub(super) struct WindowArgs {
 }
 
 impl SketchArgs {
-    /// Opens the session to draw on it; if another window has it, for reading only, and says who has it.
-    fn open(
-        &self,
-        path: &Path,
-        autosaves: &Autosaves,
-    ) -> anyhow::Result<(Document, Opened, Option<OpenElsewhere>)> {
+    /// Opens the session to draw on it; if another window has it, for reading only, and says who has it. A long session is
+    /// read beside the window.
+    fn open(&self, path: &Path, autosaves: &Autosaves) -> anyhow::Result<Start> {
         let access = match (self.read_only, self.copy) {
             (true, _) => Access::ReadOnly,
             (false, true) => Access::Copy,
             (false, false) => Access::Write,
         };
         let how = Opening { access, lenient: self.lenient, limits: self.limits.limits() };
-        match Document::open_as(path, autosaves, how) {
-            Ok((document, opened)) => Ok((document, opened, None)),
-            Err(OpenError::Held(held)) => {
+        let reading = Reading::to_draw(path, autosaves, how).map_err(anyhow::Error::msg)?;
+        match reading.wait(Some(BEFORE_THE_WINDOW)) {
+            Waited::Read(Ok((subject, opened))) => Ok(Start { subject, opened, held: None, reading: None }),
+            Waited::Read(Err(OpenError::Held(held))) => {
                 let (document, opened) = Document::look_at(path, autosaves, how)?;
-                Ok((document, opened, Some(held)))
+                Ok(Start { held: Some(held), ..Start::with(document, opened) })
             }
-            Err(OpenError::Recording(error)) => Err(error.into()),
-            Err(error @ OpenError::Cancelled(_)) => Err(error.into()),
+            Waited::Read(Err(OpenError::Recording(error))) => Err(error.into()),
+            Waited::Read(Err(error @ OpenError::Cancelled(_))) => Err(error.into()),
+            Waited::GoesOn(reading) => {
+                let empty = Start::with(Document::new(autosaves), Opened::default());
+                Ok(Start { reading: Some(reading), ..empty })
+            }
         }
+    }
+}
+
+/// What a window begins with.
+struct Start {
+    subject: Subject,
+    opened: Opened,
+    held: Option<OpenElsewhere>,
+    /// The session that is to be shown instead, once it has been read.
+    reading: Option<Reading>,
+}
+
+impl Start {
+    fn with(document: Document, opened: Opened) -> Self {
+        Self { subject: Subject::Sketch(Box::new(document)), opened, held: None, reading: None }
     }
 }
 
@@ -192,14 +215,14 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     }
     let room = args.window.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
-    let (document, opened, held) = match &args.file {
+    let Start { subject, opened, held, reading } = match &args.file {
         Some(path) => args.open(path, &autosaves)?,
         None => {
             let (document, opened) = Document::recover_or_new_within(&autosaves, args.limits.limits());
-            (document, opened, None)
+            Start::with(document, opened)
         }
     };
-    let mut studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, args.window.index);
+    let mut studio = Studio::new(subject, autosaves, args.window.index);
     studio.set_room(room);
     studio.set_limits(args.limits.limits());
     studio.set_tests(args.window.tests.node_test(), args.window.tests.score());
@@ -211,6 +234,9 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     if let Some(held) = held {
         complain(&held.to_string());
         studio.ask(Question::Held { held, is_shown: true });
+    }
+    if let Some(reading) = reading {
+        studio.take_over(reading);
     }
     let mut options = args.window.options(args.tracker.clone());
     options.tracker_options = TrackerOptions {

@@ -9,9 +9,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar};
 
-use super::output::complain;
+use super::{output::complain, progress};
 use crate::lab::study::WorkFolder;
 
 /// Time between two lines where no bar can be drawn.
@@ -31,11 +31,8 @@ impl StudyProgress {
     /// Work of this weight in all.
     pub(super) fn new(what: &'static str, weight: u64) -> Self {
         let is_drawn = std::io::stderr().is_terminal() && weight > 0;
-        let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let style = ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {eta} left");
-        let bar = ProgressBar::with_draw_target(Some(weight), target)
-            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-            .with_message(format!("0 {what}"));
+        let bar = progress::bar_like(weight, "{msg} {wide_bar} {percent} %, {eta} left");
+        bar.set_message(format!("0 {what}"));
         if is_drawn {
             bar.enable_steady_tick(Duration::from_secs(1));
         }

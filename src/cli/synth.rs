@@ -1,19 +1,20 @@
 //! `osp synth`: a session made up from a seed.
 
-use std::{path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::{
     Args,
     builder::{PossibleValuesParser, TypedValueParser},
 };
-use indicatif::{HumanBytes, ProgressBar};
+use indicatif::HumanBytes;
 
 use super::{
     Outcome,
     new_recording::NewRecording,
     output::{one_line, say},
     outputs::Outputs,
+    progress,
 };
 use crate::{
     lab::report::thousands,
@@ -72,9 +73,7 @@ pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
     };
     let output = Outputs::new(args.force).add("OUT", &args.out, OutputKind::Recording)?;
     let mut recording = NewRecording::create(output, &session.header)?;
-    // Shown on a terminal only.
-    let progress = ProgressBar::new_spinner();
-    progress.enable_steady_tick(Duration::from_millis(200));
+    let progress = progress::events(&args.out.to_string_lossy());
     let (mut strokes, mut points, mut events) = (0, 0, 0);
     for event in session {
         let event = event?;
@@ -83,7 +82,7 @@ pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
         events += 1;
         recording.write(&event)?;
         if events % 4096 == 0 {
-            progress.set_message(format!("{} events", thousands(events)));
+            progress.set_position(events);
         }
     }
     progress.finish_and_clear();

@@ -15,6 +15,7 @@ use super::{
     occlusion_tests::score_parser,
     output::{complain, one_line, say},
     parsers::{camera_parser, index_parser},
+    progress,
     reading::ReadArgs,
     session::{OpenSession, root_cube},
     verify_all::{Overview, Part, name_in, sessions},
@@ -417,6 +418,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let mut drawn = None;
     let mut player = Player::new(source, args.pace);
     let (mut moments, mut looked) = (Vec::new(), 0);
+    let progress = progress::bar(args.views, "views", &file.to_string_lossy());
     while player.step()? {
         let (scene, changes) = (player.scene(), player.changes());
         if has_own_views {
@@ -440,6 +442,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
                 moments.push(moment);
             } else if !whole {
                 look(&mut verifier, &mut drawn, scene, &camera.view(&moment))?;
+                progress.inc(1);
             }
         }
     }
@@ -451,7 +454,9 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     }
     for moment in moments.iter().take(args.views as usize) {
         look(&mut verifier, &mut drawn, player.scene(), &camera.view(moment))?;
+        progress.inc(1);
     }
+    progress.finish_and_clear();
     Ok((verifier, drawn, summary.counts.polygons))
 }
 

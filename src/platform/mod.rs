@@ -53,6 +53,11 @@ pub(crate) mod web_zstd;
 #[cfg(all(feature = "formats", target_arch = "wasm32"))]
 pub(crate) use web_zstd as zstd;
 
+#[cfg(any(feature = "cli", feature = "window"))]
+mod user_folder;
+#[cfg(any(feature = "cli", feature = "window"))]
+pub(crate) use user_folder::user_folder;
+
 /// The folder of the program's own files on a page, which are kept from one visit to the next.
 #[cfg(target_arch = "wasm32")]
 pub const USER_FOLDER: &str = "/osp";

@@ -2,7 +2,16 @@
 
 use std::{fmt::Write, fs, path::PathBuf, time::Duration};
 
-use osp::app::{Answer, Button, Command, Subject, tracker::TrackerOptions};
+use glam::Vec2;
+use osp::{
+    app::{
+        Answer, Autosaves, Button, Command, Document, Opening, Player, Reading, Studio, Subject, Waited,
+        tracker::TrackerOptions,
+    },
+    recording::{OpenOptions, Pace},
+    replay::CameraChoice,
+    rivals::IndexKind,
+};
 
 use crate::{
     drawing::{Table, across},
@@ -100,6 +109,84 @@ fn reading_is_ended_by_a_command_and_nothing_is_held_after_it() {
 }
 
 #[test]
+fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
+    let table = Table::new();
+    let path = long_session(&table, 20_000);
+    let autosaves = || Autosaves::new(Some(table.folder.path().join("autosaves")));
+    let empty = || {
+        let subject = Subject::Sketch(Box::new(Document::new(&autosaves())));
+        Studio::new(subject, autosaves(), IndexKind::Osp)
+    };
+    let shown = |mut studio: Studio| {
+        wait_until("the session", || {
+            studio.frame(Vec2::new(640.0, 480.0), 0.0);
+            studio.tend();
+            !studio.is_working()
+        });
+        studio
+    };
+    let reading = Reading::to_draw(&path, &autosaves(), Opening::default()).expect("a thread");
+    let Waited::GoesOn(reading) = reading.wait(Some(Duration::ZERO)) else { panic!("it was read at once") };
+    let mut studio = empty();
+    studio.take_over(reading);
+    assert!(studio.is_reading() || studio.scene().counts().visible > 0);
+    let studio = shown(studio);
+    assert_eq!(studio.scene().strokes().len(), 20_000);
+    assert!(matches!(studio.subject(), Subject::Sketch(document) if document.journal().path() == path));
+    studio.close().expect("closed");
+
+    let play =
+        |plays| Reading::to_play(&path, Pace::Samples(16), CameraChoice::Auto, OpenOptions::default(), plays);
+    let Waited::GoesOn(reading) = play(true).expect("a thread").wait(Some(Duration::ZERO)) else {
+        panic!("it was read at once")
+    };
+    let mut studio = empty();
+    studio.take_over(reading);
+    let studio = shown(studio);
+    assert!(matches!(studio.subject(), Subject::Replay(player) if player.is_playing()));
+    // Whoever has time waits for it; one that stands shows nothing yet.
+    let Waited::Read(Ok((Subject::Replay(player), _))) = play(false).expect("a thread").wait(None) else {
+        panic!("a replay")
+    };
+    assert!(!player.is_playing() && player.position() == 0);
+    // A session that cannot be read is no end of the program.
+    fs::write(&path, "nonsense").expect("written");
+    let reading = Reading::to_draw(&path, &autosaves(), Opening::default()).expect("a thread");
+    assert!(matches!(reading.wait(None), Waited::Read(Err(_))));
+}
+
+#[test]
+fn the_model_of_a_replay_is_written_beside_the_window_with_its_times() {
+    let table = Table::new();
+    let path = long_session(&table, 500);
+    let replay = || {
+        let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
+        let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
+        let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+        studio.command(Command::Seek(200));
+        studio.frame(Vec2::new(640.0, 480.0), 0.0);
+        studio
+    };
+    let [here, beside] = ["here.glb", "beside.glb"].map(|name| table.folder.path().join(name));
+    replay().command(Command::ExportGltf(here.clone()));
+    let mut studio = replay();
+    studio.work_beside();
+    studio.command(Command::ExportGltf(beside.clone()));
+    wait_until("the model", || {
+        studio.tend();
+        !studio.is_working()
+    });
+    // The name of the model is the only difference.
+    let times = |path: &PathBuf| {
+        let bytes = fs::read(path).expect("a model");
+        let text = String::from_utf8_lossy(&bytes);
+        assert!(text.contains("_TIMESTAMP"));
+        bytes.len()
+    };
+    assert!(times(&here).abs_diff(times(&beside)) <= 8);
+}
+
+#[test]
 fn a_model_is_written_beside_the_window_whole_or_not_at_all() {
     let mut table = Table::new();
     let path = long_session(&table, 5_000);
@@ -141,10 +228,10 @@ fn a_window_that_is_closed_waits_for_its_model_and_gives_back_what_it_reads() {
     studio.command(Command::Open(path.clone()));
     studio.close().expect("nothing was unwritten");
     let folder = table.folder;
-    let autosaves = osp::app::Autosaves::new(Some(folder.path().join("auto")));
-    let (document, _) = osp::app::Document::open(&path, &autosaves).expect("nobody holds it");
+    let autosaves = Autosaves::new(Some(folder.path().join("auto")));
+    let (document, _) = Document::open(&path, &autosaves).expect("nobody holds it");
     let subject = Subject::Sketch(Box::new(document));
-    let mut studio = osp::app::Studio::new(subject, autosaves, osp::rivals::IndexKind::Osp);
+    let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
     studio.work_beside();
     let model = folder.path().join("a.glb");
     studio.command(Command::ExportGltf(model.clone()));

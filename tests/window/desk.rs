@@ -231,7 +231,9 @@ impl Desk {
     /// Opens a window of `osp` and waits until it is there.
     pub(crate) fn open(&self, arguments: &[&str]) -> OspWindow<'_> {
         let mut window = self.start(arguments, None);
-        window.until("the first frames", |frames| frames.len() >= 3);
+        window.until("the session and its first frames", |frames| {
+            frames.len() >= 3 && frames.last().is_some_and(|frame| frame["reading"] == false)
+        });
         window.find();
         window
     }

@@ -8,10 +8,7 @@ use super::{
     lock::{NotTaken, SessionLock},
     session_file::SessionFile,
 };
-use crate::{
-    app::user_folder::user_folder,
-    platform::{self, fs},
-};
+use crate::platform::{self, fs, user_folder};
 
 /// Bytes of another session's name that the name of a copy begins with.
 const MOST_STEM_BYTES: usize = 100;

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 /// The program's own folder among the user's: `osp` in the folder that the variable `xdg` names, else in that of Windows, else
 /// `below_home`; `.osp` here where none is known.
 #[cfg(not(target_arch = "wasm32"))]
-pub(super) fn user_folder(xdg: &str, below_home: &str) -> PathBuf {
+pub(crate) fn user_folder(xdg: &str, below_home: &str) -> PathBuf {
     let from = |name: &str, rest: &str| {
         std::env::var_os(name).filter(|value| !value.is_empty()).map(|value| PathBuf::from(value).join(rest))
     };
@@ -15,6 +15,6 @@ pub(super) fn user_folder(xdg: &str, below_home: &str) -> PathBuf {
 
 /// A page has one folder.
 #[cfg(target_arch = "wasm32")]
-pub(super) fn user_folder(_: &str, _: &str) -> PathBuf {
-    PathBuf::from(crate::platform::USER_FOLDER)
+pub(crate) fn user_folder(_: &str, _: &str) -> PathBuf {
+    PathBuf::from(super::USER_FOLDER)
 }

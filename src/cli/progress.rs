@@ -1,0 +1,46 @@
+//! How far a command is, in the last lines of a terminal; nothing where standard error is no terminal.
+
+use std::{sync::LazyLock, time::Duration};
+
+use indicatif::{MultiProgress, ProgressBar, ProgressFinish, ProgressStyle};
+
+use super::output::one_line;
+
+/// Time between two drawings of what has no end that is known.
+const TICK: Duration = Duration::from_millis(200);
+
+/// All that is shown, so that lines of output can go above it.
+static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
+
+/// Writes something to the terminal while no bar is in the way.
+pub(super) fn aside<T>(write: impl FnOnce() -> T) -> T {
+    BARS.suspend(write)
+}
+
+/// A bar for so many frames, cells, views and so on, with the time that is left.
+pub(super) fn bar(many: u64, what: &str, name: &str) -> ProgressBar {
+    let name = one_line(name).replace(['{', '}'], "_");
+    bar_like(many, &format!("{name} {{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left"))
+}
+
+/// A bar of this form (a template of indicatif).
+pub(super) fn bar_like(many: u64, template: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    BARS.add(ProgressBar::new(many).with_style(style).with_finish(ProgressFinish::AndClear))
+}
+
+/// For work that says what it does, and not how much is left.
+pub(super) fn spinner() -> ProgressBar {
+    let spinner = BARS.add(ProgressBar::new_spinner().with_finish(ProgressFinish::AndClear));
+    spinner.enable_steady_tick(TICK);
+    spinner
+}
+
+/// Counts the events of a session that is read or written. No source knows beforehand how many it has.
+pub(super) fn events(name: &str) -> ProgressBar {
+    let spinner = spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}: {human_pos} events, {per_sec}") {
+        spinner.set_style(style);
+    }
+    spinner.with_message(one_line(name).into_owned())
+}
