@@ -191,9 +191,10 @@ fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
     ] {
         let output = on_terminal(&format!("{program} {arguments}")).expect("as before");
         assert!(output.status.success() && stdout(&output).contains(expected), "{}", stdout(&output));
-        // The last of it is no bar: what was shown has been removed.
-        let last = stdout(&output).trim_end().lines().last().unwrap_or_default().to_owned();
-        assert!(!last.contains(" left"), "{last}");
+        // What was shown has been removed: the result stands alone at the end.
+        let said = stdout(&output);
+        let last = said.rsplit("\u{1b}[2K").next().unwrap_or_default();
+        assert!(!last.contains(" left") && !last.contains(" events"), "{last}");
     }
     let colored = |prefix: &str| {
         let output = on_terminal(&format!("{prefix} {program} --no-such")).expect("as before");

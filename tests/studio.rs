@@ -13,6 +13,8 @@ mod drawing_aids;
 mod dtrack;
 #[path = "studio/exporting.rs"]
 mod exporting;
+#[path = "studio/fingers.rs"]
+mod fingers;
 #[path = "studio/groups.rs"]
 mod groups;
 #[path = "studio/hands.rs"]

@@ -81,6 +81,12 @@ pub(super) enum Gesture {
 pub(super) struct Gestures {
     pub(super) pointer: Option<Vec2>,
     pub(super) pressed_at: Vec2,
+    /// When that was, seconds of the session.
+    pub(super) pressed_at_secs: f64,
+    /// Strokes that there were then.
+    pub(super) strokes_at_press: usize,
+    /// Several fingers are on the window.
+    pub(super) has_fingers: bool,
     pub(super) gesture: Option<Gesture>,
     pub(super) pressure: Option<f32>,
     /// Flying: right, up, back, -1 to 1 each.

@@ -37,6 +37,8 @@ pub struct LayerChoice {
     pub pyramid_level: u32,
     /// The grid on the floor.
     pub grid: bool,
+    /// Strokes in the colours of their authors.
+    pub authors: bool,
 }
 
 impl Default for LayerChoice {
@@ -51,6 +53,7 @@ impl Default for LayerChoice {
             pyramid: false,
             pyramid_level: 4,
             grid: true,
+            authors: false,
         }
     }
 }

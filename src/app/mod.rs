@@ -19,6 +19,7 @@ mod culling;
 mod document;
 mod draw_cost;
 mod drawing_aids;
+mod fingers;
 mod frames;
 #[cfg(feature = "gamepad")]
 mod gamepad;
@@ -61,6 +62,7 @@ pub use command::Command;
 pub use culling::{Culling, PickCounts, ReachCounts, Reindexed, Stages};
 pub use document::{Access, Document, OpenError, Opened, Opening};
 pub use drawing_aids::Aids;
+pub use fingers::Fingers;
 pub use gestures::{Button, Held, Input};
 pub use groups::Placing;
 pub use journal::{Autosaves, Journal, OpenElsewhere, SaveError, Trouble, Unwritten};

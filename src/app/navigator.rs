@@ -95,6 +95,11 @@ impl Navigator {
         self.distance_m = (self.distance_m * 0.88f32.powf(steps)).clamp(DISTANCES_M.0, DISTANCES_M.1);
     }
 
+    /// Comes nearer, as fingers do whose distance becomes this multiple of what it was.
+    pub fn spread(&mut self, by: f32) {
+        self.distance_m = (self.distance_m / by).clamp(DISTANCES_M.0, DISTANCES_M.1);
+    }
+
     /// Moves the eye with what it looks at. `by` is in view space (right, up, back), in distances to the target.
     pub fn fly(&mut self, by: Vec3) {
         self.target += rotate(self.world_from_view(), by) * self.distance_m;

@@ -13,9 +13,9 @@ use crate::{
     frame::{Reading, StageClock},
     occlusion::Occlusion,
     render::{
-        Acquired, Area, Channels, ComingImage, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes,
-        PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot,
-        WindowSurface,
+        Acquired, Area, Channels, Colors, ComingImage, DrawnCounts, Gpu, GpuTimer, Layer, LinePass,
+        PassTimes, PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target,
+        ViewSlot, WindowSurface,
     },
     view::Viewport,
 };
@@ -293,6 +293,7 @@ impl Painter {
         if let Some(keep) = pending.keep {
             self.renderer.forget_from(keep);
         }
+        self.renderer.set_colors(if studio.layers().authors { Colors::Authors } else { Colors::Own });
         self.renderer.follow(&pending.changes);
         studio.give_back(pending);
         // Starts again before a shader's numbers become too coarse.

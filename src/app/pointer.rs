@@ -58,6 +58,8 @@ impl Studio {
         self.finish_gestures();
         let Some(at) = self.gestures.pointer else { return };
         self.gestures.pressed_at = at;
+        self.gestures.pressed_at_secs = self.now_secs();
+        self.gestures.strokes_at_press = self.scene().strokes().len();
         let gesture = match (button, held) {
             (Button::Primary, Held { alt: false, .. }) => self.press_tool(at, size_px, aspect),
             (Button::Middle, _) | (_, Held { shift: true, .. }) => Some(Gesture::Pan),

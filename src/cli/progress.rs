@@ -39,7 +39,7 @@ pub(super) fn spinner() -> ProgressBar {
 /// Counts the events of a session that is read or written. No source knows beforehand how many it has.
 pub(super) fn events(name: &str) -> ProgressBar {
     let spinner = spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}: {human_pos} events, {per_sec}") {
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}: {human_pos} events") {
         spinner.set_style(style);
     }
     spinner.with_message(one_line(name).into_owned())

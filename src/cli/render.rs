@@ -38,7 +38,8 @@ use crate::{
     polygon::VisibleBlocks,
     recording::Pace,
     render::{
-        DrawTimes, Gpu, Image, Layer, Offscreen, Painter, RendererConfig, background_for, ffmpeg_command,
+        Colors, DrawTimes, Gpu, Image, Layer, Offscreen, Painter, RendererConfig, background_for,
+        ffmpeg_command,
     },
     replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, summarize, whole_view},
     rivals::IndexKind,
@@ -59,6 +60,7 @@ use crate::{
   osp render sketch.tilt sketch.png --occlusion hzb --check
   osp render recordings/room.ron room.png --painter bsp --check
   osp render sketch.tilt sketch.png --order all
+  osp render recordings/class.ron class.png --color-by authors
   osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
 
 With --rig there is a picture for each screen and eye, with their names: room-left-right-eye.png is
@@ -129,6 +131,10 @@ pub(super) struct RenderArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
+    /// The colours of strokes: `own`, those that they were painted in, or those of their `authors`, where a session has several
+    /// (`osp info` lists them).
+    #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
+    color_by: String,
     /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
     #[arg(long, default_value_t = 10.0, value_parser = numbers::moment_s)]
     time: f32,
@@ -139,6 +145,12 @@ pub(super) struct RenderArgs {
     force: bool,
     #[command(flatten)]
     rig: RigPathArgs,
+}
+
+impl RenderArgs {
+    fn colors(&self) -> Colors {
+        if self.color_by == "authors" { Colors::Authors } else { Colors::Own }
+    }
 }
 
 /// The position of a picture's eye.
@@ -204,6 +216,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     drawer.set_occlusion(args.occlusion)?;
     drawer.set_environment(environment.as_deref());
     drawer.set_time(args.time);
+    drawer.set_colors(args.colors());
     // A second drawer, so that what one remembers cannot hide a fault of the other.
     let mut by_painter = match args.painter {
         Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
@@ -223,6 +236,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     if let Some(uncut) = &mut uncut {
         uncut.set_environment(environment.as_deref());
         uncut.set_time(args.time);
+        uncut.set_colors(args.colors());
     }
     let mut rig = rig;
     let wanted = Wanted::new(args, &summary)?;

@@ -193,10 +193,12 @@ impl Iterator for OpenSession {
                     self.batch = batch.into_iter();
                 }
                 Ok(Message::Damage(error)) => {
+                    self.progress.finish_and_clear();
                     self.ended = true;
                     return Some(Err(error));
                 }
                 Ok(Message::Notes(notes)) => {
+                    self.progress.finish_and_clear();
                     self.ended = true;
                     self.notes = notes;
                 }

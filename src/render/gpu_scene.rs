@@ -1,7 +1,7 @@
 use super::{
     Gpu,
     order::Classes,
-    record::{DrawClass, PolygonRecord},
+    record::{Colors, DrawClass, PolygonRecord},
 };
 use crate::{
     polygon::{BLOCK, Change, PolygonId, bits},
@@ -51,6 +51,7 @@ pub(super) struct GpuScene {
     /// Whether any of these brushes moves by itself.
     is_animated: bool,
     scratch: Vec<PolygonRecord>,
+    colors: Colors,
 }
 
 impl GpuScene {
@@ -87,7 +88,18 @@ impl GpuScene {
             has_brushes: false,
             is_animated: false,
             scratch: Vec::new(),
+            colors: Colors::Own,
         }
+    }
+
+    /// Changes the colours: everything is sent anew.
+    pub(super) fn set_colors(&mut self, colors: Colors) -> bool {
+        let is_other = colors != self.colors;
+        if is_other {
+            self.colors = colors;
+            self.truncate(0);
+        }
+        is_other
     }
 
     pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
@@ -246,7 +258,8 @@ impl GpuScene {
                 self.put_chunk(gpu, chunk, buffer, false);
             }
             self.scratch.clear();
-            self.scratch.extend((at..at + count).map(|i| PolygonRecord::of(scene, PolygonId(i as u32))));
+            self.scratch
+                .extend((at..at + count).map(|i| PolygonRecord::of(scene, PolygonId(i as u32), self.colors)));
             let offset = first as u64 * PolygonRecord::SIZE;
             gpu.queue().write_buffer(&self.chunks[chunk], offset, bytemuck::cast_slice(&self.scratch));
             at += count;

@@ -59,6 +59,7 @@ pub use order::{Blend, Classes, DrawOrder, Run};
 pub use overdraw::Overdraw;
 pub use painter::{BspTree, MOST_PARTS, MOST_POLYGONS, PaintList, PaintStats, Painter, PainterError};
 pub use read_back::ComingImage;
+pub use record::Colors;
 pub use renderer::{Layer, Renderer, RendererConfig, Style};
 pub use shaders::SHADERS;
 pub use show::{Area, Channels, ShowPass, Shown};

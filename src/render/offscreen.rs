@@ -1,8 +1,8 @@
 use std::{ops::AddAssign, sync::Arc};
 
 use super::{
-    DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder, OrderCounts, Overdraw, PaintList,
-    PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target, ViewSlot,
+    Colors, DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder, OrderCounts, Overdraw,
+    PaintList, PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target, ViewSlot,
 };
 use crate::{
     frame::{Stage, StageClock},
@@ -145,6 +145,11 @@ impl Offscreen {
     /// Changes light and sky: see [`Renderer::set_environment`].
     pub fn set_environment(&mut self, environment: Option<&Environment>) {
         self.renderer.set_environment(environment);
+    }
+
+    /// Changes the colours that polygons are drawn in.
+    pub fn set_colors(&mut self, colors: Colors) {
+        self.renderer.set_colors(colors);
     }
 
     /// Changes the moment that what moves by itself is seen at, seconds.

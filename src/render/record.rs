@@ -26,6 +26,28 @@ const FACING: u32 = 1 << 16;
 /// Flag of a polygon whose corners have normals of their own.
 const SMOOTH: u32 = 1 << 17;
 
+/// Which colours polygons are drawn in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colors {
+    /// Those that they were painted in.
+    #[default]
+    Own,
+    /// Those of their authors ([`Scene::author_color`]), as transparent as they were painted.
+    Authors,
+}
+
+impl Colors {
+    fn of(self, scene: &Scene, stroke: &Stroke) -> (f32, f32, f32, f32) {
+        match self {
+            Self::Own => stroke.color(),
+            Self::Authors => {
+                let (r, g, b) = scene.author_color(stroke.author());
+                (r, g, b, stroke.color().3)
+            }
+        }
+    }
+}
+
 /// How a polygon is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DrawClass {
@@ -55,7 +77,7 @@ impl PolygonRecord {
     pub(super) const SIZE: u64 = size_of::<Self>() as u64;
 
     /// The record of a polygon as it is now.
-    pub(super) fn of(scene: &Scene, id: PolygonId) -> Self {
+    pub(super) fn of(scene: &Scene, id: PolygonId, colors: Colors) -> Self {
         let polygon = scene.polygon(id);
         let corners = polygon.vertices();
         let last = corners.len() - 1;
@@ -66,7 +88,7 @@ impl PolygonRecord {
         }
         let (stroke, surface) = (scene.stroke_of(id), scene.surface(id));
         (record.normals, record.uv) = surface.words();
-        record.corners[0][3] = u32::from_le_bytes(color_bytes(stroke.color()));
+        record.corners[0][3] = u32::from_le_bytes(color_bytes(colors.of(scene, stroke)));
         record.corners[1][3] = u32::from_le_bytes(surface.alpha_bytes());
         // Number 0 is what no brush has painted.
         let material = stroke.brush().map_or(0, |brush| 1 + u32::from(brush.number()));

@@ -1,8 +1,8 @@
 use std::sync::Arc;
 
 use super::{
-    Blend, Classes, Gpu, GpuTimer, OpaqueOrder, OrderCounts, Overdraw, PaintList, PyramidLevel, RenderError,
-    Target, ViewSlot,
+    Blend, Classes, Colors, Gpu, GpuTimer, OpaqueOrder, OrderCounts, Overdraw, PaintList, PyramidLevel,
+    RenderError, Target, ViewSlot,
     backdrop::srgb_from_linear,
     draw_switch::DrawSwitch,
     finish::Finish,
@@ -153,6 +153,11 @@ impl Renderer {
     /// Changes the moment that what moves by itself is seen at, seconds.
     pub fn set_time(&mut self, time_s: f32) {
         self.time_s = time_s;
+    }
+
+    /// Changes the colours that polygons are drawn in; those that are there are sent anew.
+    pub fn set_colors(&mut self, colors: Colors) {
+        self.has_changed |= self.scene.set_colors(colors);
     }
 
     /// Says whether shadows may be some frames older than what throws them, so that a frame that changes a large scene does

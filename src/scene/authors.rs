@@ -30,7 +30,30 @@ pub(super) struct AuthorState {
     pub(super) open: BTreeSet<u32>,
 }
 
+/// Red, green, blue, sRGB, for authors that have not said theirs: one after the other, neighbours unlike each other.
+const COLORS: [(f32, f32, f32); 8] = [
+    (0.90, 0.35, 0.20),
+    (0.20, 0.60, 0.90),
+    (0.95, 0.75, 0.15),
+    (0.60, 0.35, 0.85),
+    (0.25, 0.75, 0.40),
+    (0.95, 0.45, 0.70),
+    (0.10, 0.70, 0.70),
+    (0.65, 0.55, 0.30),
+];
+/// For what was drawn before anybody joined.
+const NOBODY: (f32, f32, f32) = (0.6, 0.6, 0.6);
+
 impl Scene {
+    /// The colour that shows what is an author's: red, green, blue, sRGB. The one that the author has said, else one of ours.
+    pub fn author_color(&self, author: Author) -> (f32, f32, f32) {
+        match self.author(author) {
+            Some(AuthorInfo { color: Some(color), .. }) => *color,
+            _ if author.is_sole() => NOBODY,
+            _ => COLORS[(author.0 as usize - 1) % COLORS.len()],
+        }
+    }
+
     /// The authors that have joined, in their order. Empty for a recording that names none.
     pub fn authors(&self) -> impl Iterator<Item = (Author, &AuthorInfo)> + '_ {
         self.authors.iter().filter_map(|(&author, state)| Some((author, state.info.as_ref()?)))

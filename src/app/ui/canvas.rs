@@ -2,6 +2,7 @@ use egui::{Event, MouseWheelUnit, PointerButton, Rect, Response, Ui};
 use glam::{Vec2, Vec3};
 
 use crate::app::{
+    fingers::Fingers,
     gestures::{Button, Held, Input},
     studio::Studio,
 };
@@ -18,6 +19,15 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
     let modifiers = ui.input(|input| input.modifiers);
     let held = Held { shift: modifiers.shift, alt: modifiers.alt };
     let is_over = response.contains_pointer();
+    let fingers = ui.input(|input| input.multi_touch()).filter(|_| is_over || studio.has_fingers());
+    studio.take_fingers(fingers.map(|touch| Fingers {
+        count: touch.num_touches,
+        moved: Vec2::new(touch.translation_delta.x, touch.translation_delta.y) / area.height().max(1.0),
+        spread: touch.zoom_delta,
+    }));
+    if fingers.is_some() {
+        return;
+    }
     let mut forward = |input| studio.input(input, held, size_px);
     for event in events {
         match event {

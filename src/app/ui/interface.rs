@@ -8,6 +8,7 @@ use glam::Vec3;
 
 use super::{
     actions::Action,
+    authors,
     brushes::BrushList,
     calibrating::Calibrating,
     canvas,
@@ -162,6 +163,7 @@ impl Interface {
                 ScrollArea::vertical().show(ui, |ui| {
                     tools::show(ui, studio, &mut self.brushes, &mut wishes);
                     ui.separator();
+                    authors::show(ui, studio, &mut wishes);
                     self.selected.show(ui, studio, &mut wishes);
                     self.groups.show(ui, studio, &mut wishes);
                     ui.separator();

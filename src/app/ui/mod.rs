@@ -3,6 +3,7 @@
 //! All of it is laid out by egui and needs neither a window nor a GPU, so tests run it directly.
 
 mod actions;
+mod authors;
 mod brushes;
 mod calibrating;
 mod canvas;

@@ -1,0 +1,129 @@
+//! Fingers on a touch screen, as the window system tells of them: the first one is the pointer, too.
+
+use egui::{Event, Modifiers, PointerButton, Pos2, TouchDeviceId, TouchId, TouchPhase, Vec2};
+use egui_kittest::Harness;
+use osp::{
+    app::{Command, ToolChoice},
+    glam::Vec3,
+};
+
+use crate::panel::{Window, sketch};
+
+const MIDDLE: Pos2 = Pos2::new(640.0, 430.0);
+
+fn touch(harness: &Harness<'_, Window>, finger: u64, phase: TouchPhase, pos: Pos2) {
+    let device_id = TouchDeviceId(1);
+    harness.event(Event::Touch { device_id, id: TouchId(finger), phase, pos, force: None });
+    // The first finger moves the pointer, too.
+    if finger == 0 {
+        let button = |pressed| Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        match phase {
+            TouchPhase::Start => {
+                harness.event(Event::PointerMoved(pos));
+                harness.event(button(true));
+            }
+            TouchPhase::Move => harness.event(Event::PointerMoved(pos)),
+            TouchPhase::End | TouchPhase::Cancel => {
+                harness.event(button(false));
+                harness.event(Event::PointerGone);
+            }
+        }
+    }
+}
+
+/// Fingers beside each other that come down one frame after the other, go to a place and apart, and come up.
+fn together(harness: &mut Harness<'_, Window>, fingers: u64, by: Vec2, apart: f32) {
+    let place = |finger: u64, part: f32| {
+        let side = finger as f32 - (fingers - 1) as f32 * 0.5;
+        MIDDLE + by * part + Vec2::new(side * (80.0 + apart * part), 0.0)
+    };
+    for finger in 0..fingers {
+        touch(harness, finger, TouchPhase::Start, place(finger, 0.0));
+        harness.step();
+    }
+    for step in 1..=10 {
+        for finger in 0..fingers {
+            touch(harness, finger, TouchPhase::Move, place(finger, step as f32 * 0.1));
+        }
+        harness.step();
+    }
+    for finger in (0..fingers).rev() {
+        touch(harness, finger, TouchPhase::End, place(finger, 1.0));
+        harness.step();
+    }
+}
+
+fn strokes(harness: &Harness<'_, Window>) -> usize {
+    let scene = harness.state().studio.scene();
+    scene.strokes().iter().filter(|stroke| stroke.is_visible()).count()
+}
+
+/// Where the eye is, where it looks to, and how far it is from the middle of the model that the camera turns around.
+fn eye(harness: &Harness<'_, Window>) -> (Vec3, Vec3) {
+    let view = harness.state().studio.views()[0].view;
+    (view.eye_in_world, view.world_from_view * Vec3::NEG_Z)
+}
+
+#[test]
+fn one_finger_draws() {
+    let mut harness = sketch();
+    let before = eye(&harness);
+    together(&mut harness, 1, Vec2::new(200.0, 0.0), 0.0);
+    assert_eq!((strokes(&harness), eye(&harness)), (1, before));
+}
+
+#[test]
+fn two_fingers_turn_the_camera_and_leave_no_dot() {
+    let mut harness = sketch();
+    let (from, to) = eye(&harness);
+    together(&mut harness, 2, Vec2::new(150.0, 40.0), 0.0);
+    let (turned, looks) = eye(&harness);
+    assert_eq!(strokes(&harness), 0, "what the first finger drew is taken back");
+    assert!(looks.dot(to) < 0.95 && turned.distance(from) > 0.1, "{looks} {to}");
+    // Around the centre of the view: the distance stays.
+    assert!((turned.length() - from.length()).abs() < 0.05 * from.length(), "{turned} {from}");
+    // The next finger draws again.
+    together(&mut harness, 1, Vec2::new(200.0, 0.0), 0.0);
+    assert_eq!(strokes(&harness), 1);
+}
+
+#[test]
+fn fingers_that_go_apart_come_nearer_and_three_move_along() {
+    let mut harness = sketch();
+    let (from, to) = eye(&harness);
+    together(&mut harness, 2, Vec2::ZERO, 80.0);
+    let (near, looks) = eye(&harness);
+    // Their distance doubled.
+    assert!((near.length() / from.length() - 0.5).abs() < 0.05, "{near} {from}");
+    assert!(looks.dot(to) > 0.999);
+    together(&mut harness, 3, Vec2::new(0.0, 120.0), 0.0);
+    let (moved, looks) = eye(&harness);
+    assert!(looks.dot(to) > 0.999 && (moved - near).dot(to).abs() < 0.01, "{moved} {near}");
+    assert!((moved - near).length() > 0.05);
+    assert_eq!(strokes(&harness), 0);
+}
+
+#[test]
+fn a_stroke_that_was_meant_stays_when_a_second_finger_comes_down() {
+    let mut harness = sketch();
+    touch(&harness, 0, TouchPhase::Start, MIDDLE);
+    harness.step();
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    touch(&harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(60.0, 0.0));
+    harness.step();
+    touch(&harness, 1, TouchPhase::Start, MIDDLE + Vec2::new(160.0, 0.0));
+    harness.step();
+    touch(&harness, 1, TouchPhase::End, MIDDLE + Vec2::new(160.0, 0.0));
+    touch(&harness, 0, TouchPhase::End, MIDDLE + Vec2::new(60.0, 0.0));
+    harness.step();
+    assert_eq!(strokes(&harness), 1);
+    // And nothing that was there before is ever taken back: two fingers with the eraser over nothing.
+    harness.state_mut().studio.command(Command::Tool(ToolChoice::Erase));
+    together(&mut harness, 2, Vec2::new(0.0, 150.0), 0.0);
+    assert_eq!(strokes(&harness), 1);
+}
