@@ -19,3 +19,5 @@ mod tasks;
 mod tracking;
 #[path = "window/walls.rs"]
 mod walls;
+#[path = "window/wayland.rs"]
+mod wayland;

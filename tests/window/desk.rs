@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// A process that ends with the test.
-struct Ours(Child);
+pub(crate) struct Ours(pub(crate) Child);
 
 impl Drop for Ours {
     fn drop(&mut self) {
@@ -57,7 +57,7 @@ EndSection
 "#;
 
 /// Whether all programs are installed; else the first that is not.
-fn all_there<'a>(tools: &[&'a str]) -> Result<(), &'a str> {
+pub(crate) fn all_there<'a>(tools: &[&'a str]) -> Result<(), &'a str> {
     let is_there = |tool: &&&str| {
         std::env::var_os("PATH")
             .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(tool).is_file()))
@@ -212,7 +212,7 @@ impl Desk {
         self.folder.path()
     }
 
-    fn command(&self, program: impl AsRef<OsStr>) -> Command {
+    pub(crate) fn command(&self, program: impl AsRef<OsStr>) -> Command {
         let mut command = Command::new(program);
         command
             .env("DISPLAY", &self.display)
@@ -230,7 +230,7 @@ impl Desk {
 
     /// Opens a window of `osp` and waits until it is there.
     pub(crate) fn open(&self, arguments: &[&str]) -> OspWindow<'_> {
-        let mut window = self.start(arguments, None);
+        let mut window = self.start(arguments, None, &[]);
         window.until("the session and its first frames", |frames| {
             frames.len() >= 3 && frames.last().is_some_and(|frame| frame["reading"] == false)
         });
@@ -240,12 +240,26 @@ impl Desk {
 
     /// Opens a window of `osp` whose trace goes elsewhere: of its frames nothing is known.
     pub(crate) fn open_with_trace(&self, arguments: &[&str], trace: &str) -> OspWindow<'_> {
-        let mut window = self.start(arguments, Some(trace));
+        let mut window = self.start(arguments, Some(trace), &[]);
         window.find();
         window
     }
 
-    fn start(&self, arguments: &[&str], trace: Option<&str>) -> OspWindow<'_> {
+    /// Opens a window of `osp` on a display that is itself a window here and that these variables name.
+    pub(crate) fn open_within(
+        &self,
+        display: &str,
+        variables: &[(&str, &OsStr)],
+        arguments: &[&str],
+    ) -> OspWindow<'_> {
+        let mut window = self.start(arguments, None, variables);
+        window.until("the first frames", |frames| frames.len() >= 3);
+        display.clone_into(&mut window.id);
+        window.become_active();
+        window
+    }
+
+    fn start(&self, arguments: &[&str], trace: Option<&str>, variables: &[(&str, &OsStr)]) -> OspWindow<'_> {
         let number = self.windows.fetch_add(1, Ordering::Relaxed);
         let file = |name: &str| self.folder.path().join(format!("{name}-{number}.txt"));
         let (own_trace, stderr) = (file("trace"), file("stderr"));
@@ -255,6 +269,7 @@ impl Desk {
             .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_osp")])
             .args(arguments)
             .args(["--trace", trace.unwrap_or(own_trace.to_str().expect("a path"))])
+            .envs(variables.iter().copied())
             .stdout(Stdio::null())
             .stderr(File::create(&stderr).expect("a file"))
             .spawn()
