@@ -3,6 +3,8 @@
 #![cfg(feature = "render")]
 #![expect(clippy::print_stderr, reason = "a test that is left out says why")]
 
+#[path = "render/authors.rs"]
+mod authors;
 #[cfg(feature = "cli")]
 #[path = "render/commands.rs"]
 mod commands;

@@ -3,6 +3,8 @@
 
 #[path = "studio/altering.rs"]
 mod altering;
+#[path = "studio/authors.rs"]
+mod authors;
 #[path = "studio/brushes.rs"]
 mod brushes;
 #[path = "studio/drawing.rs"]

@@ -26,7 +26,7 @@ pub(crate) struct Window {
     pub(crate) folder: tempfile::TempDir,
 }
 
-fn window(subject: impl FnOnce(&Autosaves) -> Subject) -> Harness<'static, Window> {
+pub(crate) fn window(subject: impl FnOnce(&Autosaves) -> Subject) -> Harness<'static, Window> {
     let folder = tempfile::tempdir().expect("a folder");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
     let studio = Studio::new(subject(&autosaves), autosaves, IndexKind::Osp);
