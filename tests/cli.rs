@@ -197,7 +197,7 @@ fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
         assert!(!last.contains(" left") && !last.contains(" events"), "{last}");
     }
     let colored = |prefix: &str| {
-        let output = on_terminal(&format!("{prefix} {program} --no-such")).expect("as before");
+        let output = on_terminal(&format!("{prefix} {program} --help")).expect("as before");
         stdout(&output).contains("\u{1b}[")
     };
     assert_eq!((colored(""), colored("NO_COLOR=1")), (true, false));

@@ -69,11 +69,13 @@ impl Compositor {
                 let name = entry.ok()?.file_name().into_string().ok()?;
                 (name.starts_with("wayland-") && !name.ends_with(".lock")).then_some(name)
             });
-            let search = ["search", "--all", "--onlyvisible", "--name", "wlroots"];
-            let found = desk.command("xdotool").args(search).output().expect("xdotool");
-            let window = String::from_utf8_lossy(&found.stdout).lines().next().unwrap_or_default().to_owned();
-            if let Some(socket) = names.last().filter(|_| !window.is_empty()) {
-                return Some(Self { _process: process, runtime, socket, window });
+            let listed = desk.command("wmctrl").arg("-l").output().expect("wmctrl");
+            let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
+            let line = listed.lines().find(|line| line.contains("wlroots"));
+            // xdotool, which drives it, counts in tens.
+            let window = line.and_then(|line| u64::from_str_radix(line.get(2..10)?, 16).ok());
+            if let (Some(socket), Some(window)) = (names.last(), window) {
+                return Some(Self { _process: process, runtime, socket, window: window.to_string() });
             }
             let said = || fs::read_to_string(desk.folder().join("sway.log")).unwrap_or_default();
             assert!(begun.elapsed() < Duration::from_secs(60), "sway does not start: {}", said());
