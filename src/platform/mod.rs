@@ -54,7 +54,7 @@ pub(crate) mod web_zstd;
 pub(crate) use web_zstd as zstd;
 
 /// The folder of the program's own files on a page, which are kept from one visit to the next.
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(target_arch = "wasm32", any(feature = "formats", feature = "render")))]
 pub const USER_FOLDER: &str = "/osp";
 
 /// The clock.
