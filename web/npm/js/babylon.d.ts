@@ -1,4 +1,4 @@
-import type { AbstractMesh, Scene } from "@babylonjs/core";
+import type { Scene } from "@babylonjs/core";
 import type { Numbers, Osp } from "./index.js";
 
 /** Hints for the index, world space. */
@@ -9,9 +9,10 @@ export interface CullerOptions {
 
 /**
  * Gives a scene the meshes that its camera may see as candidates (`scene.getActiveMeshCandidates`), so that Babylon.js looks at these
- * alone. Meshes that come and go are followed, and those that move: the world matrix of each mesh that is not frozen
- * (`freezeWorldMatrix`) is computed in each frame, as Babylon.js does itself. Meshes with `alwaysSelectAsActiveMesh`,
- * `infiniteDistance` or an action manager are always candidates.
+ * alone. In each frame it goes through the scene's meshes for those that come, go or move: it computes their world matrices, as
+ * Babylon.js does (`freezeWorldMatrix` saves that), and compares their boxes. Meshes with `alwaysSelectAsActiveMesh`,
+ * `infiniteDistance` or an action manager are always candidates. By default Babylon.js draws what the sphere around a mesh shows;
+ * boxes are smaller, so fewer meshes are drawn.
  */
 export class SceneCuller {
   /** @throws TypeError not a Scene; Error before `init` */
@@ -21,9 +22,6 @@ export class SceneCuller {
   readonly osp: Osp;
   /** Candidates of the last frame. */
   readonly candidates: number;
-
-  /** Looks again at a mesh whose world matrix is frozen, when its box has changed. */
-  refresh(mesh: AbstractMesh): void;
 
   /** Leaves the scene as it was. */
   dispose(): void;

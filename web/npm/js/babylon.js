@@ -10,15 +10,16 @@ export class SceneCuller {
   #scene;
   #osp;
   #candidatesBefore;
-  #observers;
+  #observer;
+  #ids = new Map();
   /** By id; a hole where an id is not in use. */
   #meshes = [];
   #boxes = new Float64Array(0);
   #isFiled = new Uint8Array(0);
-  #ids = new Map();
+  /** The frame in which a mesh was last in the scene. */
+  #frameOf = new Uint32Array(0);
+  #frame = 0;
   #free = [];
-  /** What came since the last frame: its box is asked for even where its world matrix is frozen. */
-  #isNew = new Set();
   #candidates = { data: [], length: 0 };
   #found = new Uint32Array(0);
 
@@ -26,12 +27,7 @@ export class SceneCuller {
     if (typeof scene?.getActiveMeshCandidates !== "function") throw new TypeError("scene: expected a Scene of Babylon.js");
     this.#scene = scene;
     this.#osp = new Osp({ rootCenter, rootSize, capacity: scene.meshes.length });
-    for (const mesh of scene.meshes) this.#came(mesh);
-    this.#observers = [
-      [scene.onNewMeshAddedObservable, scene.onNewMeshAddedObservable.add((mesh) => this.#came(mesh))],
-      [scene.onMeshRemovedObservable, scene.onMeshRemovedObservable.add((mesh) => this.#went(mesh))],
-      [scene.onDisposeObservable, scene.onDisposeObservable.add(() => this.dispose())],
-    ];
+    this.#observer = scene.onDisposeObservable.add(() => this.dispose());
     this.#candidatesBefore = scene.getActiveMeshCandidates;
     scene.getActiveMeshCandidates = () => this.#find();
   }
@@ -44,34 +40,26 @@ export class SceneCuller {
     return this.#candidates.length;
   }
 
-  refresh(mesh) {
-    if (this.#ids.has(mesh)) this.#isNew.add(mesh);
-  }
-
   dispose() {
-    if (this.#observers === null) return;
-    for (const [observable, observer] of this.#observers) observable.remove(observer);
-    this.#observers = null;
+    if (this.#observer === null) return;
+    this.#scene.onDisposeObservable.remove(this.#observer);
+    this.#observer = null;
     this.#scene.getActiveMeshCandidates = this.#candidatesBefore;
     this.#candidates.data.length = 0;
     this.#osp.free();
   }
 
   #came(mesh) {
-    if (this.#ids.has(mesh)) return;
     const id = this.#free.pop() ?? this.#meshes.length;
     this.#meshes[id] = mesh;
     this.#ids.set(mesh, id);
-    this.#isNew.add(mesh);
     if (id >= this.#isFiled.length) this.#grow(2 * id + 64);
+    return id;
   }
 
-  #went(mesh) {
-    const id = this.#ids.get(mesh);
-    if (id === undefined) return;
+  #went(mesh, id) {
     this.#unfile(id);
     this.#ids.delete(mesh);
-    this.#isNew.delete(mesh);
     this.#meshes[id] = undefined;
     this.#free.push(id);
   }
@@ -83,12 +71,13 @@ export class SceneCuller {
 
   #grow(length) {
     const longer = (list, each) => {
-      const longer = new list.constructor(length * each);
-      longer.set(list);
-      return longer;
+      const copy = new list.constructor(length * each);
+      copy.set(list);
+      return copy;
     };
     this.#boxes = longer(this.#boxes, BOX);
     this.#isFiled = longer(this.#isFiled, 1);
+    this.#frameOf = longer(this.#frameOf, 1);
     this.#found = longer(this.#found, 1);
   }
 
@@ -106,22 +95,23 @@ export class SceneCuller {
     return candidates;
   }
 
-  /** Brings the index up to date; answers the meshes that are not in it. */
+  /**
+   * Brings the index up to date; answers the meshes that are not in it. The scene's own list is read, because its observers hear of a
+   * new mesh only after the frame.
+   */
   #follow() {
     const always = [], ids = { came: [], moved: [] };
-    for (let id = 0; id < this.#meshes.length; id++) {
-      const mesh = this.#meshes[id];
-      if (mesh === undefined) continue;
-      if (isAlwaysAsked(mesh)) {
-        this.#unfile(id);
-        always.push(mesh);
-        continue;
-      }
-      const isStill = mesh.isWorldMatrixFrozen && this.#isFiled[id] && !this.#isNew.has(mesh);
-      if (!isStill && this.#isMoved(mesh, id)) (this.#isFiled[id] ? ids.moved : ids.came).push(id);
-      else if (!this.#isFiled[id]) always.push(mesh);
+    this.#frame += 1;
+    for (const mesh of this.#scene.meshes) {
+      const id = this.#ids.get(mesh) ?? this.#came(mesh);
+      this.#frameOf[id] = this.#frame;
+      if (isAlwaysAsked(mesh)) this.#unfile(id);
+      else if (this.#isMoved(mesh, id)) (this.#isFiled[id] ? ids.moved : ids.came).push(id);
+      if (!this.#isFiled[id] && ids.came.at(-1) !== id) always.push(mesh);
     }
-    this.#isNew.clear();
+    if (this.#ids.size > this.#scene.meshes.length) {
+      for (const [mesh, id] of this.#ids) if (this.#frameOf[id] !== this.#frame) this.#went(mesh, id);
+    }
     if (ids.moved.length > 0) this.#osp.update(Uint32Array.from(ids.moved), this.#boxesOf(ids.moved));
     if (ids.came.length > 0) this.#osp.insert(Uint32Array.from(ids.came), this.#boxesOf(ids.came));
     for (const id of ids.came) this.#isFiled[id] = 1;

@@ -15,17 +15,23 @@ use crate::{
     views::{Camera, frustum_of_planes},
 };
 
-/// What a box takes in the index, about; asked for before many come.
-const BOX_BYTES: usize = 105;
+/// What a box takes in the index at most, where boxes come from everywhere; asked for before they come. Smaller: WebAssembly, which
+/// ends a program that asks for more memory than there is, might do so in the middle of a batch.
+const BOX_BYTES: usize = 160;
 
-/// Fewer boxes than this are inserted without asking whether there is memory for them.
-const MANY: usize = 4096;
+/// What the index takes beside its boxes, and ahead.
+const OTHER_BYTES: usize = 1 << 20;
+
+/// Ids that a query may write behind its answer.
+const BEHIND: usize = 1024;
 
 /// An index of boxes. JavaScript writes what it asks into the index's memory and reads the answers there.
 #[wasm_bindgen]
 pub struct Index {
     osp: Osp,
     is_committed: bool,
+    /// Boxes for which there was memory when it was asked.
+    room: usize,
     /// Around all boxes that came since it was empty.
     extent: Aabb,
     scratch: Scratch,
@@ -54,10 +60,13 @@ impl Index {
             let limit = PolygonId::LIMIT;
             return refused(&format!("capacity: expected a number from 0 to {limit}, found {capacity}"));
         }
-        has_memory_for(capacity as usize)?;
+        let capacity = capacity as usize;
+        let Some(trial) = memory_for(capacity) else { return no_memory(capacity) };
+        drop(trial);
         Ok(Self {
-            osp: Osp::new(&IndexConfig { root, capacity: capacity as usize }),
+            osp: Osp::new(&IndexConfig { root, capacity }),
             is_committed: true,
+            room: 0,
             extent: Aabb::EMPTY,
             scratch: Scratch::default(),
             list: DrawList::new(),
@@ -114,9 +123,7 @@ impl Index {
     /// Inserts the boxes that were written under the ids that were written: all or none.
     pub fn insert(&mut self) -> Outcome<()> {
         let count = self.scratch.ids.len();
-        if count > MANY {
-            has_memory_for(count)?;
-        }
+        self.make_room(count)?;
         let mut extent = self.extent;
         for at in 0..count {
             let (id, bounds) = (PolygonId(self.scratch.ids[at]), self.scratch.bounds(at));
@@ -300,6 +307,28 @@ impl Index {
         }
     }
 
+    /// Refuses boxes for which there is no memory, or for an answer that holds them all.
+    fn make_room(&mut self, more: usize) -> Outcome<()> {
+        let needed = self.osp.len() + more;
+        if needed <= self.room {
+            return Ok(());
+        }
+        // In larger steps, so that single boxes do not ask each time.
+        for room in [needed.max(self.room + self.room / 2), needed] {
+            self.list.clear();
+            self.scratch.found.clear();
+            let Some(trial) = memory_for(room - self.osp.len()) else { continue };
+            let is_there = self.list.ids_mut().try_reserve(room + BEHIND).is_ok()
+                && self.scratch.found.try_reserve(room).is_ok();
+            drop(trial);
+            if is_there {
+                self.room = room;
+                return Ok(());
+            }
+        }
+        no_memory(more)
+    }
+
     fn find(&mut self, frustum: &Frustum) -> usize {
         self.commit_if_changed();
         self.list.clear();
@@ -338,11 +367,13 @@ fn sentence(error: IndexError) -> String {
     error.to_string().replacen("polygon", "id", 1)
 }
 
-/// Whether there is memory for so many more boxes. WebAssembly ends a program that asks for more than there is.
-fn has_memory_for(boxes: usize) -> Outcome<()> {
-    let mut trial = Vec::<u8>::new();
-    match boxes.checked_mul(BOX_BYTES).map(|bytes| trial.try_reserve_exact(bytes)) {
-        Some(Ok(())) => Ok(()),
-        _ => refused(&format!("there is no memory left for {boxes} more boxes")),
-    }
+fn no_memory<T>(boxes: usize) -> Outcome<T> {
+    refused(&format!("there is no memory left for {boxes} more boxes"))
+}
+
+/// As much memory as so many boxes take, if it is there.
+fn memory_for(boxes: usize) -> Option<Vec<u8>> {
+    let mut trial = Vec::new();
+    trial.try_reserve_exact(boxes.checked_mul(BOX_BYTES)?.checked_add(OTHER_BYTES)?).ok()?;
+    Some(trial)
 }
