@@ -7,9 +7,9 @@ import { median, race } from "./race.mjs";
 
 await init();
 const count = Number(process.env.OSP_BOXES ?? COUNT), frames = Number(process.env.OSP_FRAMES ?? 120);
-const { results, mostSeen, count: boxes } = await race({ count, frames });
+const { results, medianSeen, count: boxes } = await race({ count, frames });
 
-console.log(`${boxes.toLocaleString("en")} boxes, ${frames} frames, at most ${mostSeen.toLocaleString("en")} in view`);
+console.log(`${boxes.toLocaleString("en")} boxes, ${frames} frames, ${medianSeen.toLocaleString("en")} in view (median)`);
 console.log(`Node ${process.version}, ${cpus()[0].model}, kernel ${kernel()}`);
 const number = (v, digits) => v.toFixed(digits).padStart(10);
 console.log("".padEnd(26), "  cull, us", "   slowest", "insert 200", " all boxes", " missing, more (of every 5th frame)");

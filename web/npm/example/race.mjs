@@ -63,7 +63,7 @@ export async function race({ frames = 120, warm = 20, count = COUNT, report = as
     result.contestant.finish();
     result.insertAllMs = now() - begin;
   }
-  let seen = 0;
+  const seen = [];
   for (let frame = -warm; frame < frames; frame++) {
     if (frame % 20 === 0) await report(`culling: frame ${Math.max(frame, 0)} of ${frames}`);
     fly(camera, frame + warm, frames + warm);
@@ -78,7 +78,7 @@ export async function race({ frames = 120, warm = 20, count = COUNT, report = as
     if (frame < 0 || frame % 5 !== 0) continue;
     const exact = [];
     for (let id = 0; id < strokes * PIECES; id++) if (margin(clipFromWorld.elements, boxes, id) >= 0) exact.push(id);
-    seen = Math.max(seen, exact.length);
+    seen.push(exact.length);
     for (const result of results) {
       const answer = [...result.contestant.out.subarray(0, result.found)];
       const { missing, more, isRounding, isOnce } = compare(answer, exact, clipFromWorld.elements, boxes);
@@ -88,5 +88,5 @@ export async function race({ frames = 120, warm = 20, count = COUNT, report = as
       result.isOnce &&= isOnce;
     }
   }
-  return { count: strokes * PIECES, frames, mostSeen: seen, results };
+  return { count: strokes * PIECES, frames, medianSeen: median(seen), results };
 }
