@@ -123,15 +123,17 @@ export class SceneCuller {
   #isMoved(mesh, id) {
     mesh.computeWorldMatrix();
     const { minimumWorld: low, maximumWorld: high } = mesh.getBoundingInfo().boundingBox;
+    const boxes = this.#boxes, at = BOX * id;
+    const isSame = boxes[at] === low.x && boxes[at + 1] === low.y && boxes[at + 2] === low.z
+      && boxes[at + 3] === high.x && boxes[at + 4] === high.y && boxes[at + 5] === high.z;
+    if (isSame && this.#isFiled[id]) return false;
     const box = [low.x, low.y, low.z, high.x, high.y, high.z];
     const isFinite = box.every((v) => Number.isFinite(Math.fround(v)));
     if (!isFinite || low.x > high.x || low.y > high.y || low.z > high.z) {
       this.#unfile(id);
       return false;
     }
-    const at = BOX * id;
-    if (this.#isFiled[id] && box.every((v, i) => v === this.#boxes[at + i])) return false;
-    this.#boxes.set(box, at);
+    boxes.set(box, at);
     return true;
   }
 

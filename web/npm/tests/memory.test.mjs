@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 import { DepthBuffer, Osp, memoryBytes } from "osp-culling";
+import { COUNT, boxesOfStrokes } from "../example/scene.mjs";
 import { idsUpTo, perspective, randomBoxes } from "./common.mjs";
 
 const clip = perspective([0, 0, 30], [0, 0, 0]);
@@ -52,6 +53,16 @@ test("what is freed throws, and nothing else does", () => {
   assert.equal(other.size, 3);
   assert.ok(other.cull(clip).length <= 3);
   other.free();
+});
+
+test("an index takes as much memory as README.md says", () => {
+  const empty = new Osp({ capacity: 0 }), full = new Osp({ rootSize: 20 });
+  full.insert(idsUpTo(COUNT), boxesOfStrokes());
+  full.commit();
+  assert.ok(empty.bytes < 2e6, `${empty.bytes}`);
+  assert.ok(full.bytes < 13e6, `${full.bytes}`);
+  empty.free();
+  full.free();
 });
 
 test("objects end with `using`", { skip: Symbol.dispose ? false : "this Node has no Symbol.dispose" }, () => {
