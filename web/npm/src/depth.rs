@@ -14,12 +14,19 @@ use wasm_bindgen::prelude::*;
 
 use crate::{
     refusal::{Outcome, refused},
+    room,
     scratch::Scratch,
     views::Camera,
 };
 
 /// Most pixels across or down.
 const MOST_PIXELS: f64 = 8192.0;
+
+/// What a pixel takes, at most: 96 bytes for each 64 x 4.
+const PIXEL_BYTES: f64 = 0.5;
+
+/// What an occluder takes while the buffer is filled, beside its shadow.
+const OCCLUDER_BYTES: usize = 64;
 
 /// A depth buffer of the occluders that are nearest to the eye, in software. JavaScript writes into its memory.
 #[wasm_bindgen]
@@ -48,6 +55,10 @@ impl Depth {
             return refused(&format!(
                 "width, height: expected numbers from 1 to {MOST_PIXELS}, found {width} and {height}"
             ));
+        }
+        // Rounded up to whole tiles.
+        if !room::is_left(((width + 64.0) * (height + 4.0) * PIXEL_BYTES) as usize) {
+            return refused("there is no memory left for the depth buffer");
         }
         let (width, height) = (width as u32, height as u32);
         let buffer = DepthBuffer::new(DepthConfig { coverage: Coverage::WholePixels, width, height });
@@ -107,7 +118,12 @@ impl Depth {
                 "corners: expected {expected}, as many as the polygons have, found {found}"
             ));
         }
+        // Each polygon may fall apart into its triangles.
+        let most = corners.len() - 2 * counts.len();
         self.occluders.clear();
+        if self.occluders.try_reserve(most).is_err() || !room::is_left(most * OCCLUDER_BYTES) {
+            return refused(&format!("there is no memory left for {} polygons", counts.len()));
+        }
         let (mut from, mut used) = (0, 0);
         for &count in counts {
             let to = from + count as usize;
@@ -130,6 +146,9 @@ impl Depth {
         }
         let count = self.scratch.box_count();
         self.scratch.found.clear();
+        if self.scratch.found.try_reserve(count).is_err() {
+            return refused(&format!("there is no memory left for {count} answers"));
+        }
         for at in 0..count {
             let bounds = self.scratch.checked(at)?;
             let is_hidden = self.buffer.test_box(&bounds).verdict == Verdict::Hidden;

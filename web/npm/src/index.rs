@@ -11,6 +11,7 @@ use wasm_bindgen::prelude::*;
 use crate::{
     depth::Depth,
     refusal::{Outcome, refused},
+    room,
     scratch::{Scratch, round_down, round_up},
     views::{Camera, frustum_of_planes},
 };
@@ -19,11 +20,11 @@ use crate::{
 /// ends a program that asks for more memory than there is, might do so in the middle of a batch.
 const BOX_BYTES: usize = 160;
 
-/// What the index takes beside its boxes, and ahead.
-const OTHER_BYTES: usize = 1 << 20;
-
 /// Ids that a query may write behind its answer.
 const BEHIND: usize = 1024;
+
+/// What the nearest boxes take while they are looked for, each.
+const NEAREST_BYTES: usize = 64;
 
 /// An index of boxes. JavaScript writes what it asks into the index's memory and reads the answers there.
 #[wasm_bindgen]
@@ -32,6 +33,8 @@ pub struct Index {
     is_committed: bool,
     /// Boxes for which there was memory when it was asked.
     room: usize,
+    /// The highest id for which there was.
+    highest: u32,
     /// Around all boxes that came since it was empty.
     extent: Aabb,
     scratch: Scratch,
@@ -61,12 +64,14 @@ impl Index {
             return refused(&format!("capacity: expected a number from 0 to {limit}, found {capacity}"));
         }
         let capacity = capacity as usize;
-        let Some(trial) = memory_for(capacity) else { return no_memory(capacity) };
-        drop(trial);
+        if !room::is_left(capacity.saturating_mul(BOX_BYTES)) {
+            return no_memory(capacity);
+        }
         Ok(Self {
             osp: Osp::new(&IndexConfig { root, capacity }),
             is_committed: true,
             room: 0,
+            highest: 0,
             extent: Aabb::EMPTY,
             scratch: Scratch::default(),
             list: DrawList::new(),
@@ -288,6 +293,9 @@ impl Index {
         self.commit_if_changed();
         // More than there are would only be reserved.
         let (osp, count) = (&self.osp, (count as usize).min(self.osp.len()));
+        if !room::is_left(count.saturating_mul(NEAREST_BYTES)) {
+            return refused(&format!("there is no memory left for the {count} nearest boxes"));
+        }
         let mut distance_m =
             |id| osp.bounds(id).map_or(f32::NAN, |bounds| bounds.distance_squared(point).sqrt());
         osp.nearest(point, count, &mut distance_m, &mut self.nearest);
@@ -310,19 +318,23 @@ impl Index {
     /// Refuses boxes for which there is no memory, or for an answer that holds them all.
     fn make_room(&mut self, more: usize) -> Outcome<()> {
         let needed = self.osp.len() + more;
-        if needed <= self.room {
+        let highest = self.scratch.ids.iter().fold(self.highest, |highest, &id| highest.max(id));
+        if needed <= self.room && highest <= self.highest {
             return Ok(());
         }
+        let of_sets = room::bytes_of_sets(&self.scratch.ids);
         // In larger steps, so that single boxes do not ask each time.
         for room in [needed.max(self.room + self.room / 2), needed] {
             self.list.clear();
             self.scratch.found.clear();
-            let Some(trial) = memory_for(room - self.osp.len()) else { continue };
+            let bytes = (room - self.osp.len()).saturating_mul(BOX_BYTES);
+            let Some(trial) = room::take(bytes.saturating_add(of_sets)) else { continue };
             let is_there = self.list.ids_mut().try_reserve(room + BEHIND).is_ok()
                 && self.scratch.found.try_reserve(room).is_ok();
             drop(trial);
             if is_there {
-                self.room = room;
+                // With room to count on before it is asked again.
+                (self.room, self.highest) = (room, highest.saturating_add(highest / 2));
                 return Ok(());
             }
         }
@@ -369,11 +381,4 @@ fn sentence(error: IndexError) -> String {
 
 fn no_memory<T>(boxes: usize) -> Outcome<T> {
     refused(&format!("there is no memory left for {boxes} more boxes"))
-}
-
-/// As much memory as so many boxes take, if it is there.
-fn memory_for(boxes: usize) -> Option<Vec<u8>> {
-    let mut trial = Vec::new();
-    trial.try_reserve_exact(boxes.checked_mul(BOX_BYTES)?.checked_add(OTHER_BYTES)?).ok()?;
-    Some(trial)
 }

@@ -10,6 +10,7 @@
 mod depth;
 mod index;
 mod refusal;
+mod room;
 mod scratch;
 mod views;
 
