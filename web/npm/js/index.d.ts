@@ -25,7 +25,7 @@ export interface OspOptions {
   rootCenter?: Numbers | undefined;
   /** Edge of that cube, in the unit of the boxes; 64. */
   rootSize?: number | undefined;
-  /** Boxes to reserve memory for, about 105 bytes each; 1024. At most 2^27. */
+  /** Boxes to reserve memory for, about 50 bytes each; 1024. At most 2^27. */
   capacity?: number | undefined;
 }
 

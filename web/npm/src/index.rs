@@ -16,9 +16,10 @@ use crate::{
     views::{Camera, frustum_of_planes},
 };
 
-/// What a box takes in the index at most, where boxes come from everywhere; asked for before they come. Smaller: WebAssembly, which
-/// ends a program that asks for more memory than there is, might do so in the middle of a batch.
-const BOX_BYTES: usize = 160;
+/// What a box takes in the index, where boxes come from everywhere and ids have few gaps; asked for before they come. Smaller:
+/// WebAssembly, which ends a program that asks for more memory than there is, might do so in the middle of a batch. Larger: memory
+/// that is asked for stays with the module.
+const BOX_BYTES: usize = 80;
 
 /// Ids that a query may write behind its answer.
 const BEHIND: usize = 1024;
