@@ -1,7 +1,7 @@
 //! Whether there is memory left. WebAssembly ends a program that asks for more than there is, so large pieces are asked for first.
 
-/// What objects take beside their lists, and ahead.
-const OTHER_BYTES: usize = 1 << 20;
+/// What objects take beside their lists, and ahead: an index grows by chunks of up to 0.7 MB, some of each kind in one commit.
+const OTHER_BYTES: usize = 4 << 20;
 
 /// So much memory, and some more, if it is there.
 pub(crate) fn take(bytes: usize) -> Option<Vec<u8>> {

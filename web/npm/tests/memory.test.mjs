@@ -112,29 +112,38 @@ function withMostPages(bytes, most) {
   }
 }
 
-test("where memory ends, there is an exception, and the index works on", async () => {
-  const bytes = await readFile(new URL("../wasm/osp_culling_bg.wasm", import.meta.url));
-  // Its own copy of the glue: the other tests have theirs.
-  const glue = await import("../wasm/osp_culling.js?small");
-  const { memory } = glue.initSync({ module: withMostPages(bytes, 1024) });
-  const write = (index, ids, boxes) => {
-    index.room(boxes.length, ids.length);
-    new Float32Array(memory.buffer, index.boxes_at(), boxes.length).set(boxes);
-    new Uint32Array(memory.buffer, index.ids_at(), ids.length).set(ids);
-    index.insert();
-  };
-  const noMemory = { name: "RangeError", message: /there is no memory left for/ };
-  assert.throws(() => new glue.Index(0, 0, 0, 64, 1e8), noMemory);
-  const index = new glue.Index(0, 0, 0, 64, 0);
-  assert.throws(() => index.room(1e8, 1e8), noMemory);
-  const each = 20_000;
-  let held = 0;
-  const fill = () => {
-    for (;; held += each) write(index, idsUpTo(each, held), randomBoxes(each, held));
-  };
-  assert.throws(fill, noMemory);
-  assert.ok(held >= 100_000, `${held} boxes in 64 MiB`);
-  assert.equal(index.len(), held);
-  new Float64Array(memory.buffer, index.numbers_at(), 6).set([-1e9, -1e9, -1e9, 1e9, 1e9, 1e9]);
-  assert.equal(index.in_box(), held);
-});
+for (const each of [1, 37, 700, 20_000]) {
+  test(`where memory ends, there is an exception, and the index works on: ${each} at a time`, async () => {
+    const bytes = await readFile(new URL("../wasm/osp_culling_bg.wasm", import.meta.url));
+    // Its own copy of the glue: the other tests have theirs.
+    const glue = await import(`../wasm/osp_culling.js?${each}`);
+    const { memory } = glue.initSync({ module: withMostPages(bytes, 1024) });
+    const write = (index, ids, boxes) => {
+      index.room(boxes.length, ids.length);
+      new Float32Array(memory.buffer, index.boxes_at(), boxes.length).set(boxes);
+      new Uint32Array(memory.buffer, index.ids_at(), ids.length).set(ids);
+      index.insert();
+    };
+    const noMemory = { name: "RangeError", message: /there is no memory left for/ };
+    assert.throws(() => new glue.Index(0, 0, 0, 64, 1e8), noMemory);
+    const index = new glue.Index(0, 0, 0, 64, 0);
+    assert.throws(() => index.room(1e8, 1e8), noMemory);
+    let held = 0;
+    const boxes = randomBoxes(each, 3);
+    const fill = () => {
+      for (; held < 3e6; held += each) {
+        // Somewhere else each time.
+        for (let i = 0; i < boxes.length; i += 3) boxes[i] += 0.01;
+        write(index, idsUpTo(each, held), boxes);
+        if (each > 1 || held % 50 === 0) index.commit();
+      }
+    };
+    assert.throws(fill, noMemory);
+    assert.ok(held >= 100_000, `${held} boxes in 64 MiB`);
+    assert.equal(index.len(), held);
+    new Float64Array(memory.buffer, index.numbers_at(), 6).set([-1e9, -1e9, -1e9, 1e9, 1e9, 1e9]);
+    assert.equal(index.in_box(), held);
+    assert.throws(() => new glue.Depth(8192, 8192), noMemory);
+    assert.equal(index.len(), held);
+  });
+}
