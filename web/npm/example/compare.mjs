@@ -6,7 +6,8 @@ import { COUNT } from "./scene.mjs";
 import { median, race } from "./race.mjs";
 
 await init();
-const count = Number(process.env.OSP_BOXES ?? COUNT), frames = Number(process.env.OSP_FRAMES ?? 120);
+const count = Number(process.env.OSP_BOXES ?? COUNT),
+  frames = Number(process.env.OSP_FRAMES ?? 120);
 const { results, medianSeen, count: boxes } = await race({ count, frames });
 
 console.log(`${boxes.toLocaleString("en")} boxes, ${frames} frames, ${medianSeen.toLocaleString("en")} in view (median)`);

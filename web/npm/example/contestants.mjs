@@ -11,7 +11,8 @@ export function contestants(count) {
 }
 
 function osp(count) {
-  const index = new Osp({ rootSize: 20, capacity: count }), out = new Uint32Array(count);
+  const index = new Osp({ rootSize: 20, capacity: count }),
+    out = new Uint32Array(count);
   return {
     name: "osp-culling",
     out,
@@ -25,7 +26,9 @@ function osp(count) {
 }
 
 function threeFrustum(count) {
-  const boxes = new Array(count), out = new Uint32Array(count), frustum = new Frustum();
+  const boxes = new Array(count),
+    out = new Uint32Array(count),
+    frustum = new Frustum();
   return {
     name: "THREE.Frustum, all boxes",
     out,
@@ -60,7 +63,8 @@ function bvhCull(bvh, out) {
 }
 
 function grownBvh(count) {
-  const bvh = new BVH(new HybridBuilder()), out = new Uint32Array(count);
+  const bvh = new BVH(new HybridBuilder()),
+    out = new Uint32Array(count);
   return {
     name: "bvh.js, box by box",
     out,
@@ -71,7 +75,8 @@ function grownBvh(count) {
 }
 
 function builtBvh(count) {
-  const bvh = new BVH(new HybridBuilder()), out = new Uint32Array(count);
+  const bvh = new BVH(new HybridBuilder()),
+    out = new Uint32Array(count);
   const all = { ids: [], boxes: [] };
   return {
     name: "bvh.js, built at once",

@@ -48,7 +48,9 @@ function compareThree() {
     times.alone.push(without);
     times.helped.push(withCuller);
   }
-  console.log(`three.js, BatchedMesh of ${COUNT.toLocaleString("en")}: ${milliseconds(times.alone)}; with BatchedMeshCuller ${milliseconds(times.helped)}`);
+  console.log(
+    `three.js, BatchedMesh of ${COUNT.toLocaleString("en")}: ${milliseconds(times.alone)}; with BatchedMeshCuller ${milliseconds(times.helped)}`,
+  );
 }
 
 function compareBabylon(count) {

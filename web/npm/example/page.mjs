@@ -38,7 +38,8 @@ function draw(count) {
     const shown = culler.update(camera);
     const took = performance.now() - start;
     renderer.render(scene, camera);
-    element("#drawn").textContent = `${shown.toLocaleString("en")} of ${count.toLocaleString("en")} boxes in view; culled and shown or hidden in ${took.toFixed(2)} ms`;
+    element("#drawn").textContent =
+      `${shown.toLocaleString("en")} of ${count.toLocaleString("en")} boxes in view; culled and shown or hidden in ${took.toFixed(2)} ms`;
     return shown;
   };
   const first = step();
@@ -48,14 +49,22 @@ function draw(count) {
 
 async function run() {
   await init();
-  const count = Number(asked.get("boxes") ?? COUNT), frames = Number(asked.get("frames") ?? 120);
+  const count = Number(asked.get("boxes") ?? COUNT),
+    frames = Number(asked.get("frames") ?? 120);
   const report = async (text) => {
     say(text);
     await nextFrame();
   };
   const outcome = await race({ count, frames, report });
   outcome.results.forEach(addRow);
-  const summary = outcome.results.map(({ name, cullUs, missing, more, isRounding, isOnce }) => ({ name, cullUs: median(cullUs), missing, more, isRounding, isOnce }));
+  const summary = outcome.results.map(({ name, cullUs, missing, more, isRounding, isOnce }) => ({
+    name,
+    cullUs: median(cullUs),
+    missing,
+    more,
+    isRounding,
+    isOnce,
+  }));
   await report(`${outcome.count.toLocaleString("en")} boxes, ${frames} frames, kernel ${kernel()}`);
   let shown = null;
   try {
@@ -63,7 +72,14 @@ async function run() {
   } catch (error) {
     element("#drawn").textContent = `Not drawn: ${error.message}`;
   }
-  return { kernel: kernel(), count: outcome.count, medianSeen: outcome.medianSeen, summary, shown, drawn: element("#drawn").textContent };
+  return {
+    kernel: kernel(),
+    count: outcome.count,
+    medianSeen: outcome.medianSeen,
+    summary,
+    shown,
+    drawn: element("#drawn").textContent,
+  };
 }
 
 let result;

@@ -15,7 +15,14 @@ export function median(values) {
 function margin(elements, boxes, id) {
   const row = (i, column) => elements[4 * column + i];
   let least = Infinity;
-  for (const [i, sign] of [[0, 1], [0, -1], [1, 1], [1, -1], [2, 1], [2, -1]]) {
+  for (const [i, sign] of [
+    [0, 1],
+    [0, -1],
+    [1, 1],
+    [1, -1],
+    [2, 1],
+    [2, -1],
+  ]) {
     let [sum, size] = [0, 0];
     for (let column = 0; column < 4; column++) {
       const n = row(3, column) + sign * row(i, column);
@@ -36,8 +43,10 @@ const ROUNDING = 4e-6;
  * inside or outside it lies.
  */
 function compare(answer, exact, elements, boxes) {
-  const ids = new Set(answer), all = new Set(exact);
-  const missing = exact.filter((id) => !ids.has(id)), more = answer.filter((id) => !all.has(id));
+  const ids = new Set(answer),
+    all = new Set(exact);
+  const missing = exact.filter((id) => !ids.has(id)),
+    more = answer.filter((id) => !all.has(id));
   const isRounding = [...missing, ...more].every((id) => Math.abs(margin(elements, boxes, id)) < ROUNDING);
   return { missing: missing.length, more: more.length, isRounding, isOnce: ids.size === answer.length };
 }
@@ -46,9 +55,17 @@ function compare(answer, exact, elements, boxes) {
 export async function race({ frames = 120, warm = 20, count = COUNT, report = async () => {} } = {}) {
   const boxes = boxesOfStrokes();
   const strokes = Math.min(STROKES, Math.ceil(count / PIECES));
-  const camera = new PerspectiveCamera(60, 16 / 9, 0.1, 30), clipFromWorld = new Matrix4();
+  const camera = new PerspectiveCamera(60, 16 / 9, 0.1, 30),
+    clipFromWorld = new Matrix4();
   const results = contestants(strokes * PIECES).map((contestant) => ({
-    contestant, name: contestant.name, insertUs: [], cullUs: [], missing: 0, more: 0, isRounding: true, isOnce: true,
+    contestant,
+    name: contestant.name,
+    insertUs: [],
+    cullUs: [],
+    missing: 0,
+    more: 0,
+    isRounding: true,
+    isOnce: true,
   }));
   for (const result of results) {
     await report(`inserting: ${result.name}`);

@@ -8,7 +8,13 @@ import { fileURLToPath } from "node:url";
 
 const FOLDER = fileURLToPath(new URL("..", import.meta.url));
 const PORT = 9329;
-const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".mjs": "text/javascript", ".css": "text/css", ".wasm": "application/wasm" };
+const TYPES = {
+  ".html": "text/html; charset=utf-8",
+  ".js": "text/javascript",
+  ".mjs": "text/javascript",
+  ".css": "text/css",
+  ".wasm": "application/wasm",
+};
 
 /** Longest report that is taken, bytes. */
 const MOST = 1e6;
@@ -17,7 +23,11 @@ export function serve(port, onReport = null) {
   const server = createServer(async (request, answer) => {
     const end = (status, body = "", type = "text/plain") => {
       // The clock of an isolated page is the finer one.
-      answer.writeHead(status, { "content-type": type, "cross-origin-opener-policy": "same-origin", "cross-origin-embedder-policy": "require-corp" });
+      answer.writeHead(status, {
+        "content-type": type,
+        "cross-origin-opener-policy": "same-origin",
+        "cross-origin-embedder-policy": "require-corp",
+      });
       answer.end(body);
     };
     const { pathname } = new URL(request.url, "http://localhost");

@@ -83,7 +83,9 @@ export class SceneCuller {
 
   /** The meshes that the scene's camera may see, and those that must always be looked at. */
   #find() {
-    const scene = this.#scene, candidates = this.#candidates;
+    const scene = this.#scene,
+      candidates = this.#candidates;
+    if (scene.skipFrustumClipping) return this.#candidatesBefore.call(scene);
     const always = this.#follow();
     const depth = scene.getEngine().isNDCHalfZRange ? "webgpu" : "webgl";
     const count = this.#osp.cullInto(this.#found, scene.getTransformMatrix().asArray(), { depth });
@@ -100,7 +102,8 @@ export class SceneCuller {
    * new mesh only after the frame.
    */
   #follow() {
-    const always = [], ids = { came: [], moved: [] };
+    const always = [],
+      ids = { came: [], moved: [] };
     this.#frame += 1;
     for (const mesh of this.#scene.meshes) {
       const id = this.#ids.get(mesh) ?? this.#came(mesh);
@@ -123,9 +126,15 @@ export class SceneCuller {
   #isMoved(mesh, id) {
     mesh.computeWorldMatrix();
     const { minimumWorld: low, maximumWorld: high } = mesh.getBoundingInfo().boundingBox;
-    const boxes = this.#boxes, at = BOX * id;
-    const isSame = boxes[at] === low.x && boxes[at + 1] === low.y && boxes[at + 2] === low.z
-      && boxes[at + 3] === high.x && boxes[at + 4] === high.y && boxes[at + 5] === high.z;
+    const boxes = this.#boxes,
+      at = BOX * id;
+    const isSame =
+      boxes[at] === low.x &&
+      boxes[at + 1] === low.y &&
+      boxes[at + 2] === low.z &&
+      boxes[at + 3] === high.x &&
+      boxes[at + 4] === high.y &&
+      boxes[at + 5] === high.z;
     if (isSame && this.#isFiled[id]) return false;
     const box = [low.x, low.y, low.z, high.x, high.y, high.z];
     const isFinite = box.every((v) => Number.isFinite(Math.fround(v)));

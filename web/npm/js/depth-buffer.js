@@ -33,7 +33,8 @@ export class DepthBuffer {
     if (corners.length % unit !== 0) {
       throw new RangeError(`corners: expected a multiple of ${unit} numbers, found ${corners.length}`);
     }
-    const counts = cornersOf === undefined ? new Uint32Array(corners.length / 9).fill(3) : typed(cornersOf, "Uint32Array", "cornersOf");
+    const counts =
+      cornersOf === undefined ? new Uint32Array(corners.length / 9).fill(3) : typed(cornersOf, "Uint32Array", "cornersOf");
     buffer.room(corners.length, counts.length);
     floats(buffer.boxes_at(), corners.length).set(corners);
     ids(buffer.ids_at(), counts.length).set(counts);

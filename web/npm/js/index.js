@@ -22,8 +22,11 @@ export class Osp {
     checkLoaded();
     const [x, y, z] = numbers(rootCenter, 3, "rootCenter");
     this.#core = new Index(
-      number(x, "rootCenter"), number(y, "rootCenter"), number(z, "rootCenter"),
-      number(rootSize, "rootSize"), number(capacity, "capacity"),
+      number(x, "rootCenter"),
+      number(y, "rootCenter"),
+      number(z, "rootCenter"),
+      number(rootSize, "rootSize"),
+      number(capacity, "capacity"),
     );
   }
 

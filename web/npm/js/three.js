@@ -8,7 +8,10 @@ import { roundDown, roundUp } from "./outward.js";
 const FOLLOWED = ["addInstance", "deleteInstance", "setMatrixAt", "setGeometryIdAt", "setGeometryAt", "dispose"];
 
 /** Of an instance: it is in the mesh; in the index; waits to be filed; its visibility is true. */
-const PRESENT = 1, FILED = 2, CHANGED = 4, SHOWN = 8;
+const PRESENT = 1,
+  FILED = 2,
+  CHANGED = 4,
+  SHOWN = 8;
 
 export class BatchedMeshCuller {
   #mesh;
@@ -55,7 +58,8 @@ export class BatchedMeshCuller {
     mesh.updateWorldMatrix(true, false);
     this.#frame += 1;
     let count = 0;
-    const before = this.#shown, beforeCount = this.#shownCount;
+    const before = this.#shown,
+      beforeCount = this.#shownCount;
     const now = this.#found;
     for (const camera of cameras) {
       camera.updateWorldMatrix(true, false);
@@ -91,7 +95,8 @@ export class BatchedMeshCuller {
   }
 
   #follow() {
-    const mesh = this.#mesh, culler = this;
+    const mesh = this.#mesh,
+      culler = this;
     const hear = {
       addInstance: (_, id) => culler.#came(id),
       deleteInstance: ([id]) => culler.#went(id),
@@ -152,7 +157,9 @@ export class BatchedMeshCuller {
   #file() {
     const most = this.#changed.length;
     const batchOf = () => ({ count: 0, ids: new Uint32Array(most), boxes: new Float32Array(6 * most) });
-    const came = batchOf(), moved = batchOf(), gone = [];
+    const came = batchOf(),
+      moved = batchOf(),
+      gone = [];
     for (const id of this.#changed) {
       const state = this.#state[id];
       const box = state & PRESENT ? this.#boxOf(id) : null;
@@ -179,13 +186,16 @@ export class BatchedMeshCuller {
     const mesh = this.#mesh;
     const { min, max } = mesh.getBoundingBoxAt(mesh.getGeometryIdAt(id), this.#box);
     const m = mesh.getMatrixAt(id, this.#matrix).elements;
-    const low = [0, 0, 0], high = [0, 0, 0];
+    const low = [0, 0, 0],
+      high = [0, 0, 0];
     for (let row = 0; row < 3; row++) {
       const [x, y, z] = [m[row], m[4 + row], m[8 + row]];
       low[row] = roundDown(
-        m[12 + row] + Math.min(x * min.x, x * max.x) + Math.min(y * min.y, y * max.y) + Math.min(z * min.z, z * max.z));
+        m[12 + row] + Math.min(x * min.x, x * max.x) + Math.min(y * min.y, y * max.y) + Math.min(z * min.z, z * max.z),
+      );
       high[row] = roundUp(
-        m[12 + row] + Math.max(x * min.x, x * max.x) + Math.max(y * min.y, y * max.y) + Math.max(z * min.z, z * max.z));
+        m[12 + row] + Math.max(x * min.x, x * max.x) + Math.max(y * min.y, y * max.y) + Math.max(z * min.z, z * max.z),
+      );
     }
     const box = [...low, ...high];
     return box.every(Number.isFinite) && low.every((v, axis) => v <= high[axis]) ? box : null;
@@ -207,8 +217,7 @@ export class BatchedMeshCuller {
 
 if (Symbol.dispose) BatchedMeshCuller.prototype[Symbol.dispose] = BatchedMeshCuller.prototype.dispose;
 
-const hasDepthFromZero = (camera) =>
-  camera.coordinateSystem === WebGPUCoordinateSystem || camera.reversedDepth === true;
+const hasDepthFromZero = (camera) => camera.coordinateSystem === WebGPUCoordinateSystem || camera.reversedDepth === true;
 
 function isInMesh(mesh, id) {
   try {

@@ -15,7 +15,8 @@ import { SceneCuller } from "osp-culling/babylon";
 import { random } from "./common.mjs";
 
 function sceneOf() {
-  const engine = new NullEngine(), scene = new Scene(engine);
+  const engine = new NullEngine(),
+    scene = new Scene(engine);
   const camera = new FreeCamera("camera", new Vector3(0, 0, -10), scene);
   [camera.minZ, camera.maxZ] = [0.1, 60];
   return { engine, scene, camera };
@@ -26,7 +27,12 @@ const anywhere = (next, size = 80) => new Vector3((next() - 0.5) * size, (next()
 /** The meshes that a frame draws. */
 function active(scene) {
   scene.render();
-  return new Set(scene.getActiveMeshes().data.slice(0, scene.getActiveMeshes().length).map((mesh) => mesh.name));
+  return new Set(
+    scene
+      .getActiveMeshes()
+      .data.slice(0, scene.getActiveMeshes().length)
+      .map((mesh) => mesh.name),
+  );
 }
 
 test("the active meshes are those of the scene without the helper", () => {
@@ -85,7 +91,9 @@ test("the active meshes are those of the scene without the helper", () => {
 
 test("meshes without a finite box stay candidates, and a scene that ends frees the index", () => {
   const { engine, scene } = sceneOf();
-  const lost = CreateBox("lost", {}, scene), found = CreateBox("found", {}, scene), behind = CreateBox("behind", {}, scene);
+  const lost = CreateBox("lost", {}, scene),
+    found = CreateBox("found", {}, scene),
+    behind = CreateBox("behind", {}, scene);
   lost.position.x = NaN;
   behind.position.z = -100;
   const culler = new SceneCuller(scene);
@@ -95,6 +103,10 @@ test("meshes without a finite box stay candidates, and a scene that ends frees t
   lost.position.x = 0;
   scene.render();
   assert.deepEqual([culler.osp.size, culler.candidates], [3, 2]);
+  scene.skipFrustumClipping = true;
+  scene.render();
+  assert.equal(scene.getActiveMeshes().length, 3);
+  scene.skipFrustumClipping = false;
   found.dispose();
   scene.render();
   assert.deepEqual([culler.osp.size, culler.candidates], [2, 1]);

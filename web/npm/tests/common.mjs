@@ -39,8 +39,7 @@ export const idsUpTo = (count, first = 0) => Uint32Array.from({ length: count },
 export function multiply(a, b) {
   const product = new Array(16).fill(0);
   for (let column = 0; column < 4; column++)
-    for (let row = 0; row < 4; row++)
-      for (let k = 0; k < 4; k++) product[4 * column + row] += a[4 * k + row] * b[4 * column + k];
+    for (let row = 0; row < 4; row++) for (let k = 0; k < 4; k++) product[4 * column + row] += a[4 * k + row] * b[4 * column + k];
   return product;
 }
 
@@ -53,9 +52,14 @@ export function perspective(eye, target, { depth = "webgl", fov = 1, aspect = 1.
   const back = unit(minus(eye, target));
   const right = unit(cross([0.1, 1, 0.05], back));
   const up = cross(back, right);
-  const view = [0, 1, 2].flatMap((i) => [right[i], up[i], back[i], 0]).concat([-dot(right, eye), -dot(up, eye), -dot(back, eye), 1]);
+  const view = [0, 1, 2]
+    .flatMap((i) => [right[i], up[i], back[i], 0])
+    .concat([-dot(right, eye), -dot(up, eye), -dot(back, eye), 1]);
   const f = 1 / Math.tan(fov / 2);
-  const z = depth === "webgl" ? [(near + far) / (near - far), (2 * near * far) / (near - far)] : [far / (near - far), (near * far) / (near - far)];
+  const z =
+    depth === "webgl"
+      ? [(near + far) / (near - far), (2 * near * far) / (near - far)]
+      : [far / (near - far), (near * far) / (near - far)];
   return multiply([f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, z[0], -1, 0, 0, z[1], 0], view);
 }
 

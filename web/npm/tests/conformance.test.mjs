@@ -22,7 +22,9 @@ function answer(osp, question, n) {
 }
 
 test("all cases of the shared script", async () => {
-  let osp = null, asked = null, place = "";
+  let osp = null,
+    asked = null,
+    place = "";
   const checked = { visible: 0, found: 0, hit: 0 };
   const steps = {
     case: () => {

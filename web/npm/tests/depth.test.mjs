@@ -8,7 +8,8 @@ import { idsUpTo, perspective, random, randomBoxes, sorted } from "./common.mjs"
 const wall = (x0, x1, y0, y1, z) => [x0, y0, z, x1, y0, z, x1, y1, z, x0, y1, z];
 
 test("a wall hides what is behind it, and nothing beside or before it", () => {
-  const osp = new Osp(), depth = new DepthBuffer();
+  const osp = new Osp(),
+    depth = new DepthBuffer();
   const at = (x, y, z) => [x - 0.5, y - 0.5, z - 0.5, x + 0.5, y + 0.5, z + 0.5];
   osp.insert(idsUpTo(5), Float32Array.from([at(0, 0, -10), at(0, 0, -2), at(9, 0, -10), at(0, 0, -4.5), at(0, 0, 5)].flat()));
   for (const kind of ["webgl", "webgpu"]) {
@@ -34,18 +35,24 @@ test("a wall hides what is behind it, and nothing beside or before it", () => {
 
 test("nothing hidden can be seen: rays from the eye to it all meet an occluder first", () => {
   const next = random(9);
-  const depth = new DepthBuffer({ width: 640, height: 400 }), osp = new Osp();
+  const depth = new DepthBuffer({ width: 640, height: 400 }),
+    osp = new Osp();
   const count = 1500;
   let [hidden, rays, kept] = [0, 0, 0];
   for (let round = 0; round < 40; round++) {
     const eye = [0, 1, 2].map(() => (next() - 0.5) * 4);
-    const clip = perspective(eye, [0, 1, 2].map(() => (next() - 0.5) * 40), { far: 200 });
+    const clip = perspective(
+      eye,
+      [0, 1, 2].map(() => (next() - 0.5) * 40),
+      { far: 200 },
+    );
     const corners = Float32Array.from({ length: 9 * 8 }, () => (next() - 0.5) * 40);
     depth.build(clip, corners);
     const boxes = randomBoxes(count, round, 60).map((v) => Math.max(-100, Math.min(100, v)));
     osp.clear();
     osp.insert(idsUpTo(count), boxes);
-    const inView = osp.cull(clip), left = new Set(osp.cull(clip, { occlusion: depth }));
+    const inView = osp.cull(clip),
+      left = new Set(osp.cull(clip, { occlusion: depth }));
     for (const id of left) assert.ok(inView.includes(id));
     kept += left.size;
     const verdicts = depth.hidden(boxes);
@@ -84,17 +91,24 @@ function isBlocked(eye, p, corners) {
   for (let i = 0; i < corners.length; i += 9) {
     const [a, b, c] = [0, 3, 6].map((k) => [...corners.subarray(i + k, i + k + 3)]);
     const [ab, ac] = [minus(b, a), minus(c, a)];
-    const h = cross(along, ac), det = dot(ab, h);
-    const s = minus(eye, a), u = dot(s, h) / det, q = cross(s, ab), v = dot(along, q) / det, t = dot(ac, q) / det;
+    const h = cross(along, ac),
+      det = dot(ab, h);
+    const s = minus(eye, a),
+      u = dot(s, h) / det,
+      q = cross(s, ab),
+      v = dot(along, q) / det,
+      t = dot(ac, q) / det;
     if (u >= -1e-9 && v >= -1e-9 && u + v <= 1 + 1e-9 && t > 0 && t <= 1 + 1e-9) return true;
   }
   return false;
 }
 
 test("a depth buffer refuses what it cannot take", () => {
-  const osp = new Osp(), depth = new DepthBuffer();
+  const osp = new Osp(),
+    depth = new DepthBuffer();
   const clip = perspective([0, 0, 0], [0, 0, -1]);
-  const quad = Float32Array.from(wall(-3, 3, -3, 3, -5)), four = Uint32Array.of(4);
+  const quad = Float32Array.from(wall(-3, 3, -3, 3, -5)),
+    four = Uint32Array.of(4);
   const throws = (call, message) => assert.throws(call, { name: "RangeError", message });
   throws(() => osp.cull(clip, { occlusion: depth }), "occlusion: the depth buffer is empty: call build first");
   throws(() => depth.hidden(new Float32Array(6)), "the depth buffer is empty: call build first");
@@ -102,15 +116,32 @@ test("a depth buffer refuses what it cannot take", () => {
   const parallel = [0.1, 0, 0, 0, 0, 0.1, 0, 0, 0, 0, -0.1, 0, 0, 0, 0, 1];
   throws(() => depth.build(parallel, quad, { cornersOf: four }), /^clipFromWorld: expected a perspective without shear/);
   throws(() => depth.build(clip, quad), "corners: expected a multiple of 9 numbers, found 12");
-  throws(() => depth.build(clip, quad, { cornersOf: Uint32Array.of(3) }), "corners: expected 3, as many as the polygons have, found 4");
+  throws(
+    () => depth.build(clip, quad, { cornersOf: Uint32Array.of(3) }),
+    "corners: expected 3, as many as the polygons have, found 4",
+  );
   throws(() => depth.build(clip, quad, { cornersOf: Uint32Array.of(2, 2) }), "polygon 0: expected 3 to 7 corners, found 2");
-  throws(() => depth.build(clip, quad.map((v, i) => (i === 4 ? NaN : v)), { cornersOf: four }), /^corner 1: expected finite numbers/);
+  throws(
+    () =>
+      depth.build(
+        clip,
+        quad.map((v, i) => (i === 4 ? NaN : v)),
+        { cornersOf: four },
+      ),
+    /^corner 1: expected finite numbers/,
+  );
   throws(() => depth.hidden(new Float32Array(5)), "boxes: expected a multiple of 6 numbers, found 5");
   throws(() => depth.hidden(Float32Array.of(0, 0, 0, -1, 0, 0)), /^box 0: expected finite numbers and min <= max/);
-  assert.throws(() => depth.build(clip, [...quad]), { name: "TypeError", message: "corners: expected a Float32Array, found Array" });
+  assert.throws(() => depth.build(clip, [...quad]), {
+    name: "TypeError",
+    message: "corners: expected a Float32Array, found Array",
+  });
   // It is as it was built, and refuses to stand for another view.
   assert.deepEqual([...depth.hidden(Float32Array.of(-1, -1, -9, 1, 1, -8))], [1]);
-  throws(() => osp.cull(perspective([0, 0, 1], [0, 0, -1]), { occlusion: depth }), /^occlusion: the depth buffer was built for another matrix/);
+  throws(
+    () => osp.cull(perspective([0, 0, 1], [0, 0, -1]), { occlusion: depth }),
+    /^occlusion: the depth buffer was built for another matrix/,
+  );
   throws(() => osp.cull(clip, { depth: "webgpu", occlusion: depth }), /^occlusion: the depth buffer was built for another matrix/);
   osp.cull(clip, { occlusion: depth });
   osp.free();

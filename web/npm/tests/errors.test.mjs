@@ -11,7 +11,11 @@ const two = () => Float32Array.from([...cube(0), ...cube(2)]);
 
 /** Calls that are refused: what is called, the kind of error, and what it says. */
 const REFUSED = [
-  [(o) => o.insert(Uint32Array.of(5), Float32Array.of(0, 0, NaN, 1, 1, 1)), RangeError, /^box 0: expected finite numbers and min <= max, found \[/],
+  [
+    (o) => o.insert(Uint32Array.of(5), Float32Array.of(0, 0, NaN, 1, 1, 1)),
+    RangeError,
+    /^box 0: expected finite numbers and min <= max, found \[/,
+  ],
   [(o) => o.insert(Uint32Array.of(5), Float32Array.of(0, 0, 0, 1, 1, Infinity)), RangeError, /^box 0: expected finite/],
   [(o) => o.insert(Uint32Array.of(5), Float32Array.of(2, 0, 0, 1, 1, 1)), RangeError, /^box 0: expected finite/],
   [(o) => o.insert(Uint32Array.of(5, 6), Float32Array.of(...cube(5), 9, 9, 9, 1, 1, 1)), RangeError, /^box 1: expected finite/],
@@ -32,7 +36,11 @@ const REFUSED = [
   [(o) => o.cull(clip.slice(1)), RangeError, /^clipFromWorld: expected 16 numbers, found 15$/],
   [(o) => o.cull(null), TypeError, /^clipFromWorld: expected an array of 16 numbers, found null$/],
   [(o) => o.cull({ elements: clip }), TypeError, /^clipFromWorld: expected an array of 16 numbers, found Object$/],
-  [(o) => o.cull(clip.with?.(3, NaN) ?? [...clip.slice(0, 3), NaN, ...clip.slice(4)]), RangeError, /^clipFromWorld: expected finite numbers$/],
+  [
+    (o) => o.cull(clip.with?.(3, NaN) ?? [...clip.slice(0, 3), NaN, ...clip.slice(4)]),
+    RangeError,
+    /^clipFromWorld: expected finite numbers$/,
+  ],
   [(o) => o.cull(["a", ...clip.slice(1)]), RangeError, /^clipFromWorld: expected finite numbers$/],
   [(o) => o.cull(clip.map((v) => v * 1e60)), RangeError, /^clipFromWorld: expected finite numbers$/],
   [(o) => o.cull(new Array(16).fill(1)), RangeError, /^clipFromWorld: expected a matrix with an inverse$/],
@@ -63,12 +71,16 @@ test("wrong arguments are refused, and change nothing", () => {
   const osp = new Osp();
   osp.insert(Uint32Array.of(0, 1), two());
   for (const [call, kind, message] of REFUSED) {
-    assert.throws(() => call(osp), (error) => {
-      assert.equal(error.constructor, kind, `${call}: ${error}`);
-      assert.match(error.message, message);
-      assert.ok(!error.message.includes("\n"));
-      return true;
-    }, String(call));
+    assert.throws(
+      () => call(osp),
+      (error) => {
+        assert.equal(error.constructor, kind, `${call}: ${error}`);
+        assert.match(error.message, message);
+        assert.ok(!error.message.includes("\n"));
+        return true;
+      },
+      String(call),
+    );
     assert.equal(osp.size, 2, String(call));
     assert.deepEqual([...osp.box(0), ...osp.box(1)], [...two()], String(call));
     assert.equal(osp.has(5), false, String(call));
@@ -84,10 +96,16 @@ test("odd but right arguments are taken", () => {
   osp.insert(new Uint32Array(0), new Float32Array(0));
   osp.update(new Uint32Array(0), new Float32Array(0));
   osp.remove(new Uint32Array(0));
-  assert.deepEqual([osp.size, osp.cull(clip).length, osp.ray([0, 0, 0], [1, 0, 0]), osp.nearest([0, 0, 0], 9).ids.length], [0, 0, null, 0]);
+  assert.deepEqual(
+    [osp.size, osp.cull(clip).length, osp.ray([0, 0, 0], [1, 0, 0]), osp.nearest([0, 0, 0], 9).ids.length],
+    [0, 0, null, 0],
+  );
   osp.insert(Uint32Array.of(2 ** 27 - 1), Float32Array.from(cube(0)));
   assert.deepEqual([...osp.cull(new Float32Array(clip))], [2 ** 27 - 1]);
-  assert.deepEqual([osp.has(2 ** 27 - 1), osp.has(-1), osp.has(0.5), osp.has("a"), osp.box(3)], [true, false, false, false, undefined]);
+  assert.deepEqual(
+    [osp.has(2 ** 27 - 1), osp.has(-1), osp.has(0.5), osp.has("a"), osp.box(3)],
+    [true, false, false, false, undefined],
+  );
   // A part of a larger buffer.
   osp.update(Uint32Array.of(9, 2 ** 27 - 1).subarray(1), Float32Array.from([7, ...cube(4)]).subarray(1));
   assert.deepEqual([...osp.box(2 ** 27 - 1)], cube(4));
@@ -101,7 +119,8 @@ test("a thousand wrong batches of many boxes leave the index whole", () => {
   const boxes = Float32Array.from({ length: 6 * 500 }, (_, i) => Math.floor(i / 6) + (i % 6 < 3 ? 0 : 1));
   osp.insert(idsUpTo(500), boxes);
   for (let i = 0; i < 1000; i++) {
-    const ids = idsUpTo(500, 500), wrong = boxes.slice();
+    const ids = idsUpTo(500, 500),
+      wrong = boxes.slice();
     if (i % 2) wrong[6 * (i % 500) + 4] = NaN;
     else ids[499] = i % 1000;
     assert.throws(() => osp.insert(ids, wrong), RangeError);

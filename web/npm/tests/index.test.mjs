@@ -12,7 +12,8 @@ const SLACK = 4e-6;
 function checkSeen(found, planes, boxes, idOf, farthest = 0) {
   const ids = new Set(found);
   assert.equal(ids.size, found.length, "an id was reported twice");
-  const must = seenByLoop(planes, boxes).map(idOf), may = new Set(seenByLoop(planes, boxes, SLACK, farthest).map(idOf));
+  const must = seenByLoop(planes, boxes).map(idOf),
+    may = new Set(seenByLoop(planes, boxes, SLACK, farthest).map(idOf));
   for (const id of must) assert.ok(ids.has(id), `visible, but culled: ${id}`);
   for (const id of ids) assert.ok(may.has(id), `reported, but far outside: ${id}`);
   return must.length;
@@ -24,7 +25,8 @@ test("nothing that a loop in double precision sees is culled", () => {
   let seen = 0;
   for (let seed = 0; seed < 60; seed++) {
     const next = random(1000 + seed);
-    const size = 10 ** (next() * 4 - 1), count = Math.floor(next() * 3000) + 1;
+    const size = 10 ** (next() * 4 - 1),
+      count = Math.floor(next() * 3000) + 1;
     const boxes = randomBoxes(count, seed, size);
     const osp = new Osp({ rootSize: size });
     osp.insert(idsUpTo(count), boxes);
@@ -36,7 +38,7 @@ test("nothing that a loop in double precision sees is culled", () => {
       seen += checkSeen(osp.cull(clip, { depth }), planes, boxes, (i) => i);
       // Planes by themselves are wide enough for all that the index has seen.
       const farthest = boxes.reduce((most, v) => Math.max(most, Math.abs(v)), 0);
-      for (const some of [planes, planes.slice(0, view % 5 + 1)]) {
+      for (const some of [planes, planes.slice(0, (view % 5) + 1)]) {
         seen += checkSeen(osp.cullPlanes(some.flat()), some, boxes, (i) => i, farthest);
       }
     }
@@ -54,7 +56,8 @@ test("boxes whose faces lie in the planes, to the last bit, are found", () => {
     // Points that lie on the planes as nearly as single precision can say: each is decided by rounding alone.
     const boxes = new Float32Array(6 * 200);
     for (let i = 0; i < 200; i++) {
-      const [a, b, c, d] = planes[i % 6], p = point(next, 1000);
+      const [a, b, c, d] = planes[i % 6],
+        p = point(next, 1000);
       const along = (a * p[0] + b * p[1] + c * p[2] + d) / (a * a + b * b + c * c);
       const corner = Float32Array.from([p[0] - a * along, p[1] - b * along, p[2] - c * along]);
       boxes.set(corner, 6 * i);
@@ -73,7 +76,9 @@ test("boxes come, move and go, and every question is answered as by a loop", () 
   const osp = new Osp({ rootSize: 20 });
   const boxOf = new Map();
   for (let round = 0; round < 120; round++) {
-    const fresh = idsUpTo(Math.floor(next() * 300)).map(() => Math.floor(next() * 6000)).filter((id, i, all) => !boxOf.has(id) && all.indexOf(id) === i);
+    const fresh = idsUpTo(Math.floor(next() * 300))
+      .map(() => Math.floor(next() * 6000))
+      .filter((id, i, all) => !boxOf.has(id) && all.indexOf(id) === i);
     const boxes = randomBoxes(fresh.length, 5000 + round, 30);
     osp.insert(fresh, boxes);
     fresh.forEach((id, i) => boxOf.set(id, boxes.slice(6 * i, 6 * i + 6)));
@@ -87,7 +92,8 @@ test("boxes come, move and go, and every question is answered as by a loop", () 
     if (round % 3 === 0) osp.commit();
     assert.equal(osp.size, boxOf.size);
 
-    const ids = [...boxOf.keys()], all = Float32Array.from([...boxOf.values()].flatMap((box) => [...box]));
+    const ids = [...boxOf.keys()],
+      all = Float32Array.from([...boxOf.values()].flatMap((box) => [...box]));
     const depth = round % 2 ? "webgl" : "webgpu";
     const clip = perspective(point(next, 30), point(next, 30), { depth, far: 20 });
     checkSeen(osp.cull(clip, { depth }), planesOf(clip, depth), all, (i) => ids[i]);
@@ -97,8 +103,10 @@ test("boxes come, move and go, and every question is answered as by a loop", () 
     const inBox = ids.filter((id) => [0, 1, 2].every((i) => boxOf.get(id)[i] <= high[i] && low[i] <= boxOf.get(id)[3 + i]));
     assert.deepEqual(sorted(osp.inBox(low, high)), sorted(inBox));
 
-    const away = (id, from) => Math.hypot(...[0, 1, 2].map((i) => Math.max(boxOf.get(id)[i] - from[i], 0, from[i] - boxOf.get(id)[3 + i])));
-    const center = point(next, 30), radius = next() * 8;
+    const away = (id, from) =>
+      Math.hypot(...[0, 1, 2].map((i) => Math.max(boxOf.get(id)[i] - from[i], 0, from[i] - boxOf.get(id)[3 + i])));
+    const center = point(next, 30),
+      radius = next() * 8;
     const found = new Set(osp.inSphere(center, radius));
     for (const id of ids) {
       const distance = away(id, center);
@@ -117,12 +125,15 @@ test("boxes come, move and go, and every question is answered as by a loop", () 
     const enter = (id) => {
       let [first, last] = [0, Infinity];
       for (let i = 0; i < 3; i++) {
-        const [a, b] = [boxOf.get(id)[i], boxOf.get(id)[3 + i]].map((v) => (v - p[i]) / Math.fround(direction[i])).sort((a, b) => a - b);
+        const [a, b] = [boxOf.get(id)[i], boxOf.get(id)[3 + i]]
+          .map((v) => (v - p[i]) / Math.fround(direction[i]))
+          .sort((a, b) => a - b);
         [first, last] = [Math.max(first, a), Math.min(last, b)];
       }
       return first <= last ? first : Infinity;
     };
-    const hit = osp.ray(p, direction), first = Math.min(...ids.map(enter));
+    const hit = osp.ray(p, direction),
+      first = Math.min(...ids.map(enter));
     // Where the ray just touches a box, single precision may decide otherwise.
     if (hit !== null && first < Infinity) assert.ok(Math.abs(hit.t - first) <= 1e-4 * Math.max(1, first), `${hit.t} ${first}`);
     else assert.equal(hit, null);

@@ -13,8 +13,11 @@ test("an answer stays as it is while memory grows", () => {
   const osp = new Osp();
   const boxes = randomBoxes(2000, 1);
   osp.insert(idsUpTo(2000), boxes);
-  const answer = osp.cull(clip), copy = [...answer], box = osp.box(7);
-  const nearest = osp.nearest([0, 0, 0], 5), far = [...nearest.distances];
+  const answer = osp.cull(clip),
+    copy = [...answer],
+    box = osp.box(7);
+  const nearest = osp.nearest([0, 0, 0], 5),
+    far = [...nearest.distances];
   const before = memoryBytes();
   // Each call moves the memory at least once, between the writing of its numbers and its answer.
   const others = [];
@@ -37,11 +40,22 @@ test("what is freed throws, and nothing else does", () => {
   freed.free();
   freed.free();
   const calls = [
-    () => freed.size, () => freed.bytes, () => freed.insert(idsUpTo(0), new Float32Array(0)),
-    () => freed.update(idsUpTo(0), new Float32Array(0)), () => freed.remove(idsUpTo(0)), () => freed.clear(), () => freed.commit(),
-    () => freed.has(0), () => freed.box(0), () => freed.cull(clip), () => freed.cullInto(new Uint32Array(9), clip),
-    () => freed.cullPlanes([0, 0, 1, 0]), () => freed.inBox([0, 0, 0], [1, 1, 1]), () => freed.inSphere([0, 0, 0], 1),
-    () => freed.ray([0, 0, 0], [0, 0, 1]), () => freed.nearest([0, 0, 0]),
+    () => freed.size,
+    () => freed.bytes,
+    () => freed.insert(idsUpTo(0), new Float32Array(0)),
+    () => freed.update(idsUpTo(0), new Float32Array(0)),
+    () => freed.remove(idsUpTo(0)),
+    () => freed.clear(),
+    () => freed.commit(),
+    () => freed.has(0),
+    () => freed.box(0),
+    () => freed.cull(clip),
+    () => freed.cullInto(new Uint32Array(9), clip),
+    () => freed.cullPlanes([0, 0, 1, 0]),
+    () => freed.inBox([0, 0, 0], [1, 1, 1]),
+    () => freed.inSphere([0, 0, 0], 1),
+    () => freed.ray([0, 0, 0], [0, 0, 1]),
+    () => freed.nearest([0, 0, 0]),
   ];
   for (const call of calls) assert.throws(call, { name: "Error", message: "this Osp was freed" });
   const depth = new DepthBuffer();
@@ -56,7 +70,8 @@ test("what is freed throws, and nothing else does", () => {
 });
 
 test("an index takes as much memory as README.md says", () => {
-  const empty = new Osp({ capacity: 0 }), full = new Osp({ rootSize: 20 });
+  const empty = new Osp({ capacity: 0 }),
+    full = new Osp({ rootSize: 20 });
   full.insert(idsUpTo(COUNT), boxesOfStrokes());
   full.commit();
   assert.ok(empty.bytes < 2e6, `${empty.bytes}`);
@@ -73,7 +88,8 @@ test("objects end with `using`", { skip: Symbol.dispose ? false : "this Node has
 
 test("a thousand indexes and depth buffers, one after the other, take the memory of one", () => {
   const live = () => {
-    const osp = new Osp({ capacity: 5000 }), depth = new DepthBuffer();
+    const osp = new Osp({ capacity: 5000 }),
+      depth = new DepthBuffer();
     osp.insert(idsUpTo(5000), randomBoxes(5000, 4));
     depth.build(clip, Float32Array.of(-9, -9, 0, 9, -9, 0, 0, 9, 0));
     assert.ok(osp.cull(clip, { occlusion: depth }).length > 0);
@@ -100,7 +116,10 @@ function withMostPages(bytes, most) {
     return value >>> 0;
   };
   for (;;) {
-    const section = at, kind = bytes[at++], size = read(), begin = at;
+    const section = at,
+      kind = bytes[at++],
+      size = read(),
+      begin = at;
     if (kind !== 5) {
       at = begin + size;
       continue;

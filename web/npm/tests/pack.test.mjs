@@ -18,7 +18,8 @@ test("WebAssembly and JavaScript are small", async (t) => {
   const sizes = {};
   for (const folder of ["js", "wasm"]) {
     for (const file of await readdir(join(FOLDER, folder))) {
-      if (/\.(js|wasm)$/.test(file)) sizes[`${folder}/${file}`] = gzipSync(await readFile(join(FOLDER, folder, file)), { level: 9 }).length;
+      if (/\.(js|wasm)$/.test(file))
+        sizes[`${folder}/${file}`] = gzipSync(await readFile(join(FOLDER, folder, file)), { level: 9 }).length;
     }
   }
   const sum = Object.values(sizes).reduce((a, b) => a + b, 0);
@@ -30,16 +31,28 @@ test("WebAssembly and JavaScript are small", async (t) => {
 test("the packed package runs the lines of README.md where it is installed", async (t) => {
   const folder = await mkdtemp(join(tmpdir(), "osp-culling-"));
   t.after(() => rm(folder, { recursive: true }));
-  const npm = (...words) => execFileSync("npm", [...words, "--no-audit", "--no-fund"], { cwd: folder, encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
+  const npm = (...words) =>
+    execFileSync("npm", [...words, "--no-audit", "--no-fund"], {
+      cwd: folder,
+      encoding: "utf8",
+      stdio: ["ignore", "pipe", "pipe"],
+    });
   const [{ filename, files }] = JSON.parse(npm("pack", FOLDER, "--json"));
   const names = files.map((file) => file.path);
-  for (const name of ["LICENSE-APACHE", "LICENSE-MIT", "README.md", "wasm/osp_culling_bg.wasm", "js/index.d.ts"]) assert.ok(names.includes(name), name);
-  assert.ok(names.every((name) => !/node_modules|scalar|tests|example|src/.test(name)), String(names));
+  for (const name of ["LICENSE-APACHE", "LICENSE-MIT", "README.md", "wasm/osp_culling_bg.wasm", "js/index.d.ts"])
+    assert.ok(names.includes(name), name);
+  assert.ok(
+    names.every((name) => !/node_modules|scalar|tests|example|src/.test(name)),
+    String(names),
+  );
 
   await writeFile(join(folder, "package.json"), "{}");
   npm("install", "--offline", "--omit=peer", `./${filename}`);
   const modules = join(folder, "node_modules");
-  assert.deepEqual((await readdir(modules)).filter((name) => !name.startsWith(".")), ["osp-culling"]);
+  assert.deepEqual(
+    (await readdir(modules)).filter((name) => !name.startsWith(".")),
+    ["osp-culling"],
+  );
   // What a user of the helpers has beside it.
   await symlink(join(FOLDER, "node_modules/three"), join(modules, "three"));
   await mkdir(join(modules, "@babylonjs"));

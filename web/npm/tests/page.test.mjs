@@ -8,7 +8,9 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { serve } from "../example/serve.mjs";
 
-const chromium = process.env.CHROMIUM ?? ["chromium", "chromium-browser", "google-chrome"].find((name) => spawnSync(name, ["--version"]).status === 0);
+const chromium =
+  process.env.CHROMIUM ??
+  ["chromium", "chromium-browser", "google-chrome"].find((name) => spawnSync(name, ["--version"]).status === 0);
 const skip = chromium ? false : "there is no Chromium (the variable CHROMIUM names one)";
 
 test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
@@ -17,8 +19,18 @@ test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
   const server = await serve(0, done);
   t.after(() => server.close());
   const folder = await mkdtemp(join(tmpdir(), "osp-culling-page-"));
-  const flags = ["--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-background-networking", "--no-first-run", `--user-data-dir=${folder}`];
-  const browser = spawn(chromium, [...flags, `http://127.0.0.1:${server.address().port}/?boxes=6000&frames=20&report`], { stdio: "ignore" });
+  const flags = [
+    "--headless",
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--no-first-run",
+    `--user-data-dir=${folder}`,
+  ];
+  const browser = spawn(chromium, [...flags, `http://127.0.0.1:${server.address().port}/?boxes=6000&frames=20&report`], {
+    stdio: "ignore",
+  });
   const ended = new Promise((resolve) => browser.on("exit", resolve));
   t.after(async () => {
     browser.kill();
@@ -31,7 +43,10 @@ test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
   assert.equal(found.kernel, "simd128");
   assert.equal(found.count, 6000);
   assert.ok(found.medianSeen > 0);
-  assert.deepEqual(found.summary.map(({ name }) => name.split(",")[0].split(" ")[0]), ["osp-culling", "THREE.Frustum", "bvh.js", "bvh.js"]);
+  assert.deepEqual(
+    found.summary.map(({ name }) => name.split(",")[0].split(" ")[0]),
+    ["osp-culling", "THREE.Frustum", "bvh.js", "bvh.js"],
+  );
   for (const { name, isRounding, isOnce } of found.summary) assert.ok(isRounding && isOnce, name);
   assert.equal(found.summary[0].missing, 0);
   if (found.shown === null) t.diagnostic(found.drawn);

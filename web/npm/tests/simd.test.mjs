@@ -51,7 +51,10 @@ test("the module with SIMD answers as the one without", async (t) => {
     return t.skip(`the module without SIMD is not built (OSP_SCALAR=1 ./build): ${error.message}`);
   }
   const sides = pair.map((module) => new Side(module));
-  assert.deepEqual(pair.map((module) => module.kernel()), ["simd128", "scalar"]);
+  assert.deepEqual(
+    pair.map((module) => module.kernel()),
+    ["simd128", "scalar"],
+  );
   const both = (call) => {
     const [a, b] = sides.map(call);
     assert.deepEqual(a, b);
@@ -63,9 +66,11 @@ test("the module with SIMD answers as the one without", async (t) => {
   let [seen, hidden] = [0, 0];
   for (let round = 0; round < 150; round++) {
     // Strokes of neighbouring numbers, and numbers from everywhere; some of the boxes go, others move.
-    const first = Math.floor(next() * 40_000), length = Math.floor(next() * 900);
-    const fresh = Uint32Array.from({ length }, (_, i) => (round % 3 ? first + i : Math.floor(next() * 90_000)))
-      .filter((id, i, all) => !known.has(id) && all.indexOf(id) === i);
+    const first = Math.floor(next() * 40_000),
+      length = Math.floor(next() * 900);
+    const fresh = Uint32Array.from({ length }, (_, i) => (round % 3 ? first + i : Math.floor(next() * 90_000))).filter(
+      (id, i, all) => !known.has(id) && all.indexOf(id) === i,
+    );
     const boxes = randomBoxes(fresh.length, 300 + round, 40);
     both((side) => side.write(side.index, boxes, fresh, []).insert());
     fresh.forEach((id) => known.add(id));

@@ -28,10 +28,14 @@ function cameraAt(next, Camera = () => new THREE.PerspectiveCamera(50, 1.5, 0.1,
 
 /** Compares what is visible with three.js's own frustum over all instances, in double precision. */
 function checkVisible(mesh, known, cameras, culler) {
-  const box = new THREE.Box3(), matrix = new THREE.Matrix4(), frustum = new THREE.Frustum();
+  const box = new THREE.Box3(),
+    matrix = new THREE.Matrix4(),
+    frustum = new THREE.Frustum();
   const frusta = cameras.map((camera) => {
     camera.updateMatrixWorld(true);
-    const clip = new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).multiply(mesh.matrixWorld);
+    const clip = new THREE.Matrix4()
+      .multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse)
+      .multiply(mesh.matrixWorld);
     return new THREE.Frustum().setFromProjectionMatrix(clip, camera.coordinateSystem, camera.reversedDepth);
   });
   let [seen, more] = [0, 0];
@@ -156,5 +160,8 @@ test("more instances than at first, and those without a box", () => {
 });
 
 test("only a BatchedMesh is taken", () => {
-  assert.throws(() => new BatchedMeshCuller(new THREE.Mesh()), { name: "TypeError", message: "mesh: expected a BatchedMesh of three.js" });
+  assert.throws(() => new BatchedMeshCuller(new THREE.Mesh()), {
+    name: "TypeError",
+    message: "mesh: expected a BatchedMesh of three.js",
+  });
 });
