@@ -11,8 +11,8 @@ export interface CullerOptions {
  * Gives a scene the meshes that its camera may see as candidates (`scene.getActiveMeshCandidates`), so that Babylon.js looks at these
  * alone. In each frame it goes through the scene's meshes for those that come, go or move: it computes their world matrices, as
  * Babylon.js does (`freezeWorldMatrix` saves that), and compares their boxes. Meshes with `alwaysSelectAsActiveMesh`,
- * `infiniteDistance` or an action manager are always candidates; with `scene.skipFrustumClipping` all are. By default Babylon.js draws what the sphere around a mesh shows;
- * boxes are smaller, so fewer meshes are drawn.
+ * `infiniteDistance` or an action manager are always candidates; with `scene.skipFrustumClipping` all are. By default Babylon.js
+ * draws what the sphere around a mesh shows; boxes are smaller, so fewer meshes are drawn.
  */
 export class SceneCuller {
   /** @throws TypeError not a Scene; Error before `init` */
