@@ -80,7 +80,7 @@ pub(super) fn round_up(v: f64) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
+    use glam::{DMat4, DQuat, Vec3};
 
     use super::*;
     use crate::math::{Aabb, Frustum};
@@ -121,6 +121,45 @@ mod tests {
             }
         }
         assert!(nearest < 0.34, "a smaller margin would do: {nearest} is left of it");
+    }
+
+    /// What a matrix in `f64` shows, by points of its clip space in the smallest boxes around them. The same matrix in `f32`
+    /// shows something else where the eye is far away.
+    #[test]
+    fn the_frustum_of_a_double_matrix_holds_what_the_matrix_shows() {
+        let mut state = 2;
+        let mut lost_in_single = 0;
+        for i in 0..3000 {
+            let mut vector = |scale: f64| DVec3::from_array([(); 3].map(|()| next(&mut state) * scale));
+            let (turn, eye) = (vector(3.0), vector(10.0_f64.powi(i % 7)));
+            let turn = DQuat::from_euler(glam::EulerRot::YXZ, turn.x, turn.y, turn.z);
+            let view_from_world = DMat4::from_rotation_translation(turn, eye).inverse();
+            let (near, far, lowest) = (0.1, 50.0, [0.0, -1.0][i as usize % 2]);
+            // Depth from `lowest` to 1.
+            let slope = (far - lowest * near) / (near - far);
+            let clip_from_view = DMat4::from_cols(
+                DVec4::X,
+                DVec4::Y * 1.7,
+                DVec4::new(0.0, 0.0, slope, -1.0),
+                DVec4::new(0.0, 0.0, near * (slope - lowest), 0.0),
+            );
+            let clip_from_world = clip_from_view * view_from_world;
+            let frustum = Frustum::from_double_matrix(&clip_from_world, lowest);
+            let single = Frustum::from_double_matrix(&clip_from_world.as_mat4().as_dmat4(), lowest);
+            let world_from_clip = clip_from_world.inverse();
+            for side in 0..40 {
+                let mut clip = vector(1.0);
+                // On the sides, where rounding decides; inside by what `f64` may be wrong.
+                clip[side % 2] = clip[side % 2].signum() * (1.0 - 1.0e-9);
+                clip.z = 1.0 - (1.0 - lowest) * clip.z.abs();
+                let p = world_from_clip.project_point3(clip);
+                let up = |p: DVec3| Vec3::new(round_up(p.x), round_up(p.y), round_up(p.z));
+                let bounds = Aabb::new(-up(-p), up(p));
+                assert!(frustum.may_see(&bounds), "{eye} {clip}");
+                lost_in_single += u32::from(!single.may_see(&bounds));
+            }
+        }
+        assert!(lost_in_single > 0, "the matrix in single precision would do");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-use glam::{Affine3A, DVec3, DVec4, Mat4, Vec3, Vec3A};
+use glam::{Affine3A, DMat4, DVec3, DVec4, Mat4, Vec3, Vec3A};
 
 use super::{
     Aabb, Containment, Corners, Frustum, Obb, Plane, Sphere,
@@ -99,22 +99,23 @@ impl Frustum {
     /// Gil Gribb and Klaus Hartmann, "Fast Extraction of Viewing Frustum Planes from the World-View-Projection Matrix"
     /// (2001).
     pub fn from_matrix(clip_from_space: &Mat4) -> Self {
-        Self::from_matrix_of_depth(clip_from_space, 0.0)
+        Self::from_double_matrix(&clip_from_space.as_dmat4(), 0.0)
     }
 
     /// [`Frustum::from_matrix`] for the clip space of OpenGL, where z goes from -w to w, in either direction.
     pub fn from_opengl_matrix(clip_from_space: &Mat4) -> Self {
-        Self::from_matrix_of_depth(clip_from_space, -1.0)
+        Self::from_double_matrix(&clip_from_space.as_dmat4(), -1.0)
     }
 
-    /// `lowest` is the least depth, after the division by w; the largest is 1.
-    fn from_matrix_of_depth(clip_from_space: &Mat4, lowest: f64) -> Self {
-        let row = |i| clip_from_space.row(i).as_dvec4();
+    /// [`Frustum::from_matrix`] for a matrix in `f64`, of which nothing is rounded off: whatever it shows lies inside, by its own
+    /// numbers. `lowest` is the least depth, after the division by w; the largest is 1.
+    pub fn from_double_matrix(clip_from_space: &DMat4, lowest: f64) -> Self {
+        let row = |i| clip_from_space.row(i);
         let (x, y, z, w) = (row(0), row(1), row(2), row(3));
         // What is left of a plane at infinity is rounding.
         let rounding = f64::from(ROUNDING) * (z.truncate().length() + w.truncate().length());
         let is_plane = |side: DVec4| side.truncate().length() > rounding;
-        let space_from_clip = clip_from_space.as_dmat4().inverse();
+        let space_from_clip = clip_from_space.inverse();
         let corners_at = |clip_z: f64| {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(clip_x, clip_y)| space_from_clip * DVec4::new(clip_x, clip_y, clip_z, 1.0))

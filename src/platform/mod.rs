@@ -59,7 +59,7 @@ mod user_folder;
 pub(crate) use user_folder::user_folder;
 
 /// The folder of the program's own files on a page, which are kept from one visit to the next.
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(target_arch = "wasm32", any(feature = "formats", feature = "render")))]
 pub const USER_FOLDER: &str = "/osp";
 
 /// The clock.

@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// The fast form of the OSP (octal space partition) tree, and the index to take: an octree of loose cells for polygons that come and
-/// go at any time. Nothing is ever rebuilt, and boxes are tested eight or sixteen at a time (AVX-512, AVX2, SSE2, NEON).
+/// go at any time. Nothing is ever rebuilt, and boxes are tested eight or sixteen at a time (AVX-512, AVX2, SSE2, NEON, simd128).
 #[derive(Clone, Debug)]
 pub struct Osp {
     pub(super) backend: Backend,

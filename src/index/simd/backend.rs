@@ -10,10 +10,14 @@ use std::{mem::MaybeUninit, sync::OnceLock};
 
 #[cfg(target_arch = "aarch64")]
 use super::aarch64_neon::Neon;
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+use super::scalar::Scalar;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+use super::wasm_simd128::Simd128;
 #[cfg(target_arch = "x86_64")]
 use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2};
 
-use super::{Boxes, EyeBoxes, PreparedPlane, scalar::Scalar};
+use super::{Boxes, EyeBoxes, PreparedPlane};
 
 /// Wide box tests. Every method gives the same answer on every kernel, bit for bit.
 pub(crate) trait Kernel: Copy {
@@ -78,6 +82,8 @@ pub enum Backend {
     Sse2,
     /// ARM with NEON, which all of 64 bits have: four boxes an instruction.
     Neon,
+    /// WebAssembly built with `simd128`: four boxes an instruction.
+    Simd128,
     /// x86-64 with AVX2: eight boxes an instruction.
     Avx2,
     /// x86-64 with AVX-512: sixteen boxes an instruction.
@@ -89,7 +95,8 @@ const OVERRIDE: &str = "OSP_SIMD";
 
 impl Backend {
     /// All of them, the best last.
-    pub const ALL: &'static [Self] = &[Self::Scalar, Self::Sse2, Self::Neon, Self::Avx2, Self::Avx512];
+    pub const ALL: &'static [Self] =
+        &[Self::Scalar, Self::Sse2, Self::Neon, Self::Simd128, Self::Avx2, Self::Avx512];
 
     /// The best one that this processor has, or the one that the environment variable `OSP_SIMD` names if the
     /// processor has it (asked once).
@@ -109,7 +116,7 @@ impl Backend {
     /// Whether this processor has it.
     pub fn is_available(self) -> bool {
         match self {
-            Self::Scalar => true,
+            Self::Scalar => !cfg!(all(target_arch = "wasm32", target_feature = "simd128")),
             #[cfg(target_arch = "x86_64")]
             Self::Sse2 => true,
             #[cfg(target_arch = "x86_64")]
@@ -118,6 +125,8 @@ impl Backend {
             Self::Avx512 => Avx512::detect().is_some(),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => true,
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Self::Simd128 => true,
             #[allow(unreachable_patterns, reason = "those of the other targets")]
             _ => false,
         }
@@ -129,6 +138,7 @@ impl Backend {
             Self::Scalar => "scalar",
             Self::Sse2 => "sse2",
             Self::Neon => "neon",
+            Self::Simd128 => "simd128",
             Self::Avx2 => "avx2",
             Self::Avx512 => "avx512",
         }
@@ -159,6 +169,10 @@ impl Backend {
             Self::Sse2 => work.run(Sse2::new()),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => work.run(Neon::new()),
+            // The module runs where these instructions are, or nowhere: without a second copy of all code it is three quarters as large.
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            _ => work.run(Simd128::new()),
+            #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
             _ => work.run(Scalar),
         }
     }

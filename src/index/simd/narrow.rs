@@ -1,6 +1,6 @@
 use std::mem::MaybeUninit;
 
-use super::{Boxes, Kernel, PreparedPlane};
+use super::{Boxes, Kernel, PreparedPlane, scalar::Scalar};
 
 /// Four numbers in a register of an instruction set that every processor of the target has.
 pub(super) trait Four: Copy {
@@ -22,6 +22,18 @@ pub(super) trait Four: Copy {
 
     /// Eight outcomes as bits.
     fn bits(low: Self::Mask, high: Self::Mask) -> u32;
+
+    /// [`Kernel::pack`].
+    #[inline(always)]
+    fn pack(numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        Scalar.pack(numbers, mask, out)
+    }
+
+    /// [`Kernel::write_ids`] for some of the lanes.
+    #[inline(always)]
+    fn write_ids(first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        Scalar.write_ids(first, mask, out)
+    }
 }
 
 /// The kernel of instruction sets with registers of four numbers.
@@ -90,21 +102,21 @@ impl<V: Four> Kernel for Narrow<V> {
             self.write_sixteen(first, out);
             return 16;
         }
-        super::scalar::Scalar.write_ids(first, mask, out)
+        V::write_ids(first, mask, out)
     }
 
     #[inline(always)]
     fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]) {
-        super::scalar::Scalar.write_sixteen(first, out);
+        Scalar.write_sixteen(first, out);
     }
 
     #[inline(always)]
     fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]) {
-        super::scalar::Scalar.copy(numbers, out);
+        Scalar.copy(numbers, out);
     }
 
     #[inline(always)]
     fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
-        super::scalar::Scalar.pack(numbers, mask, out)
+        V::pack(numbers, mask, out)
     }
 }

@@ -1,0 +1,109 @@
+#![expect(
+    unsafe_code,
+    reason = "SIMD loads and stores; each is tested against the scalar kernel, in tests/simd.mjs of web/npm"
+)]
+
+use std::{arch::wasm32::*, mem::MaybeUninit};
+
+use super::narrow::{Four, Narrow};
+
+/// WebAssembly's instructions on registers of 128 bits, in builds with the target feature `simd128`: a module cannot ask at run
+/// time whether there are any.
+pub(super) type Simd128 = Narrow<v128>;
+
+impl Four for v128 {
+    type Mask = v128;
+
+    #[inline(always)]
+    fn load(numbers: &[f32; 4]) -> Self {
+        // SAFETY: the four numbers are there, no alignment is asked for.
+        unsafe { v128_load(numbers.as_ptr().cast()) }
+    }
+
+    #[inline(always)]
+    fn splat(number: f32) -> Self {
+        f32x4_splat(number)
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        f32x4_mul(self, other)
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        f32x4_add(self, other)
+    }
+
+    #[inline(always)]
+    fn negative(self) -> v128 {
+        f32x4_lt(self, f32x4_splat(0.0))
+    }
+
+    #[inline(always)]
+    fn not_negative(self) -> v128 {
+        f32x4_ge(self, f32x4_splat(0.0))
+    }
+
+    #[inline(always)]
+    fn or(a: v128, b: v128) -> v128 {
+        v128_or(a, b)
+    }
+
+    #[inline(always)]
+    fn bits(low: v128, high: v128) -> u32 {
+        u32::from(i32x4_bitmask(low)) | u32::from(i32x4_bitmask(high)) << 4
+    }
+
+    #[inline(always)]
+    fn pack(numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        pack_quarters(mask, out, |quarter| {
+            // SAFETY: a quarter is 0 to 3, so four numbers follow its first; no alignment is asked for.
+            unsafe { v128_load(numbers.as_ptr().add(quarter * 4).cast()) }
+        })
+    }
+
+    #[inline(always)]
+    fn write_ids(first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        let from_first = u32x4_add(u32x4_splat(first), u32x4(0, 1, 2, 3));
+        pack_quarters(mask, out, |quarter| u32x4_add(from_first, u32x4_splat(quarter as u32 * 4)))
+    }
+}
+
+/// Writes the lanes of `mask` of four registers one after the other; returns how many.
+#[inline(always)]
+fn pack_quarters(mask: u32, out: &mut [MaybeUninit<u32>; 16], numbers: impl Fn(usize) -> v128) -> usize {
+    let mut count = 0;
+    for quarter in 0..4 {
+        let lanes = (mask >> (4 * quarter) & 15) as usize;
+        // SAFETY: the table has sixteen entries of sixteen bytes, and `lanes` is below sixteen.
+        let order = unsafe { v128_load(PACKED[lanes].as_ptr().cast()) };
+        let packed = u8x16_swizzle(numbers(quarter), order);
+        // SAFETY: the quarters before have at most four lanes each, so four places are left from `count` on.
+        unsafe { v128_store(out.as_mut_ptr().add(count).cast(), packed) };
+        count += lanes.count_ones() as usize;
+    }
+    count
+}
+
+/// By four lanes: the bytes of those in the mask, moved to the front. What lies behind them is 0.
+const PACKED: [[u8; 16]; 16] = {
+    let mut table = [[255; 16]; 16];
+    let mut mask = 0;
+    while mask < 16 {
+        let (mut lane, mut at) = (0, 0);
+        while lane < 4 {
+            if mask >> lane & 1 == 1 {
+                let mut byte = 0;
+                while byte < 4 {
+                    table[mask][at * 4 + byte] = (lane * 4 + byte) as u8;
+                    byte += 1;
+                }
+                at += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};

@@ -1,0 +1,93 @@
+// Three ways to find the boxes in a view: osp-culling, THREE.Frustum over all boxes, and bvh.js, grown box by box or built at once.
+// All take the same boxes and answer ids in a Uint32Array.
+
+import { BVH, HybridBuilder } from "bvh.js";
+import { Osp } from "osp-culling";
+import { Box3, Frustum, Vector3 } from "three";
+
+/** Each: `insert(ids, boxes)` a batch, `cull(clipFromWorld)` the number of ids in `out`. */
+export function contestants(count) {
+  return [osp(count), threeFrustum(count), grownBvh(count), builtBvh(count)];
+}
+
+function osp(count) {
+  const index = new Osp({ rootSize: 20, capacity: count }),
+    out = new Uint32Array(count);
+  return {
+    name: "osp-culling",
+    out,
+    insert: (ids, boxes) => {
+      index.insert(ids, boxes);
+      index.commit();
+    },
+    finish: () => {},
+    cull: (clipFromWorld) => index.cullInto(out, clipFromWorld.elements),
+  };
+}
+
+function threeFrustum(count) {
+  const boxes = new Array(count),
+    out = new Uint32Array(count),
+    frustum = new Frustum();
+  return {
+    name: "THREE.Frustum, all boxes",
+    out,
+    insert: (ids, numbers) =>
+      ids.forEach((id, i) => {
+        const [a, b, c, d, e, f] = numbers.subarray(6 * i, 6 * i + 6);
+        boxes[id] = new Box3(new Vector3(a, b, c), new Vector3(d, e, f));
+      }),
+    finish: () => {},
+    cull: (clipFromWorld) => {
+      frustum.setFromProjectionMatrix(clipFromWorld);
+      let found = 0;
+      for (let id = 0; id < count; id++) if (frustum.intersectsBox(boxes[id])) out[found++] = id;
+      return found;
+    },
+  };
+}
+
+/** A box as bvh.js has it. */
+const bvhBox = (n, i) => Float32Array.of(n[6 * i], n[6 * i + 3], n[6 * i + 1], n[6 * i + 4], n[6 * i + 2], n[6 * i + 5]);
+
+function bvhCull(bvh, out) {
+  let found = 0;
+  const note = (node) => {
+    out[found++] = node.object;
+  };
+  return (clipFromWorld) => {
+    found = 0;
+    bvh.frustumCulling(clipFromWorld.elements, note);
+    return found;
+  };
+}
+
+function grownBvh(count) {
+  const bvh = new BVH(new HybridBuilder()),
+    out = new Uint32Array(count);
+  return {
+    name: "bvh.js, box by box",
+    out,
+    insert: (ids, numbers) => ids.forEach((id, i) => bvh.insert(id, bvhBox(numbers, i), 0)),
+    finish: () => {},
+    cull: bvhCull(bvh, out),
+  };
+}
+
+function builtBvh(count) {
+  const bvh = new BVH(new HybridBuilder()),
+    out = new Uint32Array(count);
+  const all = { ids: [], boxes: [] };
+  return {
+    name: "bvh.js, built at once",
+    out,
+    insert: (ids, numbers) =>
+      ids.forEach((id, i) => {
+        all.ids.push(id);
+        all.boxes.push(bvhBox(numbers, i));
+      }),
+    // Its time counts as inserting.
+    finish: () => bvh.createFromArray(all.ids, all.boxes),
+    cull: bvhCull(bvh, out),
+  };
+}

@@ -1,0 +1,161 @@
+// Culls the meshes of a Babylon.js scene. See README.md and babylon.d.ts. It needs nothing of Babylon but the scene it is given.
+
+import { Osp } from "./index.js";
+import { roundDown, roundUp } from "./outward.js";
+
+/** Numbers of a box. */
+const BOX = 6;
+
+export class SceneCuller {
+  #scene;
+  #osp;
+  #candidatesBefore;
+  #observer;
+  #ids = new Map();
+  /** By id; a hole where an id is not in use. */
+  #meshes = [];
+  #boxes = new Float64Array(0);
+  #isFiled = new Uint8Array(0);
+  /** The frame in which a mesh was last in the scene. */
+  #frameOf = new Uint32Array(0);
+  #frame = 0;
+  #free = [];
+  #candidates = { data: [], length: 0 };
+  #found = new Uint32Array(0);
+
+  constructor(scene, { rootCenter, rootSize } = {}) {
+    if (typeof scene?.getActiveMeshCandidates !== "function") throw new TypeError("scene: expected a Scene of Babylon.js");
+    this.#scene = scene;
+    this.#osp = new Osp({ rootCenter, rootSize, capacity: scene.meshes.length });
+    this.#observer = scene.onDisposeObservable.add(() => this.dispose());
+    this.#candidatesBefore = scene.getActiveMeshCandidates;
+    scene.getActiveMeshCandidates = () => this.#find();
+  }
+
+  get osp() {
+    return this.#osp;
+  }
+
+  get candidates() {
+    return this.#candidates.length;
+  }
+
+  dispose() {
+    if (this.#observer === null) return;
+    this.#scene.onDisposeObservable.remove(this.#observer);
+    this.#observer = null;
+    this.#scene.getActiveMeshCandidates = this.#candidatesBefore;
+    this.#candidates.data.length = 0;
+    this.#osp.free();
+  }
+
+  #came(mesh) {
+    const id = this.#free.pop() ?? this.#meshes.length;
+    this.#meshes[id] = mesh;
+    this.#ids.set(mesh, id);
+    if (id >= this.#isFiled.length) this.#grow(2 * id + 64);
+    return id;
+  }
+
+  #went(mesh, id) {
+    this.#unfile(id);
+    this.#ids.delete(mesh);
+    this.#meshes[id] = undefined;
+    this.#free.push(id);
+  }
+
+  #unfile(id) {
+    if (this.#isFiled[id]) this.#osp.remove(Uint32Array.of(id));
+    this.#isFiled[id] = 0;
+  }
+
+  #grow(length) {
+    const longer = (list, each) => {
+      const copy = new list.constructor(length * each);
+      copy.set(list);
+      return copy;
+    };
+    this.#boxes = longer(this.#boxes, BOX);
+    this.#isFiled = longer(this.#isFiled, 1);
+    this.#frameOf = longer(this.#frameOf, 1);
+    this.#found = longer(this.#found, 1);
+  }
+
+  /** The meshes that the scene's camera may see, and those that must always be looked at. */
+  #find() {
+    const scene = this.#scene,
+      candidates = this.#candidates;
+    if (scene.skipFrustumClipping) return this.#candidatesBefore.call(scene);
+    const always = this.#follow();
+    const depth = scene.getEngine().isNDCHalfZRange ? "webgpu" : "webgl";
+    const count = this.#osp.cullInto(this.#found, scene.getTransformMatrix().asArray(), { depth });
+    const ids = this.#found.subarray(0, count).sort();
+    candidates.length = 0;
+    for (const id of ids) candidates.data[candidates.length++] = this.#meshes[id];
+    for (const mesh of always) candidates.data[candidates.length++] = mesh;
+    candidates.data.length = candidates.length;
+    return candidates;
+  }
+
+  /**
+   * Brings the index up to date; answers the meshes that are not in it. The scene's own list is read, because its observers hear of a
+   * new mesh only after the frame.
+   */
+  #follow() {
+    const always = [],
+      ids = { came: [], moved: [] };
+    this.#frame += 1;
+    for (const mesh of this.#scene.meshes) {
+      const id = this.#ids.get(mesh) ?? this.#came(mesh);
+      this.#frameOf[id] = this.#frame;
+      if (isAlwaysAsked(mesh)) this.#unfile(id);
+      else if (this.#isMoved(mesh, id)) (this.#isFiled[id] ? ids.moved : ids.came).push(id);
+      if (!this.#isFiled[id] && ids.came.at(-1) !== id) always.push(mesh);
+    }
+    if (this.#ids.size > this.#scene.meshes.length) {
+      for (const [mesh, id] of this.#ids) if (this.#frameOf[id] !== this.#frame) this.#went(mesh, id);
+    }
+    if (ids.moved.length > 0) this.#osp.update(Uint32Array.from(ids.moved), this.#boxesOf(ids.moved));
+    if (ids.came.length > 0) this.#osp.insert(Uint32Array.from(ids.came), this.#boxesOf(ids.came));
+    for (const id of ids.came) this.#isFiled[id] = 1;
+    this.#osp.commit();
+    return always;
+  }
+
+  /** Notes the mesh's box; whether it is another one than is in the index. A mesh without a finite box leaves the index. */
+  #isMoved(mesh, id) {
+    mesh.computeWorldMatrix();
+    const { minimumWorld: low, maximumWorld: high } = mesh.getBoundingInfo().boundingBox;
+    const boxes = this.#boxes,
+      at = BOX * id;
+    const isSame =
+      boxes[at] === low.x &&
+      boxes[at + 1] === low.y &&
+      boxes[at + 2] === low.z &&
+      boxes[at + 3] === high.x &&
+      boxes[at + 4] === high.y &&
+      boxes[at + 5] === high.z;
+    if (isSame && this.#isFiled[id]) return false;
+    const box = [low.x, low.y, low.z, high.x, high.y, high.z];
+    const isFinite = box.every((v) => Number.isFinite(Math.fround(v)));
+    if (!isFinite || low.x > high.x || low.y > high.y || low.z > high.z) {
+      this.#unfile(id);
+      return false;
+    }
+    boxes.set(box, at);
+    return true;
+  }
+
+  #boxesOf(ids) {
+    const boxes = new Float32Array(BOX * ids.length);
+    ids.forEach((id, row) => {
+      for (let i = 0; i < BOX; i++) boxes[BOX * row + i] = (i < 3 ? roundDown : roundUp)(this.#boxes[BOX * id + i]);
+    });
+    return boxes;
+  }
+}
+
+if (Symbol.dispose) SceneCuller.prototype[Symbol.dispose] = SceneCuller.prototype.dispose;
+
+/** Whether Babylon has to see a mesh in each frame, wherever it is. */
+const isAlwaysAsked = (mesh) => mesh.alwaysSelectAsActiveMesh || mesh.infiniteDistance || !!mesh.actionManager;

@@ -1,0 +1,34 @@
+import type { BatchedMesh, Camera } from "three";
+import type { Numbers, Osp } from "./index.js";
+
+/** Hints for the index, in the space of the mesh. */
+export interface CullerOptions {
+  rootCenter?: Numbers | undefined;
+  rootSize?: number | undefined;
+}
+
+/**
+ * Culls the instances of a `BatchedMesh`: files their boxes in an index and sets their visibility in each frame. It follows
+ * `addInstance`, `deleteInstance`, `setMatrixAt`, `setGeometryIdAt`, `setGeometryAt`, `deleteGeometry` and `dispose` of this mesh;
+ * the mesh itself may move, too. While it is there, the visibility of the instances belongs to it, and three.js culls the mesh no
+ * more (`frustumCulled` and `perObjectFrustumCulled` are false).
+ */
+export class BatchedMeshCuller {
+  /** @throws TypeError not a BatchedMesh; Error before `init` */
+  constructor(mesh: BatchedMesh, options?: CullerOptions);
+
+  /** The index, in the space of the mesh; ids are those of the instances. Ask it what you like, and change nothing. */
+  readonly osp: Osp;
+  /** The instances that the last `update` has left visible; valid until the next one. */
+  readonly visible: Uint32Array;
+
+  /**
+   * Once in each frame, before the mesh is drawn: shows what one of the cameras may see and hides the rest; how many are shown. Name
+   * the cameras of shadows (with their matrices brought up to date) as well, or what is beside the view casts none.
+   */
+  update(...cameras: Camera[]): number;
+
+  /** Leaves the mesh as it was, with all instances visible. */
+  dispose(): void;
+  [Symbol.dispose](): void;
+}

@@ -1,0 +1,385 @@
+//! The index behind the class `Osp`.
+
+use osp::{
+    glam::{DVec3, Vec3},
+    index::{DrawList, IndexConfig, IndexError, Osp, SpatialIndex},
+    math::{Aabb, Frustum, Ray, Sphere},
+    polygon::{PolygonId, VisibleBlocks},
+};
+use wasm_bindgen::prelude::*;
+
+use crate::{
+    depth::Depth,
+    refusal::{Outcome, refused},
+    room,
+    scratch::{Scratch, round_down, round_up},
+    views::{Camera, frustum_of_planes},
+};
+
+/// What a box takes in the index, where boxes come from everywhere and ids have few gaps; asked for before they come. Smaller:
+/// WebAssembly, which ends a program that asks for more memory than there is, might do so in the middle of a batch. Larger: memory
+/// that is asked for stays with the module.
+const BOX_BYTES: usize = 80;
+
+/// Ids that a query may write behind its answer.
+const BEHIND: usize = 1024;
+
+/// What the nearest boxes take while they are looked for, each.
+const NEAREST_BYTES: usize = 64;
+
+/// An index of boxes. JavaScript writes what it asks into the index's memory and reads the answers there.
+#[wasm_bindgen]
+pub struct Index {
+    osp: Osp,
+    is_committed: bool,
+    /// Boxes for which there was memory when it was asked.
+    room: usize,
+    /// The highest id for which there was.
+    highest: u32,
+    /// Around all boxes that came since it was empty.
+    extent: Aabb,
+    scratch: Scratch,
+    list: DrawList,
+    nearest: Vec<(PolygonId, f32)>,
+    /// The ids of a call, to find those that are given twice.
+    given: VisibleBlocks,
+}
+
+impl std::fmt::Debug for Index {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Index").field("len", &self.osp.len()).finish_non_exhaustive()
+    }
+}
+
+#[wasm_bindgen]
+impl Index {
+    /// An empty index; hints as for [`IndexConfig`].
+    #[wasm_bindgen(constructor)]
+    pub fn new(x: f64, y: f64, z: f64, size: f64, capacity: f64) -> Outcome<Self> {
+        let root = Aabb::cube(DVec3::new(x, y, z).as_vec3(), size as f32);
+        if !(size > 0.0 && root.is_valid()) {
+            return refused("rootCenter, rootSize: expected finite numbers, and a size above 0");
+        }
+        if !(0.0..=f64::from(PolygonId::LIMIT)).contains(&capacity) {
+            let limit = PolygonId::LIMIT;
+            return refused(&format!("capacity: expected a number from 0 to {limit}, found {capacity}"));
+        }
+        let capacity = capacity as usize;
+        if !room::is_left(capacity.saturating_mul(BOX_BYTES)) {
+            return no_memory(capacity);
+        }
+        Ok(Self {
+            osp: Osp::new(&IndexConfig { root, capacity }),
+            is_committed: true,
+            room: 0,
+            highest: 0,
+            extent: Aabb::EMPTY,
+            scratch: Scratch::default(),
+            list: DrawList::new(),
+            nearest: Vec::new(),
+            given: VisibleBlocks::new(),
+        })
+    }
+
+    /// Makes room for this many numbers of boxes, and ids.
+    pub fn room(&mut self, floats: usize, ids: usize) -> Outcome<()> {
+        self.scratch.room(floats, ids)
+    }
+
+    /// Where 24 numbers of 64 bits may be written.
+    pub fn numbers_at(&self) -> usize {
+        self.scratch.numbers.as_ptr().expose_provenance()
+    }
+
+    /// Where boxes may be written.
+    pub fn boxes_at(&self) -> usize {
+        self.scratch.boxes.as_ptr().expose_provenance()
+    }
+
+    /// Where ids may be written.
+    pub fn ids_at(&self) -> usize {
+        self.scratch.ids.as_ptr().expose_provenance()
+    }
+
+    /// Where the last answer is.
+    pub fn found_at(&self) -> usize {
+        self.scratch.found.as_ptr().expose_provenance()
+    }
+
+    /// Where the distances of the last answer, or the box asked for, are.
+    pub fn measured_at(&self) -> usize {
+        self.scratch.measured.as_ptr().expose_provenance()
+    }
+
+    /// Boxes in the index.
+    pub fn len(&self) -> usize {
+        self.osp.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.osp.is_empty()
+    }
+
+    /// Memory held, bytes.
+    pub fn bytes(&self) -> usize {
+        self.osp.bytes()
+    }
+
+    /// Inserts the boxes that were written under the ids that were written: all or none.
+    pub fn insert(&mut self) -> Outcome<()> {
+        let count = self.scratch.ids.len();
+        self.make_room(count)?;
+        let mut extent = self.extent;
+        for at in 0..count {
+            let (id, bounds) = (PolygonId(self.scratch.ids[at]), self.scratch.bounds(at));
+            if let Err(error) = self.osp.insert(id, &bounds) {
+                let before = &self.scratch.ids[..at];
+                let is_twice = before.contains(&id.0);
+                for &id in before {
+                    // It came in this very call.
+                    let _ = self.osp.remove(PolygonId(id));
+                }
+                self.is_committed &= before.is_empty();
+                return match error {
+                    IndexError::Duplicate(_) if is_twice => twice(id),
+                    IndexError::InvalidBounds(_) => self.scratch.checked(at).map(drop),
+                    error => refused(&sentence(error)),
+                };
+            }
+            extent = extent.union(&bounds);
+        }
+        self.extent = extent;
+        self.is_committed &= count == 0;
+        Ok(())
+    }
+
+    /// Gives the ids that were written the boxes that were written: all or none.
+    pub fn update(&mut self) -> Outcome<()> {
+        self.check_known()?;
+        let count = self.scratch.ids.len();
+        let mut extent = self.extent;
+        for at in 0..count {
+            extent = extent.union(&self.scratch.checked(at)?);
+        }
+        self.extent = extent;
+        for at in 0..count {
+            let (id, bounds) = (PolygonId(self.scratch.ids[at]), self.scratch.bounds(at));
+            self.osp.update(id, &bounds).or_else(|error| refused(&sentence(error)))?;
+        }
+        self.is_committed &= count == 0;
+        Ok(())
+    }
+
+    /// Takes the ids that were written out: all or none.
+    pub fn remove(&mut self) -> Outcome<()> {
+        self.check_known()?;
+        for &id in &self.scratch.ids {
+            self.osp.remove(PolygonId(id)).or_else(|error| refused(&sentence(error)))?;
+        }
+        self.is_committed &= self.scratch.ids.is_empty();
+        self.forget_extent();
+        Ok(())
+    }
+
+    /// Takes everything out.
+    pub fn clear(&mut self) {
+        self.osp.clear();
+        self.is_committed = false;
+        self.forget_extent();
+    }
+
+    /// Ends a batch of changes. A query does it where it was not done.
+    pub fn commit(&mut self) {
+        self.osp.commit();
+        self.is_committed = true;
+    }
+
+    /// Whether an id is in use; its box is then the six numbers measured.
+    pub fn bounds(&mut self, id: u32) -> bool {
+        let Some(Aabb { min, max }) = self.osp.bounds(PolygonId(id)) else { return false };
+        self.scratch.measured.clear();
+        self.scratch.measured.extend(min.to_array().into_iter().chain(max.to_array()));
+        true
+    }
+
+    /// Finds what the matrix that was written may show; how many.
+    pub fn cull(&mut self, is_webgl: bool) -> Outcome<usize> {
+        let frustum = Camera::new(&self.scratch.numbers, is_webgl)?.frustum();
+        Ok(self.find(&frustum))
+    }
+
+    /// Finds what the matrix that was written may show and the occluders of a depth buffer do not hide; how many.
+    pub fn cull_behind(&mut self, is_webgl: bool, depth: &Depth) -> Outcome<usize> {
+        let camera = Camera::new(&self.scratch.numbers, is_webgl)?;
+        depth.check_built_for(&camera)?;
+        self.commit_if_changed();
+        self.list.clear();
+        depth.cull(&self.osp, &camera.frustum(), &mut self.list);
+        Ok(self.scratch.answer(self.list.ids().iter().copied()))
+    }
+
+    /// Finds what lies wholly behind none of the planes that were written, one to six; how many.
+    pub fn cull_planes(&mut self, planes: usize) -> Outcome<usize> {
+        let numbers = &self.scratch.numbers[..4 * planes.min(6)];
+        let frustum = frustum_of_planes(numbers, &self.extent)?;
+        Ok(self.find(&frustum))
+    }
+
+    /// Finds what shares a point with the box from the first three numbers to the next three; how many.
+    pub fn in_box(&mut self) -> Outcome<usize> {
+        let (min, max) = (self.scratch.point(0), self.scratch.point(3));
+        // As a box of numbers with endless decimals would be: widened to the next of single precision.
+        let bounds = Aabb::new(Vec3::from_array(min.map(round_down)), Vec3::from_array(max.map(round_up)));
+        if !min.iter().zip(&max).all(|(min, max)| min <= max) || !bounds.is_valid() {
+            return refused("box: expected finite numbers and min <= max");
+        }
+        self.commit_if_changed();
+        self.list.clear();
+        self.osp.box_query(&bounds, self.list.ids_mut());
+        Ok(self.scratch.answer(self.list.ids().iter().copied()))
+    }
+
+    /// Finds what shares a point with the ball around the first three numbers, of the radius after them; how many.
+    pub fn in_sphere(&mut self) -> Outcome<usize> {
+        let (center, radius) = (DVec3::from_array(self.scratch.point(0)), self.scratch.numbers[3]);
+        let near = center.as_vec3();
+        // The index is asked with a ball of single precision around it, and each box then with the ball itself.
+        let shift = (center - near.as_dvec3()).length();
+        let around = Sphere { center: near, radius_m: round_up((radius + shift) * (1.0 + SPHERE_ROUNDING)) };
+        if !(radius >= 0.0 && around.radius_m.is_finite() && near.is_finite()) {
+            return refused("sphere: expected a finite center, and a finite radius from 0 on");
+        }
+        self.commit_if_changed();
+        self.list.clear();
+        let osp = &self.osp;
+        let mut is_within = |id: PolygonId| {
+            let Some(bounds) = osp.bounds(id) else { return false };
+            let nearest = center.clamp(bounds.min.as_dvec3(), bounds.max.as_dvec3());
+            nearest.distance_squared(center) <= radius * radius
+        };
+        osp.sphere_query(&around, &mut is_within, self.list.ids_mut());
+        Ok(self.scratch.answer(self.list.ids().iter().copied()))
+    }
+
+    /// Finds the box that a ray enters first, from the first three numbers along the next three, at most as far as the one after
+    /// them: one id found and one number measured, or none. Whether there is one.
+    pub fn ray(&mut self) -> Outcome<bool> {
+        let [origin, along] = [0, 3].map(|from| DVec3::from_array(self.scratch.point(from)).as_vec3());
+        let t_max = self.scratch.numbers[6] as f32;
+        if !(origin.is_finite() && along.is_finite() && along != Vec3::ZERO) {
+            return refused("ray: expected a finite origin, and a finite direction other than 0, 0, 0");
+        }
+        if t_max.is_nan() || t_max < 0.0 {
+            return refused("tMax: expected a number from 0 on");
+        }
+        self.commit_if_changed();
+        let (ray, osp) = (Ray::new(origin, along), &self.osp);
+        let hit = osp.ray_nearest(&ray, t_max, &mut |id| ray.enter_box(&osp.bounds(id)?, t_max));
+        self.scratch.answer(hit.iter().map(|(id, _)| *id));
+        self.scratch.measured.clear();
+        self.scratch.measured.extend(hit.map(|(_, t)| t));
+        Ok(hit.is_some())
+    }
+
+    /// Finds the boxes nearest to the point of the first three numbers, with their distances, the nearest first; how many.
+    pub fn nearest(&mut self, count: f64) -> Outcome<usize> {
+        let point = DVec3::from_array(self.scratch.point(0)).as_vec3();
+        if !point.is_finite() {
+            return refused("point: expected finite numbers");
+        }
+        if count.is_nan() || count < 0.0 {
+            return refused(&format!("count: expected a number from 0 on, found {count}"));
+        }
+        self.commit_if_changed();
+        // More than there are would only be reserved.
+        let (osp, count) = (&self.osp, (count as usize).min(self.osp.len()));
+        if !room::is_left(count.saturating_mul(NEAREST_BYTES)) {
+            return refused(&format!("there is no memory left for the {count} nearest boxes"));
+        }
+        let mut distance_m =
+            |id| osp.bounds(id).map_or(f32::NAN, |bounds| bounds.distance_squared(point).sqrt());
+        osp.nearest(point, count, &mut distance_m, &mut self.nearest);
+        self.scratch.measured.clear();
+        self.scratch.measured.extend(self.nearest.iter().map(|(_, distance_m)| *distance_m));
+        Ok(self.scratch.answer(self.nearest.iter().map(|(id, _)| *id)))
+    }
+}
+
+/// How much larger the ball is that the index is asked with: more than the squares of single precision are rounded.
+const SPHERE_ROUNDING: f64 = 1.0e-6;
+
+impl Index {
+    fn commit_if_changed(&mut self) {
+        if !self.is_committed {
+            self.commit();
+        }
+    }
+
+    /// Refuses boxes for which there is no memory, or for an answer that holds them all.
+    fn make_room(&mut self, more: usize) -> Outcome<()> {
+        let needed = self.osp.len() + more;
+        let highest = self.scratch.ids.iter().fold(self.highest, |highest, &id| highest.max(id));
+        if needed <= self.room && highest <= self.highest {
+            return Ok(());
+        }
+        let of_sets = room::bytes_of_sets(&self.scratch.ids);
+        // In larger steps, so that single boxes do not ask each time.
+        for room in [needed.max(self.room + self.room / 2), needed] {
+            self.list.clear();
+            self.scratch.found.clear();
+            let bytes = (room - self.osp.len()).saturating_mul(BOX_BYTES);
+            let Some(trial) = room::take(bytes.saturating_add(of_sets)) else { continue };
+            let is_there = self.list.ids_mut().try_reserve(room + BEHIND).is_ok()
+                && self.scratch.found.try_reserve(room).is_ok();
+            drop(trial);
+            if is_there {
+                // With room to count on before it is asked again.
+                (self.room, self.highest) = (room, highest.saturating_add(highest / 2));
+                return Ok(());
+            }
+        }
+        no_memory(more)
+    }
+
+    fn find(&mut self, frustum: &Frustum) -> usize {
+        self.commit_if_changed();
+        self.list.clear();
+        self.osp.frustum_cull(frustum, &mut self.list);
+        self.scratch.answer(self.list.ids().iter().copied())
+    }
+
+    /// Whether each id that was written is in the index, and given once.
+    fn check_known(&mut self) -> Outcome<()> {
+        self.given.clear();
+        for &id in &self.scratch.ids {
+            let id = PolygonId(id);
+            if self.osp.bounds(id).is_none() {
+                return refused(&sentence(IndexError::Unknown(id)));
+            }
+            if !self.given.insert(id) {
+                return twice(id);
+            }
+        }
+        Ok(())
+    }
+
+    fn forget_extent(&mut self) {
+        if self.osp.is_empty() {
+            self.extent = Aabb::EMPTY;
+        }
+    }
+}
+
+fn twice<T>(id: PolygonId) -> Outcome<T> {
+    refused(&format!("id {}: it is given twice", id.0))
+}
+
+/// What the index says, of ids instead of polygons.
+fn sentence(error: IndexError) -> String {
+    error.to_string().replacen("polygon", "id", 1)
+}
+
+fn no_memory<T>(boxes: usize) -> Outcome<T> {
+    refused(&format!("there is no memory left for {boxes} more boxes"))
+}

@@ -1,0 +1,26 @@
+//! The WebAssembly inside the npm package `osp-culling`: an index of boxes and a depth buffer that hides some of them.
+//!
+//! ```text
+//! JavaScript (js/index.js) ─> numbers in memory that Rust owns ─> index, depth ─> osp
+//! ```
+//!
+//! JavaScript asks for room, writes its numbers there, calls, and copies the answer out. It finds the places anew for each call,
+//! because they move when memory grows. Everything that it may get wrong is refused by an exception and changes nothing.
+
+mod depth;
+mod index;
+mod refusal;
+mod room;
+mod scratch;
+mod views;
+
+pub use depth::Depth;
+pub use index::Index;
+use osp::index::Backend;
+use wasm_bindgen::prelude::*;
+
+/// Which instructions test the boxes: `simd128` or `scalar`.
+#[wasm_bindgen]
+pub fn kernel() -> String {
+    Backend::detect().name().to_owned()
+}

@@ -1,0 +1,168 @@
+// Memory that grows, is given back, and ends.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { test } from "node:test";
+import { DepthBuffer, Osp, memoryBytes } from "osp-culling";
+import { COUNT, boxesOfStrokes } from "../example/scene.mjs";
+import { idsUpTo, perspective, randomBoxes } from "./common.mjs";
+
+const clip = perspective([0, 0, 30], [0, 0, 0]);
+
+test("an answer stays as it is while memory grows", () => {
+  const osp = new Osp();
+  const boxes = randomBoxes(2000, 1);
+  osp.insert(idsUpTo(2000), boxes);
+  const answer = osp.cull(clip),
+    copy = [...answer],
+    box = osp.box(7);
+  const nearest = osp.nearest([0, 0, 0], 5),
+    far = [...nearest.distances];
+  const before = memoryBytes();
+  // Each call moves the memory at least once, between the writing of its numbers and its answer.
+  const others = [];
+  while (memoryBytes() < before + 100e6) {
+    others.push(new Osp({ capacity: 50_000 }));
+    others.at(-1).insert(idsUpTo(50_000), randomBoxes(50_000, 2));
+    assert.equal(others.at(-1).inBox([-1e9, -1e9, -1e9], [1e9, 1e9, 1e9]).length, 50_000);
+  }
+  assert.deepEqual([...answer], copy);
+  assert.deepEqual([...nearest.distances], far);
+  assert.deepEqual(box, boxes.slice(42, 48));
+  assert.deepEqual([...osp.cull(clip)], copy);
+  for (const each of [...others, osp]) each.free();
+});
+
+test("what is freed throws, and nothing else does", () => {
+  const [freed, other] = [new Osp(), new Osp()];
+  freed.insert(idsUpTo(3), randomBoxes(3, 1));
+  other.insert(idsUpTo(3), randomBoxes(3, 1));
+  freed.free();
+  freed.free();
+  const calls = [
+    () => freed.size,
+    () => freed.bytes,
+    () => freed.insert(idsUpTo(0), new Float32Array(0)),
+    () => freed.update(idsUpTo(0), new Float32Array(0)),
+    () => freed.remove(idsUpTo(0)),
+    () => freed.clear(),
+    () => freed.commit(),
+    () => freed.has(0),
+    () => freed.box(0),
+    () => freed.cull(clip),
+    () => freed.cullInto(new Uint32Array(9), clip),
+    () => freed.cullPlanes([0, 0, 1, 0]),
+    () => freed.inBox([0, 0, 0], [1, 1, 1]),
+    () => freed.inSphere([0, 0, 0], 1),
+    () => freed.ray([0, 0, 0], [0, 0, 1]),
+    () => freed.nearest([0, 0, 0]),
+  ];
+  for (const call of calls) assert.throws(call, { name: "Error", message: "this Osp was freed" });
+  const depth = new DepthBuffer();
+  depth.build(clip, new Float32Array(0));
+  depth.free();
+  assert.throws(() => depth.build(clip, new Float32Array(0)), { message: "this DepthBuffer was freed" });
+  assert.throws(() => depth.hidden(new Float32Array(0)), { message: "this DepthBuffer was freed" });
+  assert.throws(() => other.cull(clip, { occlusion: depth }), { message: "this DepthBuffer was freed" });
+  assert.equal(other.size, 3);
+  assert.ok(other.cull(clip).length <= 3);
+  other.free();
+});
+
+test("an index takes as much memory as README.md says", () => {
+  const empty = new Osp({ capacity: 0 }),
+    full = new Osp({ rootSize: 20 });
+  full.insert(idsUpTo(COUNT), boxesOfStrokes());
+  full.commit();
+  assert.ok(empty.bytes < 2e6, `${empty.bytes}`);
+  assert.ok(full.bytes < 13e6, `${full.bytes}`);
+  empty.free();
+  full.free();
+});
+
+test("objects end with `using`", { skip: Symbol.dispose ? false : "this Node has no Symbol.dispose" }, () => {
+  const osp = new Osp();
+  osp[Symbol.dispose]();
+  assert.throws(() => osp.size, /freed/);
+});
+
+test("a thousand indexes and depth buffers, one after the other, take the memory of one", () => {
+  const live = () => {
+    const osp = new Osp({ capacity: 5000 }),
+      depth = new DepthBuffer();
+    osp.insert(idsUpTo(5000), randomBoxes(5000, 4));
+    depth.build(clip, Float32Array.of(-9, -9, 0, 9, -9, 0, 0, 9, 0));
+    assert.ok(osp.cull(clip, { occlusion: depth }).length > 0);
+    osp.free();
+    depth.free();
+  };
+  for (let i = 0; i < 5; i++) live();
+  const before = memoryBytes();
+  for (let i = 0; i < 1000; i++) live();
+  assert.equal(memoryBytes(), before);
+});
+
+/** The module with an end to its memory, in pages of 64 KiB. */
+function withMostPages(bytes, most) {
+  const leb = (v) => (v < 128 ? [v] : [(v & 127) | 128, ...leb(v >>> 7)]);
+  let at = 8;
+  const read = () => {
+    let [value, shift, byte] = [0, 0, 0];
+    do {
+      byte = bytes[at++];
+      value |= (byte & 127) << shift;
+      shift += 7;
+    } while (byte & 128);
+    return value >>> 0;
+  };
+  for (;;) {
+    const section = at,
+      kind = bytes[at++],
+      size = read(),
+      begin = at;
+    if (kind !== 5) {
+      at = begin + size;
+      continue;
+    }
+    assert.equal(read(), 1);
+    assert.equal(read(), 0, "a memory without an end");
+    const body = [1, 1, ...leb(read()), ...leb(most)];
+    return Uint8Array.from([...bytes.subarray(0, section), 5, ...leb(body.length), ...body, ...bytes.subarray(begin + size)]);
+  }
+}
+
+for (const each of [1, 37, 700, 20_000]) {
+  test(`where memory ends, there is an exception, and the index works on: ${each} at a time`, async () => {
+    const bytes = await readFile(new URL("../wasm/osp_culling_bg.wasm", import.meta.url));
+    // Its own copy of the glue: the other tests have theirs.
+    const glue = await import(`../wasm/osp_culling.js?${each}`);
+    const { memory } = glue.initSync({ module: withMostPages(bytes, 1024) });
+    const write = (index, ids, boxes) => {
+      index.room(boxes.length, ids.length);
+      new Float32Array(memory.buffer, index.boxes_at(), boxes.length).set(boxes);
+      new Uint32Array(memory.buffer, index.ids_at(), ids.length).set(ids);
+      index.insert();
+    };
+    const noMemory = { name: "RangeError", message: /there is no memory left for/ };
+    assert.throws(() => new glue.Index(0, 0, 0, 64, 1e8), noMemory);
+    const index = new glue.Index(0, 0, 0, 64, 0);
+    assert.throws(() => index.room(1e8, 1e8), noMemory);
+    let held = 0;
+    const boxes = randomBoxes(each, 3);
+    const fill = () => {
+      for (; held < 3e6; held += each) {
+        // Somewhere else each time.
+        for (let i = 0; i < boxes.length; i += 3) boxes[i] += 0.01;
+        write(index, idsUpTo(each, held), boxes);
+        if (each > 1 || held % 50 === 0) index.commit();
+      }
+    };
+    assert.throws(fill, noMemory);
+    assert.ok(held >= 100_000, `${held} boxes in 64 MiB`);
+    assert.equal(index.len(), held);
+    new Float64Array(memory.buffer, index.numbers_at(), 6).set([-1e9, -1e9, -1e9, 1e9, 1e9, 1e9]);
+    assert.equal(index.in_box(), held);
+    assert.throws(() => new glue.Depth(8192, 8192), noMemory);
+    assert.equal(index.len(), held);
+  });
+}

@@ -1,0 +1,63 @@
+// The example's page in a headless browser: the variable CHROMIUM names it, else `chromium` is looked for.
+
+import assert from "node:assert/strict";
+import { spawn, spawnSync } from "node:child_process";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { test } from "node:test";
+import { serve } from "../example/serve.mjs";
+
+const chromium =
+  process.env.CHROMIUM ??
+  ["chromium", "chromium-browser", "google-chrome"].find((name) => spawnSync(name, ["--version"]).status === 0);
+const skip = chromium ? false : "there is no Chromium (the variable CHROMIUM names one)";
+
+test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
+  let done;
+  const report = new Promise((resolve) => (done = resolve));
+  const server = await serve(0, done);
+  t.after(() => server.close());
+  const folder = await mkdtemp(join(tmpdir(), "osp-culling-page-"));
+  const flags = [
+    "--headless",
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--no-first-run",
+    `--user-data-dir=${folder}`,
+  ];
+  const browser = spawn(chromium, [...flags, `http://127.0.0.1:${server.address().port}/?boxes=6000&frames=20&report`], {
+    stdio: "ignore",
+  });
+  const ended = new Promise((resolve) => browser.on("exit", resolve));
+  t.after(async () => {
+    browser.kill();
+    await ended;
+    await rm(folder, { recursive: true, force: true, maxRetries: 5 });
+  });
+  const early = ended.then((code) => ({ error: `the browser ended with ${code}` }));
+  const found = await Promise.race([report, early]);
+  assert.equal(found.error, undefined);
+  assert.equal(found.kernel, "simd128");
+  assert.equal(found.count, 6000);
+  assert.ok(found.medianSeen > 0);
+  assert.deepEqual(
+    found.summary.map(({ name }) => name.split(",")[0].split(" ")[0]),
+    ["osp-culling", "THREE.Frustum", "bvh.js", "bvh.js"],
+  );
+  for (const { name, isRounding, isOnce } of found.summary) assert.ok(isRounding && isOnce, name);
+  assert.equal(found.summary[0].missing, 0);
+  if (found.shown === null) t.diagnostic(found.drawn);
+  else assert.ok(found.shown > 0 && found.shown <= 6000);
+  t.diagnostic(`${found.drawn}; ${found.summary.map(({ name, cullUs }) => `${name}: ${cullUs.toFixed(0)} us`).join(", ")}`);
+});
+
+test("the example's server gives nothing beside its folder", async (t) => {
+  const server = await serve(0);
+  t.after(() => server.close());
+  const status = async (path) => (await fetch(`http://127.0.0.1:${server.address().port}${path}`)).status;
+  const paths = { "/": 200, "/js/index.js": 200, "/..%2fbuild": 403, "/..%2f..%2fCargo.toml": 403, "/%zz": 404, "/nothing": 404 };
+  for (const [path, expected] of Object.entries(paths)) assert.equal(await status(path), expected, path);
+});

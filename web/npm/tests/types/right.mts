@@ -1,0 +1,50 @@
+import type { Scene } from "@babylonjs/core";
+import { DepthBuffer, Osp, init, kernel, memoryBytes, outward, type ClipDepth, type CullOptions, type Hit } from "osp-culling";
+import { SceneCuller } from "osp-culling/babylon";
+import { BatchedMeshCuller } from "osp-culling/three";
+import * as THREE from "three";
+
+await init();
+await init(new URL("https://example.org/osp_culling_bg.wasm"));
+await init(new Uint8Array(8));
+const name: "simd128" | "scalar" = kernel();
+const bytes: number = memoryBytes();
+
+const osp = new Osp({ rootCenter: [0, 1, 2], rootSize: 10, capacity: 100 });
+osp.insert(Uint32Array.of(1), outward([0, 0, 0, 1, 1, 1]));
+osp.update(Uint32Array.of(1), new Float32Array(6));
+osp.remove(new Uint32Array(0));
+osp.commit();
+const depth: ClipDepth = "webgpu";
+const buffer = new DepthBuffer({ width: 640 });
+const used: number = buffer.build(new Float32Array(16), new Float32Array(9), { depth, cornersOf: Uint32Array.of(3) });
+const options: CullOptions = { depth, occlusion: buffer };
+const ids: Uint32Array = osp.cull(new THREE.Matrix4().elements, options);
+const count: number = osp.cullInto(new Uint32Array(osp.size), new Float64Array(16));
+const some: Uint32Array = osp.cullPlanes([1, 0, 0, 0]);
+const more: number = osp.cullPlanesInto(ids, [1, 0, 0, 0]);
+const hit: Hit | null = osp.ray([0, 0, 0], [0, 0, 1], 10);
+const t: number | undefined = hit?.t;
+const { ids: near, distances } = osp.nearest([0, 0, 0], 3);
+const box: Float32Array | undefined = osp.box(1);
+const found: Uint32Array = osp.has(1) ? osp.inBox([0, 0, 0], [1, 1, 1]) : osp.inSphere([0, 0, 0], osp.bytes);
+const hidden: Uint8Array = buffer.hidden(new Float32Array(6));
+osp.clear();
+osp.free();
+buffer[Symbol.dispose]();
+
+const mesh = new THREE.BatchedMesh(10, 10, 10);
+const culler = new BatchedMeshCuller(mesh, { rootSize: 5 });
+const shown: number = culler.update(new THREE.PerspectiveCamera(), new THREE.OrthographicCamera(-1, 1, 1, -1));
+const visible: Uint32Array = culler.visible;
+const size: number = culler.osp.size;
+culler.dispose();
+
+export function follow(scene: Scene): number {
+  const culler = new SceneCuller(scene);
+  const { candidates } = culler;
+  culler.dispose();
+  return candidates;
+}
+
+export const all = [name, bytes, used, ids, count, some, more, t, near, distances, box, found, hidden, shown, visible, size];

@@ -1,0 +1,26 @@
+import { DepthBuffer, Osp, init } from "osp-culling";
+import { BatchedMeshCuller } from "osp-culling/three";
+import * as THREE from "three";
+
+await init();
+const osp = new Osp();
+// @ts-expect-error ids and boxes are typed arrays
+osp.insert([1], [0, 0, 0, 1, 1, 1]);
+// @ts-expect-error of single precision
+osp.insert(Uint32Array.of(1), new Float64Array(6));
+// @ts-expect-error not a matrix of three.js, but its elements
+osp.cull(new THREE.Matrix4());
+// @ts-expect-error there are two depths
+osp.cull(new Float32Array(16), { depth: "opengl" });
+// @ts-expect-error a DepthBuffer
+osp.cull(new Float32Array(16), { occlusion: osp });
+// @ts-expect-error it may be null
+osp.ray([0, 0, 0], [0, 0, 1]).id;
+// @ts-expect-error it may be undefined
+osp.box(1).length;
+// @ts-expect-error counted by the index
+osp.size = 3;
+// @ts-expect-error an object of numbers
+new DepthBuffer(640, 400);
+// @ts-expect-error a BatchedMesh
+new BatchedMeshCuller(new THREE.Mesh());
