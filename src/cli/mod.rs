@@ -8,12 +8,14 @@ mod allocations;
 mod author_rows;
 mod brush_rows;
 mod new_recording;
-#[cfg(not(feature = "window"))]
+#[cfg(not(all(feature = "window", feature = "worlds")))]
 mod not_built;
 mod numbers;
 mod occlusion_tests;
 mod output;
 mod outputs;
+#[cfg(feature = "worlds")]
+mod pack;
 mod parsers;
 mod pick;
 mod played;
@@ -48,6 +50,8 @@ mod replay_args;
 mod replay_outputs;
 mod replay_session;
 mod replay_text;
+#[cfg(feature = "worlds")]
+mod replay_world;
 mod rig;
 mod rig_args;
 #[cfg(feature = "window")]
@@ -67,6 +71,10 @@ mod verify_all;
 mod verify_drawn;
 mod verify_json;
 mod verify_method;
+#[cfg(feature = "worlds")]
+mod world_args;
+#[cfg(feature = "worlds")]
+mod world_report;
 
 pub use allocations::CountingAllocator;
 
@@ -111,6 +119,10 @@ enum Command {
     Export(export::ExportArgs),
     Bench(bench::BenchArgs),
     DrawIndex(draw_index::DrawIndexArgs),
+    #[cfg(feature = "worlds")]
+    Pack(pack::PackArgs),
+    #[cfg(not(feature = "worlds"))]
+    Pack(not_built::NotBuilt),
     Pick(pick::PickArgs),
     Query(query::QueryArgs),
     Study(study::StudyArgs),
@@ -161,6 +173,10 @@ pub fn run() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::DrawIndex(args) => draw_index::run(&args),
+        #[cfg(feature = "worlds")]
+        Command::Pack(args) => pack::run(&args),
+        #[cfg(not(feature = "worlds"))]
+        Command::Pack(_) => not_built::refuse("pack", "worlds"),
         Command::Pick(args) => pick::run(&args),
         Command::Query(args) => query::run(&args),
         Command::Study(args) => study::run(&args),

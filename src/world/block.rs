@@ -74,7 +74,10 @@ impl BlockBuilder {
 
     pub(super) fn add(&mut self, id: PolygonId, color: [f32; 4], polygon: &ConvexPolygon, bounds: &Aabb) {
         match self.pieces.last_mut() {
-            Some(last) if u64::from(last.first.0) + u64::from(last.polygons) == u64::from(id.0) && last.color == color => {
+            Some(last)
+                if u64::from(last.first.0) + u64::from(last.polygons) == u64::from(id.0)
+                    && last.color == color =>
+            {
                 last.polygons += 1;
             }
             _ => self.pieces.push(Piece { first: id, polygons: 1, color }),
@@ -225,7 +228,8 @@ impl Block {
         }
         let mut index = Osp::new(&IndexConfig { root: root_around(bounds), capacity: polygons });
         for (i, bounds_of_one) in tight.iter().enumerate() {
-            let fits = bounds.contains(bounds_of_one) && index.insert(PolygonId(i as u32), bounds_of_one).is_ok();
+            let fits =
+                bounds.contains(bounds_of_one) && index.insert(PolygonId(i as u32), bounds_of_one).is_ok();
             if !fits {
                 let byte = start + (bytes.len() - corners_at + i * POLYGON_BYTES) as u64;
                 return Err(WorldError::Damaged {
@@ -260,7 +264,8 @@ impl Block {
     pub fn polygons(&self) -> impl Iterator<Item = (PolygonId, ConvexPolygon, [f32; 4])> + '_ {
         let ids = self.pieces.iter().flat_map(|piece| ids_of_piece(piece).map(move |id| (id, piece.color)));
         ids.zip(&self.corners).map(|((id, color), &[a, b, c, d])| {
-            let polygon = if c == d { ConvexPolygon::triangle(a, b, c) } else { ConvexPolygon::quad([a, b, c, d]) };
+            let polygon =
+                if c == d { ConvexPolygon::triangle(a, b, c) } else { ConvexPolygon::quad([a, b, c, d]) };
             (id, polygon, color)
         })
     }
@@ -317,7 +322,11 @@ fn read_pieces(reader: &mut Reader<'_>, count: u32, polygons: usize) -> Result<V
         pieces.push(Piece { first: PolygonId(first), polygons, color });
     }
     if left != 0 {
-        return Err(reader.damaged(0, "pieces that name every polygon", format!("{left} polygons without one")));
+        return Err(reader.damaged(
+            0,
+            "pieces that name every polygon",
+            format!("{left} polygons without one"),
+        ));
     }
     Ok(pieces)
 }

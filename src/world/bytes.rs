@@ -45,9 +45,11 @@ impl<'a> Reader<'a> {
                 self.at += count;
                 Ok(taken)
             }
-            None => {
-                Err(self.damaged(0, format!("{count} bytes: {what}"), format!("the end after {}", self.left())))
-            }
+            None => Err(self.damaged(
+                0,
+                format!("{count} bytes: {what}"),
+                format!("the end after {}", self.left()),
+            )),
         }
     }
 

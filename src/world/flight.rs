@@ -109,7 +109,8 @@ mod tests {
         }
         let around = Aabb::new(bounds.min - 20.0, bounds.max + 20.0);
         assert!(views.iter().all(|view| around.contains(&Aabb::from_points(&[view.eye_in_world]))));
-        let way_m: f32 = views.windows(2).map(|pair| pair[0].eye_in_world.distance(pair[1].eye_in_world)).sum();
+        let way_m: f32 =
+            views.windows(2).map(|pair| pair[0].eye_in_world.distance(pair[1].eye_in_world)).sum();
         assert!((100.0..170.0).contains(&way_m), "{way_m}");
     }
 }

@@ -243,12 +243,15 @@ fn read_blocks(
         for _ in 0..object.blocks {
             let (bytes, polygons) = (reader.u32("bytes of a block")?, reader.u32("polygons of a block")?);
             if !(1..=BLOCK_POLYGONS as u32).contains(&polygons) {
-                return Err(reader.damaged(4, format!("1 to {BLOCK_POLYGONS} polygons in a block"), polygons));
+                return Err(reader.damaged(
+                    4,
+                    format!("1 to {BLOCK_POLYGONS} polygons in a block"),
+                    polygons,
+                ));
             }
             let fits = bytes_of(polygons as usize);
             if !fits.contains(&(bytes as usize)) {
-                let expected =
-                    format!("{} to {} bytes for {polygons} polygons", fits.start(), fits.end());
+                let expected = format!("{} to {} bytes for {polygons} polygons", fits.start(), fits.end());
                 return Err(reader.damaged(8, expected, bytes));
             }
             let hash = reader.u64("the hash of a block")?;

@@ -92,7 +92,9 @@ impl Place {
         let problem = |problem: String| WorldError::Place { place: text.to_owned(), problem };
         let url = url::Url::parse(text).map_err(|error| problem(error.to_string()))?;
         if !["http", "https", "s3"].contains(&url.scheme()) {
-            return Err(problem("expected a folder, or an address with http://, https:// or s3://".to_owned()));
+            return Err(problem(
+                "expected a folder, or an address with http://, https:// or s3://".to_owned(),
+            ));
         }
         // Keys and region of S3 come from the usual variables (AWS_ACCESS_KEY_ID, AWS_REGION, AWS_ENDPOINT, ...).
         let variables = std::env::vars().filter(|(name, _)| name.starts_with("AWS_"));
@@ -224,5 +226,7 @@ impl Place {
 
 /// What the system or the server said, without the words of the layers around it that repeat each other.
 fn innermost(error: &(dyn std::error::Error + 'static)) -> String {
-    std::iter::successors(Some(error), |&error| error.source()).last().map_or_else(String::new, ToString::to_string)
+    std::iter::successors(Some(error), |&error| error.source())
+        .last()
+        .map_or_else(String::new, ToString::to_string)
 }

@@ -1,10 +1,6 @@
 use std::{sync::Arc, time::Instant};
 
-use super::{
-    ResidentConfig, World, WorldError,
-    block::Block,
-    resident::Residents,
-};
+use super::{ResidentConfig, World, WorldError, block::Block, resident::Residents};
 use crate::{
     math::{Containment, Frustum},
     polygon::VisibleBlocks,
@@ -69,7 +65,10 @@ pub struct Walk {
 
 impl std::fmt::Debug for Walk {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Walk").field("world", &self.world).field("frames", &self.frames).finish_non_exhaustive()
+        f.debug_struct("Walk")
+            .field("world", &self.world)
+            .field("frames", &self.frames)
+            .finish_non_exhaustive()
     }
 }
 

@@ -37,7 +37,8 @@ impl World {
         };
         let manifest = Manifest::read(&|| place.name_of(MANIFEST), &bytes)?;
         let bounds = manifest.bounds();
-        let mut index = Osp::new(&IndexConfig { root: root_around(&bounds), capacity: manifest.blocks.len() });
+        let mut index =
+            Osp::new(&IndexConfig { root: root_around(&bounds), capacity: manifest.blocks.len() });
         for (number, block) in manifest.blocks.iter().enumerate() {
             // Its box is valid, and a manifest of the longest length has fewer blocks than the index has numbers.
             let inserted = index.insert(PolygonId(number as u32), &block.bounds);
@@ -86,8 +87,11 @@ impl World {
         let end = entry.at + u64::from(entry.bytes);
         let bytes = self.place.read_range(&object, entry.at..end)?;
         let name = || self.place.name_of(&object);
-        let damaged = |byte, expected: String, found: String| {
-            WorldError::Damaged { object: name(), byte, expected, found }
+        let damaged = |byte, expected: String, found: String| WorldError::Damaged {
+            object: name(),
+            byte,
+            expected,
+            found,
         };
         if bytes.len() != entry.bytes as usize {
             let expected = format!("{} bytes of block {block}", entry.bytes);
@@ -95,7 +99,8 @@ impl World {
         }
         let hash = xxh3_64(&bytes);
         if hash != entry.hash {
-            let expected = format!("{} bytes of block {block} with the checksum {:016x}", entry.bytes, entry.hash);
+            let expected =
+                format!("{} bytes of block {block} with the checksum {:016x}", entry.bytes, entry.hash);
             return Err(damaged(entry.at, expected, format!("{hash:016x}")));
         }
         let block = Block::read(&name, entry.at, &bytes, &entry.bounds, entry.polygons as usize)?;
