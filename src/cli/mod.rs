@@ -103,6 +103,7 @@ const EXAMPLES: &str = "Examples:
   osp verify recordings/room.ron
   osp render recordings/room.ron room.png
   osp bake recordings/room.ron room.pvs
+  osp pack recordings/*.ron --out sketches.world
   osp sketch house.ron
   osp serve
   osp replay --help       describes the indexes and the methods of occlusion culling

@@ -11,6 +11,9 @@ use crate::{
     world::{Frame, WalkCounts, World},
 };
 
+/// Longer frames count as so long, nanoseconds: an hour.
+const LONGEST_NS: u64 = 3_600_000_000_000;
+
 /// The figures of a flight.
 pub(super) struct WorldReport {
     world: String,
@@ -71,7 +74,7 @@ impl WorldReport {
             sources: sources.collect(),
             map_bytes: world.bytes() as u64,
             frames: 0,
-            work: Histogram::new(3).expect("3 digits are allowed"),
+            work: Histogram::new_with_bounds(1, LONGEST_NS, 3).expect("these bounds are allowed"),
             visible: 0,
             in_view: 0,
             late_frames: 0,

@@ -17,10 +17,11 @@ use glam::Vec3;
 
 use super::{
     WorldError,
+    boxes::PolygonBoxes,
     bytes::{Reader, put_bounds, put_floats},
 };
 use crate::{
-    index::{IndexConfig, Osp, SpatialIndex},
+    index::IndexConfig,
     math::{Aabb, Containment, Frustum},
     polygon::{ConvexPolygon, PolygonId, VisibleBlocks},
     replay::SetFingerprint,
@@ -160,7 +161,7 @@ pub struct Block {
     pieces: Vec<Piece>,
     corners: Vec<[Vec3; 4]>,
     /// By the place in the block.
-    index: Osp,
+    boxes: PolygonBoxes,
     all: SetFingerprint,
     bytes: usize,
     _share: Option<Share>,
@@ -173,9 +174,9 @@ impl std::fmt::Debug for Block {
 }
 
 impl Block {
-    /// More than a block of so many polygons takes in memory, bytes: its pieces, corners and index.
+    /// No less than a block of so many polygons takes in memory, bytes, while it is made, too: its pieces, corners and boxes.
     pub(super) fn room_for(polygons: usize) -> u64 {
-        (polygons * (PIECE_BYTES + POLYGON_BYTES + 88) + (48 << 10)) as u64
+        (polygons * (PIECE_BYTES + POLYGON_BYTES + 2 * size_of::<Aabb>()) + (2 << 10)) as u64
     }
 
     /// Reads a block. `bounds`, in which all its polygons have to lie, and `polygons` are what the manifest says.
@@ -226,10 +227,8 @@ impl Block {
             }
             tight[at] = reader.bounds("the box of a polygon")?;
         }
-        let mut index = Osp::new(&IndexConfig { root: root_around(bounds), capacity: polygons });
         for (i, bounds_of_one) in tight.iter().enumerate() {
-            let fits =
-                bounds.contains(bounds_of_one) && index.insert(PolygonId(i as u32), bounds_of_one).is_ok();
+            let fits = bounds.contains(bounds_of_one) && bounds_of_one.is_valid();
             if !fits {
                 let byte = start + (bytes.len() - corners_at + i * POLYGON_BYTES) as u64;
                 return Err(WorldError::Damaged {
@@ -240,13 +239,13 @@ impl Block {
                 });
             }
         }
-        index.commit();
+        let boxes = PolygonBoxes::new(&tight);
         let all = SetFingerprint::of(pieces.iter().flat_map(ids_of_piece));
         let bytes = size_of::<Self>()
             + pieces.capacity() * size_of::<Piece>()
             + corners.capacity() * POLYGON_BYTES
-            + index.bytes();
-        Ok(Self { pieces, corners, index, all, bytes, _share: None })
+            + boxes.bytes();
+        Ok(Self { pieces, corners, boxes, all, bytes, _share: None })
     }
 
     /// The block, counted among what is held.
@@ -277,8 +276,8 @@ impl Block {
             return false;
         }
         seen.clear();
-        self.index.frustum_cull_blocks(frustum, seen);
-        seen.len() < self.corners.len()
+        self.boxes.cull(frustum, seen);
+        seen.len() < self.boxes.len()
     }
 
     /// The fingerprint of all polygons.

@@ -10,6 +10,7 @@ use super::{
     block::{Block, Share},
     resident::{Shared, Wishes},
 };
+use crate::math::Aabb;
 
 /// What is to be loaded, what is being loaded, and what a frame waits for.
 pub(super) struct Queue {
@@ -106,7 +107,8 @@ pub(super) fn run(shared: &Shared) {
 
 fn load(shared: &Shared, number: u32) -> Result<Arc<Block>, WorldError> {
     let entry = shared.world.entry(number);
-    let raw = Share::new(&shared.held, entry.bytes as usize);
+    // The bytes, and the boxes before they stand in rows.
+    let raw = Share::new(&shared.held, entry.bytes as usize + entry.polygons as usize * size_of::<Aabb>());
     let (block, bytes) = shared.world.load(number)?;
     let block = Arc::new(block.held_by(&shared.held));
     drop(raw);

@@ -4,7 +4,7 @@
 //! Scene ──> WorldWriter ──> blocks of 4,096 polygons in larger objects, and last of all the manifest
 //!
 //! World: the manifest in memory, the boxes of all blocks in an index of their own
-//!   a View ──> blocks in view ──┬─ resident: culled polygon by polygon, by the block's own index
+//!   a View ──> blocks in view ──┬─ resident: culled polygon by polygon, sixteen boxes at a time
 //!                               └─ missing:  loaded by threads ──> cache of resident blocks (bounded in bytes)
 //! ```
 //!
@@ -18,6 +18,7 @@
 //! * **Bounded.** What a manifest or a block claims is held against its size before memory is reserved for it.
 
 mod block;
+mod boxes;
 mod bytes;
 mod error;
 mod flight;

@@ -152,7 +152,9 @@ impl Residents {
         let mut queue = self.shared.queue();
         queue.wish(blocks, awaited);
         drop(queue);
-        self.shared.wishes.notify_all();
+        if !blocks.is_empty() {
+            self.shared.wishes.notify_all();
+        }
     }
 
     /// The next of the blocks that are awaited, in whatever order they come.
