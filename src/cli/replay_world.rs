@@ -27,6 +27,9 @@ const FRAMES: u64 = 900;
 const FRAMES_A_SECOND: f32 = 90.0;
 
 pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> anyhow::Result<Outcome> {
+    if let Some(file) = args.files.first() {
+        bail!("--world takes the place of sessions: expected none; found {}", file.display());
+    }
     let options = &args.world;
     let world = Arc::new(World::open(Place::to_read(address)?)?);
     let (camera, views) = views(args, &world)?;

@@ -8,14 +8,13 @@ use super::numbers;
 
 /// The other options of a replay are about sessions that are played, not about finished ones.
 #[cfg(not(feature = "render"))]
-const NOT_OF_WORLDS: [&str; 15] = OF_SESSIONS;
+const NOT_OF_WORLDS: [&str; 14] = OF_SESSIONS;
 #[cfg(all(feature = "render", not(feature = "window")))]
-const NOT_OF_WORLDS: [&str; 16] = with(OF_SESSIONS, ["draw"]);
+const NOT_OF_WORLDS: [&str; 15] = with(OF_SESSIONS, ["draw"]);
 #[cfg(feature = "window")]
-const NOT_OF_WORLDS: [&str; 17] = with(OF_SESSIONS, ["draw", "window"]);
+const NOT_OF_WORLDS: [&str; 16] = with(OF_SESSIONS, ["draw", "window"]);
 
-const OF_SESSIONS: [&str; 15] = [
-    "files",
+const OF_SESSIONS: [&str; 14] = [
     "index",
     "budget",
     "occlusion",
