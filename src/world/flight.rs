@@ -43,9 +43,7 @@ impl Flight {
             points: [DVec3::ZERO; 4],
             along: 0.0,
         };
-        for i in 0..4 {
-            this.points[i] = this.point();
-        }
+        this.points = std::array::from_fn(|_| this.point());
         this
     }
 

@@ -2,7 +2,7 @@ use std::{sync::Arc, time::Instant};
 
 use super::{ResidentConfig, World, WorldError, block::Block, resident::Residents};
 use crate::{
-    math::{Containment, Frustum},
+    math::{Aabb, Frustum},
     polygon::VisibleBlocks,
     replay::SetFingerprint,
     view::View,
@@ -206,8 +206,8 @@ impl Tally {
         Self { frustum, set: SetFingerprint::default(), fingerprint_ns: 0 }
     }
 
-    fn add(&mut self, block: &Block, bounds: crate::math::Aabb, seen: &mut VisibleBlocks) {
-        let how: Containment = self.frustum.classify(&bounds);
+    fn add(&mut self, block: &Block, bounds: Aabb, seen: &mut VisibleBlocks) {
+        let how = self.frustum.classify(&bounds);
         if block.cull(&self.frustum, how, seen) {
             let start = Instant::now();
             self.set.add(block.fingerprint_of(seen));

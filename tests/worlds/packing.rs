@@ -64,7 +64,7 @@ fn without_its_end_a_pack_leaves_no_world_and_the_next_one_tidies_up() {
     let place = place_to_write(folder.path());
     let mut writer = WorldWriter::create(place, Replacing::Never, PackOrder::Strokes).expect("begun");
     // More than one object, so that some are written.
-    writer.add("room", &room, &vec![Vec3::ZERO; 60]).expect("blocks");
+    writer.add("room", &room, &[Vec3::ZERO; 60]).expect("blocks");
     drop(writer);
     let left = files(folder.path());
     assert!(left.keys().any(|name| name.ends_with(".osp-blocks")), "{:?}", left.keys());
