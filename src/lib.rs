@@ -103,6 +103,7 @@
 //! | `stroke` | samples become polygons | `session` |
 //! | `scene` | strokes, groups, undo; implements `Geometry` | `session` |
 //! | `replay` | a session frame by frame: pacing, cameras, fingerprints | `session` |
+//! | `world` | finished sessions that are larger than memory, in blocks | `worlds` |
 //! | `rivals` | every other index; other crates' trees (`peers`) | `rivals` |
 //! | `render` | drawing with wgpu, occlusion culling on the GPU | `render` |
 //! | `lab` | oracle, verification, test scenes, benchmarks, reports | `lab` |
@@ -158,6 +159,9 @@ pub mod scene;
 mod small_file;
 #[cfg(feature = "session")]
 pub mod stroke;
+
+#[cfg(feature = "worlds")]
+pub mod world;
 
 #[cfg(feature = "rivals")]
 pub mod rivals;

@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// Each module and the modules that it may name, besides itself.
-const LAYERS: [(&str, &[&str]); 15] = [
+const LAYERS: [(&str, &[&str]); 16] = [
     ("platform", &[]),
     ("math", &[]),
     ("polygon", &["math"]),
@@ -16,6 +16,7 @@ const LAYERS: [(&str, &[&str]); 15] = [
     ("stroke", &["math", "polygon", "brush", "recording"]),
     ("scene", &["math", "polygon", "brush", "recording", "stroke"]),
     ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
+    ("world", &["math", "polygon", "index", "view", "scene", "replay"]),
     ("rivals", &["math", "polygon", "index"]),
     (
         "render",

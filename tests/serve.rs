@@ -28,8 +28,13 @@ impl Server {
     }
 
     fn ask(&self, method: &str, path: &str, host: &str) -> String {
+        self.ask_with(method, path, host, "")
+    }
+
+    /// `more`: further headers, each with its line end.
+    fn ask_with(&self, method: &str, path: &str, host: &str, more: &str) -> String {
         let mut stream = TcpStream::connect(&self.address).expect("it listens");
-        write!(stream, "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n")
+        write!(stream, "{method} {path} HTTP/1.1\r\nHost: {host}\r\n{more}Connection: close\r\n\r\n")
             .expect("sent");
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).expect("answered");
@@ -94,6 +99,46 @@ fn a_folder_is_served_with_its_types_and_nothing_beside_it() {
     assert!(server.ask("POST", "/", &server.address).starts_with("HTTP/1.1 405"));
     // Another site's name that leads here.
     assert!(server.ask("GET", "/", "evil.example").starts_with("HTTP/1.1 403"));
+}
+
+#[test]
+fn a_part_of_a_file_is_given_to_whoever_asks_for_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let digits: String = (0..50_000).map(|i| char::from(b'0' + (i % 10) as u8)).collect();
+    fs::write(folder.path().join("digits.bin"), &digits).expect("written");
+    fs::write(folder.path().join("empty.bin"), "").expect("written");
+    let server = Server::of(folder.path());
+    let part = |path: &str, range: &str| {
+        server.ask_with("GET", path, &server.address, &format!("Range: {range}\r\n"))
+    };
+    let body = |answer: &str| answer.split("\r\n\r\n").nth(1).expect("a body").to_owned();
+    for (range, bytes) in [
+        ("bytes=0-0", 0..=0),
+        ("bytes=13-40013", 13..=40_013),
+        ("bytes=49995-", 49_995..=49_999),
+        ("bytes=49995-99999999", 49_995..=49_999),
+        ("bytes=-7", 49_993..=49_999),
+        ("bytes=-99999999", 0..=49_999),
+    ] {
+        let answer = part("/digits.bin", range);
+        let place = format!("Content-Range: bytes {}-{}/50000\r\n", bytes.start(), bytes.end());
+        assert!(answer.starts_with("HTTP/1.1 206") && answer.contains(&place), "{range}: {answer:.300}");
+        let length = format!("Content-Length: {}\r\n", bytes.end() - bytes.start() + 1);
+        assert!(answer.contains(&length), "{range}: {answer:.300}");
+        assert!(body(&answer) == digits[bytes], "{range}: {answer:.300}");
+    }
+    for range in ["bytes=50000-", "bytes=50000-50001"] {
+        assert!(part("/digits.bin", range).starts_with("HTTP/1.1 416"), "{range}");
+    }
+    assert!(part("/empty.bin", "bytes=0-0").starts_with("HTTP/1.1 416"));
+    for range in ["bytes=5-4", "bytes=x-4", "bytes=0-1,4-5", "lines=0-1", "bytes=-"] {
+        let answer = part("/digits.bin", range);
+        assert!(answer.starts_with("HTTP/1.1 200") && body(&answer) == digits, "{range}: {answer:.300}");
+    }
+    let whole = server.get("/digits.bin");
+    assert!(whole.contains("Content-Length: 50000\r\n") && body(&whole) == digits, "{whole:.300}");
+    let head = server.ask("HEAD", "/digits.bin", &server.address);
+    assert!(head.contains("Content-Length: 50000\r\n") && head.ends_with("\r\n\r\n"), "{head}");
 }
 
 #[test]

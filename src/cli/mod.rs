@@ -8,12 +8,14 @@ mod allocations;
 mod author_rows;
 mod brush_rows;
 mod new_recording;
-#[cfg(not(feature = "window"))]
+#[cfg(not(all(feature = "window", feature = "worlds")))]
 mod not_built;
 mod numbers;
 mod occlusion_tests;
 mod output;
 mod outputs;
+#[cfg(feature = "worlds")]
+mod pack;
 mod parsers;
 mod pick;
 mod played;
@@ -51,6 +53,8 @@ mod replay_args;
 mod replay_outputs;
 mod replay_session;
 mod replay_text;
+#[cfg(feature = "worlds")]
+mod replay_world;
 mod rig;
 mod rig_args;
 #[cfg(feature = "window")]
@@ -70,6 +74,10 @@ mod verify_all;
 mod verify_drawn;
 mod verify_json;
 mod verify_method;
+#[cfg(feature = "worlds")]
+mod world_args;
+#[cfg(feature = "worlds")]
+mod world_report;
 
 pub use allocations::CountingAllocator;
 
@@ -98,6 +106,7 @@ const EXAMPLES: &str = "Examples:
   osp verify recordings/room.ron
   osp render recordings/room.ron room.png
   osp bake recordings/room.ron room.pvs
+  osp pack recordings/*.ron --out sketches.world
   osp sketch house.ron
   osp serve
   osp replay --help       describes the indexes and the methods of occlusion culling
@@ -114,6 +123,10 @@ enum Command {
     Export(export::ExportArgs),
     Bench(bench::BenchArgs),
     DrawIndex(draw_index::DrawIndexArgs),
+    #[cfg(feature = "worlds")]
+    Pack(pack::PackArgs),
+    #[cfg(not(feature = "worlds"))]
+    Pack(not_built::NotBuilt),
     Pick(pick::PickArgs),
     Query(query::QueryArgs),
     Study(study::StudyArgs),
@@ -169,6 +182,10 @@ pub fn run() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::DrawIndex(args) => draw_index::run(&args),
+        #[cfg(feature = "worlds")]
+        Command::Pack(args) => pack::run(&args),
+        #[cfg(not(feature = "worlds"))]
+        Command::Pack(_) => not_built::refuse("pack", "worlds"),
         Command::Pick(args) => pick::run(&args),
         Command::Query(args) => query::run(&args),
         Command::Study(args) => study::run(&args),

@@ -91,7 +91,8 @@ Methods of --occlusion:
                    not conservative: they can cull visible polygons")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
-    #[arg(required = true)]
+    #[cfg_attr(not(feature = "worlds"), arg(required = true))]
+    #[cfg_attr(feature = "worlds", arg(required_unless_present = "world"))]
     pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) play: PlayArgs,
@@ -122,6 +123,9 @@ pub(super) struct ReplayArgs {
     pub(super) force: bool,
     #[command(flatten)]
     pub(super) rig: RigPathArgs,
+    #[cfg(feature = "worlds")]
+    #[command(flatten)]
+    pub(super) world: super::world_args::WorldArgs,
     /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].
     #[cfg(feature = "render")]
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
@@ -275,6 +279,8 @@ impl ReplayArgs {
             verify_frames: 0,
             force: false,
             rig: RigPathArgs::none(),
+            #[cfg(feature = "worlds")]
+            world: super::world_args::WorldArgs::none(),
             #[cfg(feature = "render")]
             draw: None,
             #[cfg(feature = "window")]

@@ -2,14 +2,16 @@
 
 use std::{
     fs,
+    io::{Read, Seek, SeekFrom},
     net::{Ipv4Addr, SocketAddr},
+    ops::RangeInclusive,
     path::{Component, Path, PathBuf},
 };
 
 use anyhow::{Context, bail};
 use clap::Args;
 use percent_encoding::percent_decode_str;
-use tiny_http::{Header, Method, Request, Response, Server};
+use tiny_http::{Header, Method, Request, Response, Server, StatusCode};
 
 use super::{
     Outcome,
@@ -22,7 +24,7 @@ const ANSWERS_AT_ONCE: usize = 8;
 /// Serve a folder to browsers on this machine: the page that `web/build` makes in `web/dist`, or another one.
 ///
 /// Requests of other machines are not answered. Each answer has the headers that isolate a page from pages of other sites,
-/// which browsers ask for before they give it a clock in steps of 5 µs.
+/// which browsers ask for before they give it a clock in steps of 5 µs. A request for a part of a file gets that part.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp serve
@@ -79,6 +81,7 @@ pub(super) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
 /// What a request gets.
 enum Found {
     File(fs::File, &'static str),
+    Part { file: fs::File, kind: &'static str, bytes: RangeInclusive<u64>, of: u64 },
     Refused(u16, &'static str),
 }
 
@@ -87,7 +90,7 @@ fn answer(request: Request, folder: &Path, at: SocketAddr) -> std::io::Result<()
     let found = match request.method() {
         // Another site could have its name lead here, and read what lies here.
         _ if !is_ours(&request, at) => Found::Refused(403, "expected the host localhost or 127.0.0.1\n"),
-        Method::Get | Method::Head => find(folder, request.url()),
+        Method::Get | Method::Head => part(find(folder, request.url()), &request),
         _ => Found::Refused(405, "expected GET\n"),
     };
     match found {
@@ -95,8 +98,47 @@ fn answer(request: Request, folder: &Path, at: SocketAddr) -> std::io::Result<()
             Response::from_string(why).with_status_code(code),
             "text/plain; charset=utf-8",
         )),
-        Found::File(_, kind) if is_head => request.respond(with_headers(Response::empty(200), kind)),
-        Found::File(file, kind) => request.respond(with_headers(Response::from_file(file), kind)),
+        Found::File(file, kind) if is_head => {
+            let length = file.metadata()?.len() as usize;
+            let empty = Response::new(StatusCode(200), Vec::new(), std::io::empty(), Some(length), None);
+            request.respond(with_headers(empty.with_chunked_threshold(usize::MAX), kind))
+        }
+        // Whoever asks for parts of a file wants to know how long it is.
+        Found::File(file, kind) => {
+            request.respond(with_headers(Response::from_file(file).with_chunked_threshold(usize::MAX), kind))
+        }
+        Found::Part { mut file, kind, bytes, of } => {
+            file.seek(SeekFrom::Start(*bytes.start()))?;
+            let length = bytes.end() - bytes.start() + 1;
+            let place = format!("bytes {}-{}/{of}", bytes.start(), bytes.end());
+            let place = Header::from_bytes("Content-Range", place).expect("digits");
+            let read = file.take(length);
+            let part = Response::new(StatusCode(206), vec![place], read, Some(length as usize), None);
+            request.respond(with_headers(part.with_chunked_threshold(usize::MAX), kind))
+        }
+    }
+}
+
+/// The part of a file that a request asks for (RFC 9110, section 14), if it asks for one part.
+fn part(found: Found, request: &Request) -> Found {
+    let Found::File(file, kind) = found else { return found };
+    let asked = request.headers().iter().find(|header| header.field.equiv("Range"));
+    let range = asked.and_then(|header| header.value.as_str().strip_prefix("bytes="));
+    let (Some(range), Ok(data)) = (range, file.metadata()) else { return Found::File(file, kind) };
+    let of = data.len();
+    let bytes = match range.split_once('-').map(|(first, last)| (first.parse(), last.parse())) {
+        Some((Ok(first), Ok(last))) if first <= last => first..=u64::min(last, of.saturating_sub(1)),
+        Some((Ok(first), Err(_))) if range.ends_with('-') => first..=of.saturating_sub(1),
+        // The last so many bytes.
+        Some((Err(_), Ok(count))) if range.starts_with('-') => {
+            of.saturating_sub(count)..=of.saturating_sub(1)
+        }
+        // What is not understood is passed over: the whole file is an answer to it.
+        _ => return Found::File(file, kind),
+    };
+    match *bytes.start() < of {
+        true => Found::Part { file, kind, bytes, of },
+        false => Found::Refused(416, "expected a part of the file\n"),
     }
 }
 
@@ -156,7 +198,7 @@ fn kind_of(file: &Path) -> &'static str {
     }
 }
 
-fn with_headers<R: std::io::Read>(response: Response<R>, kind: &str) -> Response<R> {
+fn with_headers<R: Read>(response: Response<R>, kind: &str) -> Response<R> {
     let headers = [
         ("Content-Type", kind),
         ("Cross-Origin-Opener-Policy", "same-origin"),
@@ -164,6 +206,7 @@ fn with_headers<R: std::io::Read>(response: Response<R>, kind: &str) -> Response
         ("Cross-Origin-Resource-Policy", "same-origin"),
         ("X-Content-Type-Options", "nosniff"),
         ("Cache-Control", "no-cache"),
+        ("Accept-Ranges", "bytes"),
     ];
     headers.into_iter().fold(response, |response, (name, value)| {
         response.with_header(Header::from_bytes(name, value).expect("names and values of plain letters"))

@@ -9,6 +9,8 @@ pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
         ("window", cfg!(feature = "window")),
         ("gamepad", cfg!(feature = "gamepad")),
         ("peers", cfg!(feature = "peers")),
+        ("worlds", cfg!(feature = "worlds")),
+        ("worlds-cloud", cfg!(feature = "worlds-cloud")),
     ]
     .into_iter()
     .filter_map(|(name, is_built)| is_built.then_some(name))

@@ -1,0 +1,110 @@
+//! The arguments of `osp replay --world`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::numbers;
+
+/// The other options of a replay are about sessions that are played, not about finished ones.
+#[cfg(not(feature = "render"))]
+const NOT_OF_WORLDS: [&str; 14] = OF_SESSIONS;
+#[cfg(all(feature = "render", not(feature = "window")))]
+const NOT_OF_WORLDS: [&str; 15] = with(OF_SESSIONS, ["draw"]);
+#[cfg(feature = "window")]
+const NOT_OF_WORLDS: [&str; 16] = with(OF_SESSIONS, ["draw", "window"]);
+
+const OF_SESSIONS: [&str; 14] = [
+    "index",
+    "budget",
+    "occlusion",
+    "occluders",
+    "node_test",
+    "score",
+    "polygon_ns",
+    "groups",
+    "chart",
+    "check",
+    "pin",
+    "pvs",
+    "rig",
+    "stereo",
+];
+
+#[cfg(feature = "render")]
+const fn with<const N: usize, const M: usize, const ALL: usize>(
+    a: [&'static str; N],
+    b: [&'static str; M],
+) -> [&'static str; ALL] {
+    let mut all = [""; ALL];
+    let mut i = 0;
+    while i < ALL {
+        all[i] = if i < N { a[i] } else { b[i - N] };
+        i += 1;
+    }
+    all
+}
+
+/// A world in place of sessions.
+#[derive(Args, Clone, Debug)]
+pub(super) struct WorldArgs {
+    /// Fly through a world that `osp pack` has made, instead of playing sessions: a folder, or (feature `worlds-cloud`) an
+    /// http://, https:// or s3:// address. Of the other options --camera, --pace, --csv, --json and those of worlds apply.
+    #[arg(long, value_name = "DIR|URL", conflicts_with_all = NOT_OF_WORLDS)]
+    pub(super) world: Option<String>,
+    /// With --world: bytes that blocks may take in memory; k, M and G stand for 2^10, 2^20 and 2^30.
+    #[arg(long, value_name = "BYTES", default_value = "1G", requires = "world", value_parser = numbers::bytes)]
+    pub(super) memory: u64,
+    /// With --world: wait in each frame for all blocks that are in view, so that the fingerprint is that of the same sessions in
+    /// memory. Without, a frame goes on without them and says how many they were.
+    #[arg(long, requires = "world")]
+    pub(super) wait: bool,
+    /// With --world: fly along the recorded head path of this session, cut into frames by --pace.
+    #[arg(long, value_name = "FILE", requires = "world")]
+    pub(super) path: Option<PathBuf>,
+    /// With --world: number of frames [default: 900, with --path all].
+    #[arg(long, value_name = "N", requires = "world", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    pub(super) frames: Option<u64>,
+    /// With --world: seed of the flight that is made up if there is no --path and no other --camera.
+    #[arg(long, value_name = "S", default_value_t = 1, requires = "world", conflicts_with = "path")]
+    pub(super) seed: u64,
+    /// With --world: how far this flight goes in a second of 90 frames, metres [default: the world's longest side in 10 s].
+    #[arg(long, value_name = "METRES", requires = "world", conflicts_with = "path", value_parser = numbers::metres)]
+    pub(super) speed: Option<f32>,
+    /// With --world: how far the eye sees, metres [default: everything].
+    #[arg(long, value_name = "METRES", requires = "world", value_parser = numbers::metres)]
+    pub(super) far: Option<f32>,
+    /// With --world: load what is in view so many frames later, too; 0: nothing ahead.
+    #[arg(long, value_name = "FRAMES", default_value_t = 30, requires = "world", value_parser = clap::value_parser!(u16).range(..=900))]
+    pub(super) prefetch: u16,
+    /// With --world: frames a second; 0: each begins when the one before has ended, as with --wait.
+    #[arg(long, value_name = "N", default_value_t = 90, requires = "world", conflicts_with = "wait", value_parser = clap::value_parser!(u16).range(..=1000))]
+    pub(super) rate: u16,
+    /// With --world: number of threads that load blocks.
+    #[arg(long, value_name = "N", default_value_t = 2, requires = "world", value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub(super) loaders: u16,
+}
+
+impl WorldArgs {
+    /// No world.
+    pub(super) fn none() -> Self {
+        Self {
+            world: None,
+            memory: 1 << 30,
+            wait: false,
+            path: None,
+            frames: None,
+            seed: 1,
+            speed: None,
+            far: None,
+            prefetch: 0,
+            rate: 0,
+            loaders: 1,
+        }
+    }
+
+    /// The folder of the world, if it is in one.
+    pub(super) fn folder(&self) -> Option<PathBuf> {
+        self.world.as_ref().filter(|world| !world.contains("://")).map(PathBuf::from)
+    }
+}
