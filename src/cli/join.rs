@@ -214,7 +214,7 @@ fn end_on_signals(ending: &Arc<AtomicBool>) {
 struct Shown {
     connection: Connection,
     trouble: Option<String>,
-    passed_over: u64,
+    faulty: u64,
 }
 
 struct Member<'a> {
@@ -304,19 +304,20 @@ impl Member<'_> {
         let status = self.link.status();
         let is_new =
             std::mem::discriminant(&status.connection) != std::mem::discriminant(&self.shown.connection);
-        if is_new || status.trouble != self.shown.trouble {
+        let is_short = matches!(status.connection, Connection::Reading { read, of } if of - read < 1000);
+        if (is_new && !is_short) || status.trouble != self.shown.trouble {
             complain(&described(&self.args.address, &status));
         }
-        let passed_over = status.counts.passed_over() - status.counts.duplicates;
-        if passed_over > self.shown.passed_over {
+        let faulty = status.counts.faulty();
+        if faulty > self.shown.faulty {
             let why = status.last_passed.as_deref().unwrap_or_default();
             complain(&format!(
                 "warning: {} messages count for nothing; the last one is {}",
-                thousands(passed_over),
+                thousands(faulty),
                 one_line(why)
             ));
         }
-        self.shown = Shown { connection: status.connection, trouble: status.trouble, passed_over };
+        self.shown = Shown { connection: status.connection, trouble: status.trouble, faulty };
     }
 
     fn report(self, address: &Address, played: Option<u64>) -> anyhow::Result<Outcome> {

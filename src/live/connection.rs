@@ -169,7 +169,7 @@ impl Talk<'_> {
         let mut failing_since: Option<Duration> = None;
         loop {
             let was_there = self.made.is_some();
-            server.connections = self.complaints.get().1;
+            server.connections = self.complaints.get().1.max(1);
             let (address, role) = (self.address, &self.options.role);
             let asked = server::stream(&server.logs, address, role, was_there);
             let looked = self.meanwhile(asked).await;
@@ -182,8 +182,9 @@ impl Talk<'_> {
             let is_hopeless = is_for_good && now.saturating_sub(*failing_since.get_or_insert(now)) > BENEFIT;
             match looked {
                 Ok(info) => {
-                    self.check(&info)?;
-                    let from = self.member.last_sequence() + 1;
+                    let known = self.member.last_sequence();
+                    self.check(&info, known)?;
+                    let from = known + 1;
                     let opened = server::messages(&server.logs, address, from);
                     match self.meanwhile(opened).await {
                         Ok(messages) => {
@@ -208,11 +209,11 @@ impl Talk<'_> {
         }
     }
 
-    /// Whether the server's log is the one that was read.
-    fn check(&self, info: &Info) -> Result<(), LiveError> {
+    /// Whether the server's log is the one that was read, up to the message that was known when it was asked.
+    fn check(&self, info: &Info, known: u64) -> Result<(), LiveError> {
         let made = info.created.unix_timestamp_nanos();
         let is_other = self.made.is_some_and(|known| known != made);
-        if is_other || info.state.last_sequence < self.member.last_sequence() {
+        if is_other || info.state.last_sequence < known {
             return Err(self.lost());
         }
         Ok(())
@@ -246,7 +247,8 @@ impl Talk<'_> {
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let (mut ticked, mut looked_at, mut look_known) = (self.now(), self.now(), u64::MAX);
         let (answer, mut looked) = queue::channel::<Looked>(1);
-        let mut is_looking = false;
+        // The last message that was known when the server was asked.
+        let mut looking: Option<u64> = None;
         self.show();
         while !self.is_alone {
             let can_read = self.shared.untaken() < MOST_UNTAKEN;
@@ -259,10 +261,10 @@ impl Talk<'_> {
                 }
                 Some(heard) = server.presence.next() => self.member.hear(&heard.payload, self.now()),
                 Some(info) = looked.recv() => {
-                    is_looking = false;
+                    let asked_at = looking.take().unwrap_or_default();
                     match info {
                         Ok(info) => {
-                            self.check(&info)?;
+                            self.check(&info, asked_at)?;
                             let known = self.member.last_sequence();
                             // As long ago as the last look it was as far already.
                             if can_read && info.state.last_sequence > known && known == look_known {
@@ -284,15 +286,15 @@ impl Talk<'_> {
                     if !can_read || self.is_reading() {
                         self.member.hold(now);
                     }
-                    if self.complaints.get().1 != server.connections {
+                    if self.complaints.get().1 > server.connections {
                         return Ok(());
                     }
                     if self.member.waits_for(now).is_some_and(|waits| waits > patience) && server.is_connected() {
                         self.force(server).await;
                         return Ok(());
                     }
-                    if !is_looking && now.saturating_sub(looked_at) > LOOK && server.is_connected() {
-                        (is_looking, looked_at) = (true, now);
+                    if looking.is_none() && now.saturating_sub(looked_at) > LOOK && server.is_connected() {
+                        (looking, looked_at) = (Some(self.member.last_sequence()), now);
                         let (logs, address, answer) = (server.logs.clone(), self.address.clone(), answer.clone());
                         tokio::spawn(async move {
                             let looked = server::stream(&logs, &address, &Role::Watcher, true).await;
@@ -305,8 +307,12 @@ impl Talk<'_> {
             }
             self.tell();
             let now = self.now();
-            let out = if self.is_reading_first() { Vec::new() } else { self.member.pump(now) };
-            self.publish(server, out).await;
+            // What cannot be sent in its turn would be a gap.
+            let is_new_connection = self.complaints.get().1 > server.connections;
+            if server.is_connected() && !is_new_connection && !self.is_reading_first() {
+                let out = self.member.pump(now);
+                self.publish(server, out).await;
+            }
             if self.is_reading() || self.state != Connection::Live {
                 self.update(server, now);
             }

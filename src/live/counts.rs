@@ -35,7 +35,12 @@ pub struct Counts {
 impl Counts {
     /// Messages that count for nothing.
     pub fn passed_over(&self) -> u64 {
-        self.duplicates + self.gaps + self.strangers + self.garbage + self.refused + self.beyond_limits
+        self.duplicates + self.gaps + self.faulty()
+    }
+
+    /// Messages that no member means to send: others than those that came twice, or too early after a disturbance.
+    pub fn faulty(&self) -> u64 {
+        self.strangers + self.garbage + self.refused + self.beyond_limits
     }
 }
 

@@ -110,7 +110,7 @@ pub struct Status {
     pub has_caught_up: bool,
     /// Counts.
     pub counts: Counts,
-    /// Why the last message that counts for nothing does not, with its number in the log.
+    /// What is wrong with the last faulty message ([`Counts::faulty`]), with its number in the log.
     pub last_passed: Option<String>,
 }
 

@@ -58,7 +58,7 @@ pub(super) struct Member {
     /// Since when an answer is awaited, or the last one came.
     progress: Duration,
     said: Duration,
-    /// What the last message passed over was.
+    /// What the last faulty message was.
     pub(super) last_passed: Option<String>,
 }
 
@@ -272,7 +272,9 @@ impl Member {
             Passed::Full => (&mut self.counts.beyond_limits, "the session holds as much as one may"),
         };
         *count += 1;
-        self.last_passed = Some(format!("message {sequence}: {why}"));
+        if !matches!(passed, Passed::Duplicate | Passed::Gap) {
+            self.last_passed = Some(format!("message {sequence}: {why}"));
+        }
         if let (true, Some(outbox)) = (is_own, &mut self.outbox) {
             match passed {
                 Passed::Gap | Passed::TooFast => outbox.passed_over(),

@@ -50,7 +50,9 @@ impl Member {
                 return;
             }
             let child = self.child.as_mut().expect("it runs");
-            assert!(child.try_wait().expect("its state").is_none(), "it has ended: {}", self.take().said);
+            if child.try_wait().expect("its state").is_some() {
+                panic!("it has ended: {}", self.take().said);
+            }
             thread::sleep(Duration::from_millis(10));
         }
         panic!("{} does not get there", self.file.display());
@@ -91,7 +93,8 @@ impl Member {
         while child.try_wait().expect("its state").is_none() {
             if started.elapsed() > LONGEST {
                 child.kill().expect("killed");
-                panic!("{} does not end: {}", self.file.display(), self.take().said);
+                let said = self.take().said;
+                panic!("{} does not end: {said}", self.file.display());
             }
             thread::sleep(Duration::from_millis(10));
         }
