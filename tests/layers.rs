@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// Each module and the modules that it may name, besides itself.
-const LAYERS: [(&str, &[&str]); 15] = [
+const LAYERS: [(&str, &[&str]); 16] = [
     ("platform", &[]),
     ("math", &[]),
     ("polygon", &["math"]),
@@ -15,6 +15,7 @@ const LAYERS: [(&str, &[&str]); 15] = [
     ("recording", &["platform", "math", "brush", "atomic_file", "small_file"]),
     ("stroke", &["math", "polygon", "brush", "recording"]),
     ("scene", &["math", "polygon", "brush", "recording", "stroke"]),
+    ("live", &["recording", "small_file"]),
     ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
     ("rivals", &["math", "polygon", "index"]),
     (

@@ -182,6 +182,10 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
             scope.spawn(move || {
                 let played = join_player::play(playing, &hand, || ending.load(Ordering::Relaxed));
                 hand.leave();
+                if played.is_err() {
+                    // Damage ends it all, with or without a server.
+                    ending.store(true, Ordering::Relaxed);
+                }
                 is_done.store(true, Ordering::Relaxed);
                 played
             })

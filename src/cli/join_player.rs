@@ -36,6 +36,9 @@ impl Playing {
         let is_played = move |event: &Event| author.is_none_or(|author| is_of(event, Author(author)));
         let events = session.filter(move |event| event.as_ref().map_or(true, is_played));
         let mut events = events.peekable();
+        if let Some(Err(error)) = events.next_if(Result::is_err) {
+            return Err(error.into());
+        }
         ensure!(
             author.is_none() || events.peek().is_some(),
             "{}: expected events of author {}; found none",

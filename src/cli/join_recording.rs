@@ -56,6 +56,8 @@ impl Write for Continued {
 pub(super) struct Written {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
+    /// Whether there was nothing of the session: no file is made then.
+    pub(super) is_nothing: bool,
     /// Bytes of the file that the session on the server has not.
     pub(super) beyond: u64,
     /// XXH3 of the session, 128 bits.
@@ -66,18 +68,21 @@ pub(super) struct Written {
 pub(super) struct SharedRecording {
     writer: RonWriter<Continued>,
     path: PathBuf,
+    /// The file was made, and has no event.
+    is_nothing: bool,
 }
 
 impl SharedRecording {
     /// Opens the file, which nobody else may write at the same time.
     pub(super) fn open(path: &Path, header: &Header, force: bool) -> anyhow::Result<Self> {
         let about = || path.display().to_string();
+        let is_new = !path.exists();
         ensure!(
             path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron")),
             "{}: expected a name that ends in .ron",
             path.display()
         );
-        if path.exists() {
+        if !is_new {
             open_regular(path).with_context(about)?;
         }
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
@@ -94,15 +99,20 @@ impl SharedRecording {
         }
         let known = file.metadata().with_context(about)?.len();
         let out = Continued { file, known, at: 0, hash: Xxh3Default::new() };
-        Ok(Self { writer: RonWriter::new(out, path, header, Flush::AtEnd)?, path: path.to_owned() })
+        let writer = RonWriter::new(out, path, header, Flush::AtEnd)?;
+        Ok(Self { writer, path: path.to_owned(), is_nothing: is_new })
     }
 
     pub(super) fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.is_nothing = false;
         self.writer.write(event)
     }
 
     /// Hands what was written to the file.
     pub(super) fn flush(&mut self) -> anyhow::Result<()> {
+        if self.is_nothing {
+            return Ok(());
+        }
         Ok(self.writer.flush()?)
     }
 
@@ -110,8 +120,19 @@ impl SharedRecording {
         self.writer.flush()?;
         let out = self.writer.get_ref();
         out.file.sync_data().with_context(|| self.path.display().to_string())?;
+        let (is_nothing, hash) = (self.is_nothing, out.hash.digest128());
+        let bytes = if is_nothing { 0 } else { out.at };
         let beyond = out.known.saturating_sub(out.at);
-        Ok(Written { path: self.path.clone(), bytes: out.at, beyond, hash: out.hash.digest128() })
+        Ok(Written { path: self.path.clone(), bytes, is_nothing, beyond, hash })
+    }
+}
+
+impl Drop for SharedRecording {
+    fn drop(&mut self) {
+        if self.is_nothing {
+            // A file without an event helps nobody.
+            let _ = std::fs::remove_file(&self.path);
+        }
     }
 }
 
@@ -157,6 +178,10 @@ mod tests {
         let error = SharedRecording::open(&path, &header, true).err().expect("held").to_string();
         assert!(error.ends_with("another program writes it"), "{error}");
         drop(held);
+        assert_eq!(std::fs::read(&path).expect("read"), bytes);
+        // Where nothing comes, nothing is left behind.
+        let none = folder.path().join("none.ron");
+        assert!(write(&none, &header, false, 0).expect("nothing").is_nothing && !none.exists());
         write(&path, &other, true, 5).expect("replaced");
         assert!(SharedRecording::open(folder.path(), &header, true).is_err());
     }

@@ -59,19 +59,22 @@ struct Json<'a> {
 }
 
 impl Report {
-    /// Reads the recording again, as anybody would.
-    fn shape(&self) -> anyhow::Result<Shape> {
+    /// Reads the recording again, as anybody would; none if there is none.
+    fn shape(&self) -> anyhow::Result<Option<Shape>> {
+        if self.recording.is_nothing {
+            return Ok(None);
+        }
         let (mut scene, mut changes) = (Scene::new(), Vec::new());
         let mut session = recording::open(&self.recording.path, &OpenOptions::default())?;
         while let Some(event) = session.events.next_event()? {
             changes.clear();
             scene.apply(&event, &mut changes);
         }
-        Ok(Shape {
+        Ok(Some(Shape {
             strokes: scene.strokes().len() as u64,
             polygons: scene.polygon_count() as u64,
             fingerprint: format!("{:016x}", fingerprint_of_frame(scene.visible_ids())),
-        })
+        }))
     }
 
     fn connection(&self) -> &'static str {
@@ -95,7 +98,7 @@ impl Report {
             bytes: self.recording.bytes,
             bytes_beyond: self.recording.beyond,
             xxh3: format!("{:032x}", self.recording.hash),
-            session: Some(self.shape()?),
+            session: self.shape()?,
             played: self.played,
             undelivered: self.undelivered,
             counts: self.status.counts,
@@ -116,7 +119,8 @@ impl Report {
             self.recording.hash
         )];
         match self.shape() {
-            Ok(shape) => lines.push(format!(
+            Ok(None) => lines = vec![format!("nothing of the session {} has come: no file", self.address)],
+            Ok(Some(shape)) => lines.push(format!(
                 "  {:<11} {} strokes, {} polygons, fingerprint {}",
                 "holds",
                 thousands(shape.strokes),

@@ -63,6 +63,8 @@ struct Talk<'a> {
     /// The last message of the log when it was opened.
     read_up_to: u64,
     has_caught_up: bool,
+    /// Nothing has come since the log was opened: what comes first is what follows on the server.
+    is_just_opened: bool,
     /// Nobody takes the news any more.
     is_alone: bool,
 }
@@ -93,6 +95,7 @@ pub(super) async fn talk(
         made: None,
         read_up_to: 0,
         has_caught_up: false,
+        is_just_opened: true,
         is_alone: false,
     };
     let complaints = Arc::clone(&talk.complaints);
@@ -102,6 +105,8 @@ pub(super) async fn talk(
         .map_err(|error| LiveError::NotAllowed { server: address.server(), why: error.to_string() })?;
     let mut server =
         Server { logs: server::logs(&client), client, presence, connections: 0, forced: Duration::ZERO };
+    // Headers count, too.
+    talk.member.set_limit_bytes(server.client.max_payload().saturating_sub(1024));
     let mut patience = PATIENCE;
     while !talk.is_alone {
         let messages = talk.open(&mut server).await?;
@@ -231,6 +236,7 @@ impl Talk<'_> {
             let age_nanos = unix_nanos() - info.state.first_timestamp.unix_timestamp_nanos();
             self.member.set_age((age_nanos as f64 / 1.0e9).max(0.0), now);
         }
+        self.is_just_opened = true;
         self.member.interrupted(now);
         self.member.hold(now);
         self.complaints.clear();
@@ -343,6 +349,12 @@ impl Talk<'_> {
                 return false;
             };
             if let Ok(info) = message.info() {
+                let is_next = info.stream_sequence <= self.member.last_sequence() + 1;
+                if !is_next && !std::mem::take(&mut self.is_just_opened) {
+                    // One was lost on the way.
+                    return false;
+                }
+                self.is_just_opened = false;
                 let stamp = u64::try_from(info.published.unix_timestamp_nanos()).unwrap_or_default();
                 let before = self.member.counts.own_messages;
                 self.member.take(info.stream_sequence, stamp, &message.payload, self.now());

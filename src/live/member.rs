@@ -119,6 +119,13 @@ impl Member {
         }
     }
 
+    /// The server takes no longer messages than this.
+    pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
+        if let Some(outbox) = &mut self.outbox {
+            outbox.set_limit_bytes(bytes);
+        }
+    }
+
     /// Own events of a frame, numbered as [`ME`](super::ME)'s, with times of this member's clock.
     pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
         if let Some(outbox) = &mut self.outbox {
@@ -145,7 +152,7 @@ impl Member {
         let out = outbox.pump(now);
         let too_long = outbox.take_too_long();
         if too_long > 0 {
-            let why = "an event is too long for a message of 512 KiB".to_owned();
+            let why = "an event is too long for a message".to_owned();
             self.news.push(News::Refused { why, own: usize::try_from(too_long).unwrap_or(usize::MAX) });
         }
         if !out.is_empty() {

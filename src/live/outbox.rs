@@ -84,6 +84,8 @@ pub(super) struct Outbox {
     /// How much later than by this member's clock the session's time is.
     later_secs: f64,
     rate: OwnRate,
+    /// Most bytes of a message.
+    limit_bytes: usize,
     /// Events that no message can hold.
     too_long: u64,
 }
@@ -103,6 +105,7 @@ impl Outbox {
             has_to_say_again: false,
             later_secs: 0.0,
             rate: OwnRate::default(),
+            limit_bytes: packet::MAX_BYTES,
             too_long: 0,
         }
     }
@@ -128,6 +131,11 @@ impl Outbox {
     /// Events left out because no message can hold them, since the last call.
     pub(super) fn take_too_long(&mut self) -> u64 {
         std::mem::take(&mut self.too_long)
+    }
+
+    /// The server takes no longer messages than this.
+    pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
+        self.limit_bytes = bytes.min(packet::MAX_BYTES);
     }
 
     /// The session's time less this member's, seconds.
@@ -180,7 +188,7 @@ impl Outbox {
                 if !packet::push(&mut text, &event) {
                     break;
                 }
-                if text.len() > packet::MAX_BYTES - packet::HEAD_BYTES {
+                if text.len() > self.limit_bytes.saturating_sub(packet::HEAD_BYTES) {
                     text.truncate(before);
                     break;
                 }

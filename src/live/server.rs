@@ -67,6 +67,9 @@ pub(super) async fn connect(
                 return Err(LiveError::NotAllowed { server, why });
             }
             ConnectErrorKind::Tls => return Err(LiveError::NotEncrypted { server, why }),
+            ConnectErrorKind::Io if is_of_encryption(&error) => {
+                return Err(LiveError::NotEncrypted { server, why });
+            }
             _ => complaints.set(why),
         }
         tokio::time::sleep(RETRY).await;
@@ -107,6 +110,15 @@ fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complai
         connect = connect.add_root_certificates(certificates.clone());
     }
     connect
+}
+
+/// Whether the server speaks another language than an encrypted one, or has a certificate that is not trusted: errors of
+/// the library for it come as invalid data.
+fn is_of_encryption(error: &(dyn std::error::Error + 'static)) -> bool {
+    std::iter::successors(Some(error), |error| error.source()).any(|error| {
+        let kind = error.downcast_ref::<std::io::Error>().map(std::io::Error::kind);
+        kind == Some(std::io::ErrorKind::InvalidData)
+    })
 }
 
 /// An error with its causes, each once.

@@ -324,4 +324,10 @@ fn an_event_that_is_too_long_is_refused_alone() {
         ann.read(&server, now);
     }
     assert_eq!((ann.own, ann.refused, ann.member.pending()), (3, 1, 0));
+    // A server that takes short messages gets more of them.
+    ann.member.set_limit_bytes(2000);
+    let events: Vec<_> = [begin(1)].into_iter().chain((0..200).map(|x| point(1, x))).collect();
+    ann.draw(events, now);
+    let out = ann.member.pump(now);
+    assert!(out.len() > 5 && out.iter().all(|message| message.bytes.len() <= 2000), "{}", out.len());
 }

@@ -114,3 +114,60 @@ fn who_may_only_look_looks_and_writes_nothing() {
         assert!(!nobody.said.contains("wrong"), "{}", nobody.said);
     }
 }
+
+/// A certificate of its own, made by `openssl`; none, said in a line: the test is left out.
+fn certificate(folder: &std::path::Path) -> Option<[String; 2]> {
+    let [key, certificate] =
+        ["key.pem", "cert.pem"].map(|name| folder.join(name).to_string_lossy().into_owned());
+    let args =
+        ["req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2"];
+    let made = std::process::Command::new("openssl")
+        .args(args)
+        .args(["-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1"])
+        .args(["-addext", "basicConstraints=critical,CA:FALSE", "-keyout", &key, "-out", &certificate])
+        .output();
+    match made {
+        Ok(output) if output.status.success() => Some([key, certificate]),
+        _ => {
+            assert!(std::env::var_os("CI").is_none_or(|ci| ci.is_empty()), "openssl makes no certificate");
+            eprintln!("skipped: openssl makes no certificate");
+            None
+        }
+    }
+}
+
+#[test]
+fn an_encrypted_session_is_for_those_who_trust_the_server_and_have_the_word() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some([key, certificate]) = certificate(folder.path()) else { return };
+    let settings = format!(
+        "authorization {{ token: \"a word\" }}\ntls {{ cert_file: {certificate:?}, key_file: {key:?} }}"
+    );
+    let Some(server) = Server::with(&settings) else { return };
+    let Some(plain) = Server::start() else { return };
+    let class = recording("class.ron");
+    let join =
+        |file: &str, address: &str, args: &[&str]| Member::join(folder.path(), file, address, args).end();
+    let at = |scheme: &str, who: &str, port: u16| format!("{scheme}://{who}127.0.0.1:{port}/class");
+    let args =
+        ["--play", &class, "--play-author", "1", "--speed", "10", "--name", "Ann", "--tls-ca", &certificate];
+    let ann = Member::join(folder.path(), "ann.ron", &at("tls", "a%20word@", server.port), &args).end_well();
+    let args = ["--watch", "--until-empty", "--tls-ca", &certificate];
+    let bob = Member::join(folder.path(), "bob.ron", &at("tls", "a%20word@", server.port), &args).end_well();
+    assert_same(&[ann, bob]);
+    let watch = ["--watch", "--for", "60"];
+    let refused = [
+        (at("tls", "another@", server.port), Some(&certificate), "the server does not let us in"),
+        (at("tls", "a%20word@", server.port), None, "no encrypted connection"),
+        (at("tls", "a%20word@", plain.port), Some(&certificate), "no encrypted connection"),
+        // A server that wants it encrypted gets it so, also from who has not asked.
+        (at("nats", "a%20word@", server.port), None, "no encrypted connection"),
+    ];
+    for (address, trusted, expected) in refused {
+        let trust = trusted.map_or(Vec::new(), |trusted| vec!["--tls-ca", trusted]);
+        let args = [&watch[..], &trust].concat();
+        let ended = join("refused.ron", &address, &args);
+        assert_eq!(ended.code, Some(2), "{address}: {}", ended.said);
+        assert!(ended.said.contains(expected), "{address}: {}", ended.said);
+    }
+}
