@@ -329,5 +329,5 @@ fn an_event_that_is_too_long_is_refused_alone() {
     let events: Vec<_> = [begin(1)].into_iter().chain((0..200).map(|x| point(1, x))).collect();
     ann.draw(events, now);
     let out = ann.member.pump(now);
-    assert!(out.len() > 5 && out.iter().all(|message| message.bytes.len() <= 2000), "{}", out.len());
+    assert!(out.len() >= 5 && out.iter().all(|message| message.bytes.len() <= 2000), "{}", out.len());
 }
