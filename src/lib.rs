@@ -107,6 +107,7 @@
 //! | `rivals` | every other index; other crates' trees (`peers`) | `rivals` |
 //! | `render` | drawing with wgpu, occlusion culling on the GPU | `render` |
 //! | `lab` | oracle, verification, test scenes, benchmarks, reports | `lab` |
+//! | `live` | several authors in one session, over a server of NATS | `live` |
 //! | `app` | the window | `window` |
 //! | `cli` | the program | `cli` (default) |
 //!
@@ -171,6 +172,9 @@ pub mod render;
 
 #[cfg(feature = "lab")]
 pub mod lab;
+
+#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
+pub mod live;
 
 #[cfg(any(feature = "formats", feature = "render"))]
 #[cfg_attr(target_arch = "wasm32", path = "platform/web_atomic_file.rs")]

@@ -15,6 +15,7 @@ const LAYERS: [(&str, &[&str]); 16] = [
     ("recording", &["platform", "math", "brush", "atomic_file", "small_file"]),
     ("stroke", &["math", "polygon", "brush", "recording"]),
     ("scene", &["math", "polygon", "brush", "recording", "stroke"]),
+    ("live", &["recording", "small_file"]),
     ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
     ("world", &["math", "polygon", "index", "view", "scene", "replay"]),
     ("rivals", &["math", "polygon", "index"]),

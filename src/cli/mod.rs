@@ -8,7 +8,7 @@ mod allocations;
 mod author_rows;
 mod brush_rows;
 mod new_recording;
-#[cfg(not(all(feature = "window", feature = "worlds")))]
+#[cfg(not(all(feature = "live", feature = "window", feature = "worlds")))]
 mod not_built;
 mod numbers;
 mod occlusion_tests;
@@ -39,6 +39,14 @@ mod export;
 mod frame_choice;
 mod import;
 mod info;
+#[cfg(feature = "live")]
+mod join;
+#[cfg(feature = "live")]
+mod join_player;
+#[cfg(feature = "live")]
+mod join_recording;
+#[cfg(feature = "live")]
+mod join_report;
 mod man;
 #[cfg(feature = "render")]
 mod render;
@@ -109,6 +117,7 @@ const EXAMPLES: &str = "Examples:
   osp pack recordings/*.ron --out sketches.world
   osp sketch house.ron
   osp serve
+  osp join nats://127.0.0.1/house
   osp replay --help       describes the indexes and the methods of occlusion culling
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
@@ -141,6 +150,10 @@ enum Command {
     Man(man::ManArgs),
     Rig(rig::RigCommand),
     Serve(serve::ServeArgs),
+    #[cfg(feature = "live")]
+    Join(Box<join::JoinArgs>),
+    #[cfg(not(feature = "live"))]
+    Join(not_built::NotBuilt),
     #[cfg(feature = "window")]
     Sketch(sketch::SketchArgs),
     #[cfg(feature = "window")]
@@ -199,6 +212,10 @@ pub fn run() -> ExitCode {
         Command::Config(args) => config::run(&args, Cli::command()),
         Command::Rig(args) => rig::run(&args),
         Command::Serve(args) => serve::run(&args),
+        #[cfg(feature = "live")]
+        Command::Join(args) => join::run(&args),
+        #[cfg(not(feature = "live"))]
+        Command::Join(_) => not_built::refuse("join", "live"),
         Command::Man(args) => man::run(&args, Cli::command()),
         #[cfg(feature = "window")]
         Command::Sketch(args) => sketch::run(&args),

@@ -49,7 +49,7 @@ pub(super) fn moment_s(text: &str) -> Result<f32, String> {
 }
 
 /// A factor of speed.
-#[cfg(feature = "window")]
+#[cfg(any(feature = "live", feature = "window"))]
 pub(super) fn factor(text: &str) -> Result<f64, String> {
     within(text, &(0.001..=1000.0), "a factor")
 }

@@ -7,6 +7,7 @@ pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
         ("formats", cfg!(feature = "formats")),
         ("render", cfg!(feature = "render")),
         ("window", cfg!(feature = "window")),
+        ("live", cfg!(feature = "live")),
         ("gamepad", cfg!(feature = "gamepad")),
         ("peers", cfg!(feature = "peers")),
         ("worlds", cfg!(feature = "worlds")),

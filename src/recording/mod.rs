@@ -54,11 +54,13 @@ pub use reducer::{Message, Reduced, Reducer, Sender};
 pub(crate) use ron_file::LastLine;
 pub use ron_file::RecordingFile;
 pub use ron_line::MAX_LINE_BYTES;
-#[cfg(feature = "window")]
+#[cfg(feature = "live")]
+pub(crate) use ron_line::push_event;
+#[cfg(any(feature = "live", feature = "window"))]
 pub(crate) use ron_line::read_event;
 pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
 pub use source::{EventSource, Notes, Session};
 pub use synth::{ParseSynthKindError, SynthKind, synthesize, synthesize_class};
-#[cfg(feature = "window")]
+#[cfg(any(feature = "live", feature = "window"))]
 pub(crate) use tally::Tally;

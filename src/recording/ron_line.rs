@@ -77,7 +77,7 @@ pub(super) fn parse_event(line: &str) -> Result<Event, BadEvent> {
 }
 
 /// Reads one event that this crate has written; none from any other line.
-#[cfg(feature = "window")]
+#[cfg(any(feature = "live", feature = "window"))]
 pub(crate) fn read_event(line: &str) -> Option<Event> {
     parse_event(line.trim_end()).ok()
 }
@@ -123,6 +123,12 @@ pub(super) fn write_event(line: &mut String, event: &Event) -> Result<(), ron::E
     options().to_writer(&mut *line, event)?;
     line.push('\n');
     Ok(())
+}
+
+/// Appends the event as a line with its newline; whether RON can hold it.
+#[cfg(feature = "live")]
+pub(crate) fn push_event(lines: &mut String, event: &Event) -> bool {
+    write_event(lines, event).is_ok()
 }
 
 /// Turns the parser's error into the words of a [`Mismatch`].

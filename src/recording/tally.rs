@@ -92,7 +92,7 @@ impl fmt::Display for Tally {
 
 impl Tally {
     /// Counts an event more, unless that passes a limit: then this limit and its name.
-    pub(super) fn count(&mut self, event: &Event, limits: &Limits) -> Result<(), (u64, &'static str)> {
+    pub(crate) fn count(&mut self, event: &Event, limits: &Limits) -> Result<(), (u64, &'static str)> {
         let before = self.read;
         self.add(event);
         self.excess(limits).map_or(Ok(()), |excess| {

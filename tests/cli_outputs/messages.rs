@@ -54,7 +54,22 @@ fn errors() -> Vec<NamedError> {
         ("PaperError", Box::new(PaperError::Drawing(Box::new(system())))),
         ("ExportError", Box::new(osp::export::ExportError::Io(system()))),
     ];
-    errors.into_iter().chain(window_errors()).collect()
+    errors.into_iter().chain(live_errors()).chain(window_errors()).collect()
+}
+
+#[cfg(not(feature = "live"))]
+fn live_errors() -> Vec<NamedError> {
+    Vec::new()
+}
+
+#[cfg(feature = "live")]
+fn live_errors() -> Vec<NamedError> {
+    use osp::live::{AddressError, Credentials, LiveError};
+    vec![
+        ("AddressError", Box::new(AddressError::File { path: "some/file".into(), cause: system() })),
+        ("AddressError", Box::new(Credentials::read("no such file".as_ref()).expect_err("no file"))),
+        ("LiveError", Box::new(LiveError::System(system()))),
+    ]
 }
 
 #[cfg(not(feature = "window"))]
@@ -131,8 +146,9 @@ fn every_type_of_error_with_a_cause_is_looked_at() {
                     piece.split_whitespace().skip_while(|word| !["enum", "struct"].contains(word)).nth(1);
                 let name = name.expect("a name").trim_end_matches(|c: char| !c.is_alphanumeric());
                 found += 1;
+                let is_in = |folder: &str| path.components().any(|part| part.as_os_str() == folder);
                 let is_built =
-                    cfg!(feature = "window") || !path.components().any(|part| part.as_os_str() == "app");
+                    (cfg!(feature = "window") || !is_in("app")) && (cfg!(feature = "live") || !is_in("live"));
                 // Private ones are told to nobody but the program.
                 let is_public = piece.contains("\npub enum") || piece.contains("\npub struct");
                 assert!(
@@ -168,6 +184,13 @@ fn no_part_of_a_message_is_told_twice() {
     if cfg!(feature = "window") {
         cases.push(vec!["sketch", "--autosave", "autosaves", "--rig", "none"]);
         cases.push(vec!["send", "a.ron", "--to", "nowhere"]);
+    }
+    if cfg!(feature = "live") {
+        cases.push(vec!["join", "nowhere"]);
+        cases.push(vec!["join", "nats://127.0.0.1:1/x", "--credentials", "none"]);
+        cases.push(vec!["join", "nats://127.0.0.1:1/x", "--tls-ca", "none"]);
+        cases.push(vec!["join", "nats://127.0.0.1:1/x", "--play", "bad.ron"]);
+        cases.push(vec!["join", "nats://127.0.0.1:1/x", "none/o.ron"]);
     }
     for args in cases {
         let output = osp(folder.path(), &args);

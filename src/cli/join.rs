@@ -1,0 +1,371 @@
+//! `osp join`: a member of a shared session without a window.
+
+use std::{
+    fmt::Write as _,
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, bail, ensure};
+use clap::Args;
+
+use super::{
+    Outcome,
+    author_rows::AuthorRows,
+    join_player::{self, Playing},
+    join_recording::SharedRecording,
+    join_report::Report,
+    numbers,
+    output::{complain, keep_standard_output_for_a_file, one_line, say},
+    reading::ReadArgs,
+};
+use crate::{
+    lab::report::thousands,
+    live::{Address, Connection, Credentials, Link, LinkOptions, News, Role, Status, Who, header},
+    output_file::is_same_file,
+    recording::{Author, Event, Pace},
+};
+
+/// How long a member that ends waits until all it has drawn is in the session.
+const FAREWELL: Duration = Duration::from_secs(3);
+
+/// Take part in a shared session without a window: write its recording, watch it, or play a session into it.
+///
+/// Several authors draw in one session over a server of NATS with JetStream (`nats-server -js`), which keeps it. Every member
+/// writes the whole session as a recording, from its first event on; the recordings of all members are the same, byte for
+/// byte. Without a server a member goes on and catches up when it is there.
+///
+/// Without --watch or --play it is an author that draws nothing: it writes the recording, and says when others have gone.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  nats-server -js -a 127.0.0.1 -sd sessions
+  osp join nats://127.0.0.1/house
+  osp join nats://127.0.0.1/house watched.ron --watch
+  osp join nats://127.0.0.1/house --play recordings/portrait.ron --name Ann
+  osp join tls://ann:word@nats.example.org/house --tls-ca ca.pem
+
+FILE may be the beginning of the session: it is continued. It is never replaced by another session without
+--force.
+The connection is not encrypted on this machine (nats://127.0.0.1, nats://localhost). To another machine it
+has to be (tls://), unless --unencrypted is given.
+Credentials: nats://TOKEN@HOST/NAME, nats://USER:PASSWORD@HOST/NAME, or --credentials with a file of one
+line, TOKEN or USER:PASSWORD, which no list of processes shows.
+Ctrl-C leaves the session.")]
+pub(super) struct JoinArgs {
+    /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
+    #[arg(value_name = "ADDRESS")]
+    address: Address,
+    /// The recording to write (.ron) [default: NAME.ron].
+    file: Option<PathBuf>,
+    /// Only watch: publish nothing.
+    #[arg(long)]
+    watch: bool,
+    /// The name by which the others know this member.
+    #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = name)]
+    name: String,
+    /// Play this session's events as one's own, then leave.
+    #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
+    play: Option<PathBuf>,
+    /// Play only what this author of --play has drawn; by default all events are played.
+    #[arg(long, value_name = "NUMBER", requires = "play")]
+    play_author: Option<u32>,
+    /// How much each frame (90 a second) plays: `recorded` (by the time stamps) or `samples:N` (N samples of the hand).
+    #[arg(long, default_value = "recorded", requires = "play")]
+    pace: Pace,
+    /// How many times as fast as recorded to play.
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor, requires = "play")]
+    speed: f64,
+    /// Leave after so many seconds.
+    #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
+    for_secs: Option<f64>,
+    /// With --watch: end once everybody has left (and somebody was there). With --play: stay until then, too.
+    #[arg(long)]
+    until_empty: bool,
+    /// A file with who one is to the server: one line, a token or USER:PASSWORD.
+    #[arg(long, value_name = "FILE")]
+    credentials: Option<PathBuf>,
+    /// Certificates (PEM) of authorities to trust beside those of the system.
+    #[arg(long, value_name = "FILE")]
+    tls_ca: Option<PathBuf>,
+    /// Go to another machine unencrypted: everybody on the way may read and change what is drawn.
+    #[arg(long)]
+    unencrypted: bool,
+    /// Replace FILE, whatever it is.
+    #[arg(long)]
+    force: bool,
+    /// Print the summary as one JSON object.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
+}
+
+fn name(text: &str) -> Result<String, String> {
+    match text.len() <= Author::MAX_NAME_BYTES {
+        true => Ok(text.to_owned()),
+        false => Err(format!("expected a name of at most {} bytes", Author::MAX_NAME_BYTES)),
+    }
+}
+
+impl JoinArgs {
+    fn address(&self) -> anyhow::Result<Address> {
+        let mut address = self.address.clone();
+        if let Some(path) = &self.credentials {
+            address.credentials = Credentials::read(path)?;
+        }
+        if !self.unencrypted {
+            address.check_way()?;
+        }
+        Ok(address)
+    }
+
+    fn recording(&self) -> anyhow::Result<SharedRecording> {
+        let session = self.address.session();
+        let path = self.file.clone().unwrap_or_else(|| PathBuf::from(format!("{session}.ron")));
+        if let Some(played) = &self.play {
+            ensure!(
+                !is_same_file(&path, played),
+                "{}: is the session to play, too; name another file",
+                path.display()
+            );
+        }
+        SharedRecording::open(&path, &header(session), self.force)
+    }
+}
+
+pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
+    let address = args.address()?;
+    if args.until_empty && !args.watch && args.play.is_none() {
+        bail!("--until-empty: expected --watch or --play; a member that stays is there itself");
+    }
+    if let Some(path) = &args.tls_ca {
+        crate::small_file::read_text(path, 1 << 20).with_context(|| path.display().to_string())?;
+    }
+    let playing = match &args.play {
+        Some(path) => Some(Playing::open(path, &args.reading, args.pace, args.speed, args.play_author)?),
+        None => None,
+    };
+    let recording = args.recording()?;
+    if args.json {
+        // What is said on the way is no JSON.
+        keep_standard_output_for_a_file();
+    }
+    let role = match args.watch {
+        true => Role::Watcher,
+        false => Role::Author(Who { name: args.name.clone(), color: None }),
+    };
+    let link = Link::open(&address, &LinkOptions { role, certificates: args.tls_ca.clone() }, || {})?;
+    let ending = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    end_on_signals(&ending);
+    let is_done = AtomicBool::new(false);
+    let mut member = Member {
+        args,
+        link: &link,
+        recording,
+        rows: AuthorRows::default(),
+        there: 0,
+        was_there: false,
+        refused: 0,
+        shown: Shown::default(),
+        started: Instant::now(),
+    };
+    let ended = thread::scope(|scope| {
+        let hand = link.hand();
+        let (ending, is_done) = (&ending, &is_done);
+        let player = playing.map(|playing| {
+            scope.spawn(move || {
+                let played = join_player::play(playing, &hand, || ending.load(Ordering::Relaxed));
+                hand.leave();
+                if played.is_err() {
+                    // Damage ends it all, with or without a server.
+                    ending.store(true, Ordering::Relaxed);
+                }
+                is_done.store(true, Ordering::Relaxed);
+                played
+            })
+        });
+        let ended = member.take_part(ending, is_done);
+        ending.store(true, Ordering::Relaxed);
+        match player.map(|player| player.join()) {
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            Some(Ok(played)) => ended.and_then(|()| played.map(Some)),
+            None => ended.map(|()| None),
+        }
+    });
+    let played = ended?;
+    member.report(&address, played)
+}
+
+/// Has Ctrl-C and others leave the session first.
+#[cfg(unix)]
+fn end_on_signals(ending: &Arc<AtomicBool>) {
+    let ending = Arc::clone(ending);
+    crate::atomic_file::before_a_signal_ends(Some(Box::new(move || {
+        // The program ends by itself meanwhile; if it does not, the signal ends it.
+        ending.store(true, Ordering::Relaxed);
+        thread::sleep(FAREWELL + Duration::from_secs(2));
+    })));
+}
+
+/// What was said of the connection last.
+#[derive(Debug, Default)]
+struct Shown {
+    connection: Connection,
+    trouble: Option<String>,
+    faulty: u64,
+}
+
+struct Member<'a> {
+    args: &'a JoinArgs,
+    link: &'a Link,
+    recording: SharedRecording,
+    rows: AuthorRows,
+    /// Authors that have joined and not left.
+    there: u64,
+    was_there: bool,
+    /// Own events that the session has refused.
+    refused: u64,
+    shown: Shown,
+    started: Instant,
+}
+
+impl Member<'_> {
+    /// Writes the session until it is time to end.
+    fn take_part(&mut self, ending: &AtomicBool, is_played: &AtomicBool) -> anyhow::Result<()> {
+        let time = self.args.for_secs.map(Duration::from_secs_f64);
+        let (mut leaving, mut has_left) = (None, self.args.watch);
+        loop {
+            let news = self.link.news_within(Duration::from_millis(20));
+            match news? {
+                Some(News::Events { events, .. }) => self.write(&events)?,
+                Some(News::Refused { why, own }) => {
+                    self.refused += own as u64;
+                    complain(&format!("warning: {} own events were refused: {why}", thousands(own as u64)));
+                }
+                Some(News::Joined(author)) => complain(&format!("this is author {author}")),
+                Some(News::Left) => has_left = true,
+                None => {
+                    self.recording.flush()?;
+                    self.show();
+                }
+            }
+            let is_over =
+                ending.load(Ordering::Relaxed) || time.is_some_and(|time| self.started.elapsed() >= time);
+            if is_over && leaving.is_none() {
+                leaving = Some(Instant::now());
+                ending.store(true, Ordering::Relaxed);
+                // Who plays leaves by itself, after what it has sent.
+                if self.args.play.is_none() {
+                    self.link.hand().leave();
+                }
+            }
+            let is_late = leaving.is_some_and(|since: Instant| since.elapsed() >= FAREWELL);
+            let is_empty = self.was_there && self.there == 0 && self.link.status().has_caught_up;
+            let is_enough = match self.args.until_empty {
+                true => has_left && is_empty,
+                // Whoever plays ends with what is played; whoever watches is told when.
+                false => has_left && is_played.load(Ordering::Relaxed),
+            };
+            if is_late || is_enough || (is_over && has_left) {
+                // What has come until now.
+                while let Ok(Some(news)) = self.link.news() {
+                    if let News::Events { events, .. } = news {
+                        self.write(&events)?;
+                    }
+                }
+                return self.recording.flush();
+            }
+        }
+    }
+
+    fn write(&mut self, events: &[Event]) -> anyhow::Result<()> {
+        for event in events {
+            self.recording.write(event)?;
+            self.rows.note(event);
+            match event {
+                Event::Join { author, name, .. } => {
+                    (self.there, self.was_there) = (self.there + 1, true);
+                    complain(&format!("author {author} has come{}", called(name)));
+                }
+                Event::Leave { author, .. } => {
+                    self.there = self.there.saturating_sub(1);
+                    complain(&format!("author {author} has left"));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Says what has changed about the connection.
+    fn show(&mut self) {
+        let status = self.link.status();
+        let is_new =
+            std::mem::discriminant(&status.connection) != std::mem::discriminant(&self.shown.connection);
+        let is_short = matches!(status.connection, Connection::Reading { read, of } if of - read < 1000);
+        if (is_new && !is_short) || status.trouble != self.shown.trouble {
+            complain(&described(&self.args.address, &status));
+        }
+        let faulty = status.counts.faulty();
+        if faulty > self.shown.faulty {
+            let why = status.last_passed.as_deref().unwrap_or_default();
+            complain(&format!(
+                "warning: {} messages count for nothing; the last one is {}",
+                thousands(faulty),
+                one_line(why)
+            ));
+        }
+        self.shown = Shown { connection: status.connection, trouble: status.trouble, faulty };
+    }
+
+    fn report(self, address: &Address, played: Option<u64>) -> anyhow::Result<Outcome> {
+        let status = self.link.status();
+        let undelivered = status.pending as u64 + self.refused;
+        let report = Report {
+            address: address.to_string(),
+            latency: self.link.latency(),
+            secs: self.started.elapsed().as_secs_f64(),
+            authors: self.rows.finish(),
+            recording: self.recording.finish()?,
+            played,
+            undelivered,
+            status,
+        };
+        match self.args.json {
+            true => report.print_json()?,
+            false => say(&report.text())?,
+        }
+        if undelivered > 0 {
+            complain(&format!("error: {} own events are not in the session", thousands(undelivered)));
+        }
+        Ok(if undelivered > 0 { Outcome::CheckFailed } else { Outcome::Done })
+    }
+}
+
+fn called(name: &str) -> String {
+    if name.is_empty() { String::new() } else { format!(": {}", one_line(name)) }
+}
+
+/// The connection in words.
+pub(super) fn described(address: &Address, status: &Status) -> String {
+    let mut text = match &status.connection {
+        Connection::Connecting => format!("connecting to {address}"),
+        Connection::Reading { read, of } => {
+            format!("reading the session: {} of {} messages", thousands(*read), thousands(*of))
+        }
+        Connection::Live => format!("connected to {address}"),
+        Connection::Silent => format!("{address} does not answer; it goes on here and is sent later"),
+        Connection::Full => format!("{address} holds as much as a session may: nothing more is taken"),
+    };
+    if let Some(trouble) = &status.trouble {
+        // Writing to a string does not fail.
+        let _ = write!(text, " ({})", one_line(trouble));
+    }
+    text
+}

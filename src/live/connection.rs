@@ -1,0 +1,475 @@
+//! The thread that speaks with the server: it reads the log, publishes what is drawn, and helps itself when nothing comes.
+//!
+//! The client's own watch over its subscriptions takes a quarter of a minute, so there is one here: where an own message does
+//! not come back for [`PATIENCE`], or the server has more than was read, the log is asked for anew from where it is known, and
+//! what is on its way is sent again.
+
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
+
+use async_nats::{
+    Client, Subscriber,
+    connection::State,
+    jetstream::{Context, consumer::pull, message::PublishMessage, stream::Info},
+};
+use futures_util::{FutureExt as _, StreamExt as _};
+use tokio::sync::mpsc as queue;
+
+use super::{
+    Address, LinkOptions, LiveError, Role,
+    link::{Command, Connection, Shared, Status},
+    member::{Member, News, new_sender},
+    outbox::Outgoing,
+    server::{self, Complaints, NoAnswer},
+};
+
+/// How long an own message may take to come back before it is sent again. Each further time it is twice as long.
+const PATIENCE: Duration = Duration::from_millis(400);
+const LONGEST_PATIENCE: Duration = Duration::from_millis(3200);
+
+/// Silence after which the connection itself is given up.
+const GIVE_UP: Duration = Duration::from_secs(4);
+
+/// Between two looks at the clock.
+const TICK: Duration = Duration::from_millis(25);
+
+/// Between two looks at how long the server's log is.
+const LOOK: Duration = Duration::from_secs(1);
+
+/// How long something that cannot be for good may be so.
+const BENEFIT: Duration = Duration::from_secs(3);
+
+/// Events that may wait for the program; more of the log is not read meanwhile.
+const MOST_UNTAKEN: usize = 1 << 18;
+
+/// Messages that are taken at once.
+const AT_ONCE: usize = 256;
+
+/// What the log is on the server.
+type Looked = Result<Info, NoAnswer>;
+
+struct Talk<'a> {
+    address: &'a Address,
+    options: &'a LinkOptions,
+    todo: queue::UnboundedReceiver<Command>,
+    tell: &'a mpsc::Sender<Result<News, LiveError>>,
+    wake: &'a (dyn Fn() + Send),
+    shared: &'a Shared,
+    complaints: Arc<Complaints>,
+    member: Member,
+    state: Connection,
+    /// How the stream was made, as the server dates it.
+    made: Option<i128>,
+    /// The last message of the log when it was opened.
+    read_up_to: u64,
+    has_caught_up: bool,
+    /// Nothing has come since the log was opened: what comes first is what follows on the server.
+    is_just_opened: bool,
+    /// Nobody takes the news any more.
+    is_alone: bool,
+}
+
+/// Speaks with the server until the connection cannot be for good.
+pub(super) async fn talk(
+    address: &Address,
+    options: &LinkOptions,
+    todo: queue::UnboundedReceiver<Command>,
+    tell: &mpsc::Sender<Result<News, LiveError>>,
+    wake: &(dyn Fn() + Send),
+    shared: &Shared,
+) -> Result<(), LiveError> {
+    let speaks = match &options.role {
+        Role::Author(who) => Some((who.clone(), new_sender())),
+        Role::Watcher => None,
+    };
+    let mut talk = Talk {
+        address,
+        options,
+        todo,
+        tell,
+        wake,
+        shared,
+        complaints: Arc::default(),
+        member: Member::new(speaks),
+        state: Connection::Connecting,
+        made: None,
+        read_up_to: 0,
+        has_caught_up: false,
+        is_just_opened: true,
+        is_alone: false,
+    };
+    let complaints = Arc::clone(&talk.complaints);
+    let client = talk.meanwhile(server::connect(address, options, &complaints)).await?;
+    let presence = client.subscribe(address.presence()).await;
+    let presence = presence
+        .map_err(|error| LiveError::NotAllowed { server: address.server(), why: error.to_string() })?;
+    let mut server =
+        Server { logs: server::logs(&client), client, presence, connections: 0, forced: Duration::ZERO };
+    // Headers count, too.
+    talk.member.set_limit_bytes(server.client.max_payload().saturating_sub(1024));
+    let mut patience = PATIENCE;
+    while !talk.is_alone {
+        let messages = talk.open(&mut server).await?;
+        let again = talk.member.again();
+        talk.publish(&server, again).await;
+        let answered = talk.member.counts.own_messages;
+        talk.read(&mut server, messages, patience).await?;
+        let is_better = talk.member.counts.own_messages > answered;
+        patience = if is_better { PATIENCE } else { LONGEST_PATIENCE.min(patience * 2) };
+        talk.member.counts.reopened += 1;
+    }
+    Ok(())
+}
+
+/// The connection.
+struct Server {
+    client: Client,
+    logs: Context,
+    presence: Subscriber,
+    /// How many there were when the log was opened.
+    connections: u64,
+    /// When it was last given up.
+    forced: Duration,
+}
+
+impl Server {
+    fn is_connected(&self) -> bool {
+        self.client.connection_state() == State::Connected
+    }
+}
+
+impl Talk<'_> {
+    fn now(&self) -> Duration {
+        self.shared.started.elapsed()
+    }
+
+    /// Does something that takes time, and takes meanwhile what is drawn.
+    async fn meanwhile<T>(&mut self, work: impl Future<Output = T>) -> T {
+        let mut work = std::pin::pin!(work);
+        loop {
+            tokio::select! {
+                done = &mut work => return done,
+                () = tokio::time::sleep(TICK) => {
+                    while let Ok(command) = self.todo.try_recv() {
+                        self.take_command(command);
+                    }
+                    self.member.interrupted(self.now());
+                    self.show();
+                }
+            }
+        }
+    }
+
+    fn take_command(&mut self, command: Command) {
+        match command {
+            Command::Send(events, at) => {
+                self.member.hand_over(events, at.saturating_duration_since(self.shared.started));
+            }
+            Command::Leave => self.member.leave(self.now()),
+        }
+    }
+
+    /// Opens the log behind the last message that is known; tries until it is open.
+    async fn open(&mut self, server: &mut Server) -> Result<pull::Stream, LiveError> {
+        let mut failing_since: Option<Duration> = None;
+        loop {
+            let was_there = self.made.is_some();
+            server.connections = self.complaints.get().1.max(1);
+            let (address, role) = (self.address, &self.options.role);
+            let asked = server::stream(&server.logs, address, role, was_there);
+            let looked = self.meanwhile(asked).await;
+            let now = self.now();
+            let is_for_good = matches!(looked, Err(NoAnswer::NoStreams(_)))
+                || (was_there && matches!(looked, Err(NoAnswer::NoStream)));
+            if !is_for_good {
+                failing_since = None;
+            }
+            let is_hopeless = is_for_good && now.saturating_sub(*failing_since.get_or_insert(now)) > BENEFIT;
+            match looked {
+                Ok(info) => {
+                    let known = self.member.last_sequence();
+                    self.check(&info, known)?;
+                    let from = known + 1;
+                    let opened = server::messages(&server.logs, address, from);
+                    match self.meanwhile(opened).await {
+                        Ok(messages) => {
+                            self.opened(&info);
+                            return Ok(messages);
+                        }
+                        Err(why) => self.complaints.set(why),
+                    }
+                }
+                Err(NoAnswer::NoStream) if was_there && is_hopeless => return Err(self.lost()),
+                Err(NoAnswer::NoStreams(why)) if !was_there && is_hopeless => {
+                    return Err(LiveError::NoJetStream { server: address.server(), why });
+                }
+                Err(NoAnswer::NoStream) => self.complaints.set("nobody has begun this session yet"),
+                Err(NoAnswer::NoStreams(why) | NoAnswer::Later(why)) => self.complaints.set(why),
+            }
+            if was_there {
+                self.state = Connection::Silent;
+            }
+            self.force(server).await;
+            self.meanwhile(tokio::time::sleep(Duration::from_millis(200))).await;
+        }
+    }
+
+    /// Whether the server's log is the one that was read, up to the message that was known when it was asked.
+    fn check(&self, info: &Info, known: u64) -> Result<(), LiveError> {
+        let made = info.created.unix_timestamp_nanos();
+        let is_other = self.made.is_some_and(|known| known != made);
+        if is_other || info.state.last_sequence < known {
+            return Err(self.lost());
+        }
+        Ok(())
+    }
+
+    fn lost(&self) -> LiveError {
+        LiveError::Lost { session: self.address.to_string() }
+    }
+
+    fn opened(&mut self, info: &Info) {
+        let now = self.now();
+        self.made = Some(info.created.unix_timestamp_nanos());
+        self.read_up_to = info.state.last_sequence;
+        if info.state.messages > 0 {
+            let age_nanos = unix_nanos() - info.state.first_timestamp.unix_timestamp_nanos();
+            self.member.set_age((age_nanos as f64 / 1.0e9).max(0.0), now);
+        }
+        self.is_just_opened = true;
+        self.member.interrupted(now);
+        self.member.hold(now);
+        self.complaints.clear();
+    }
+
+    /// Reads the log and publishes, until the log has to be opened anew.
+    async fn read(
+        &mut self,
+        server: &mut Server,
+        mut messages: pull::Stream,
+        patience: Duration,
+    ) -> Result<(), LiveError> {
+        let mut ticks = tokio::time::interval(TICK);
+        ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        let (mut ticked, mut looked_at, mut look_known) = (self.now(), self.now(), u64::MAX);
+        let (answer, mut looked) = queue::channel::<Looked>(1);
+        // The last message that was known when the server was asked.
+        let mut looking: Option<u64> = None;
+        self.show();
+        while !self.is_alone {
+            let can_read = self.shared.untaken() < MOST_UNTAKEN;
+            tokio::select! {
+                Some(command) = self.todo.recv() => self.take_command(command),
+                message = messages.next(), if can_read => {
+                    if !self.take_messages(message, &mut messages) {
+                        return Ok(());
+                    }
+                }
+                Some(heard) = server.presence.next() => self.member.hear(&heard.payload, self.now()),
+                Some(info) = looked.recv() => {
+                    let asked_at = looking.take().unwrap_or_default();
+                    match info {
+                        Ok(info) => {
+                            self.check(&info, asked_at)?;
+                            let known = self.member.last_sequence();
+                            // As long ago as the last look it was as far already.
+                            if can_read && info.state.last_sequence > known && known == look_known {
+                                return Ok(());
+                            }
+                            look_known = known;
+                        }
+                        Err(NoAnswer::NoStream) => return Ok(()),
+                        Err(NoAnswer::Later(why) | NoAnswer::NoStreams(why)) => self.complaints.set(why),
+                    }
+                }
+                _ = ticks.tick() => {
+                    let now = self.now();
+                    // This program was held up, or nothing is read: nobody's silence counts.
+                    if now.saturating_sub(ticked) > Duration::from_secs(1) || !server.is_connected() || !can_read {
+                        self.member.interrupted(now);
+                    }
+                    ticked = now;
+                    if !can_read || self.is_reading() {
+                        self.member.hold(now);
+                    }
+                    if self.complaints.get().1 > server.connections {
+                        return Ok(());
+                    }
+                    if self.member.waits_for(now).is_some_and(|waits| waits > patience) && server.is_connected() {
+                        self.force(server).await;
+                        return Ok(());
+                    }
+                    if looking.is_none() && now.saturating_sub(looked_at) > LOOK && server.is_connected() {
+                        (looking, looked_at) = (Some(self.member.last_sequence()), now);
+                        let (logs, address, answer) = (server.logs.clone(), self.address.clone(), answer.clone());
+                        tokio::spawn(async move {
+                            let looked = server::stream(&logs, &address, &Role::Watcher, true).await;
+                            let _ = answer.send(looked).await;
+                        });
+                    }
+                    self.say(server, now).await;
+                    self.update(server, now);
+                }
+            }
+            self.tell();
+            let now = self.now();
+            // What cannot be sent in its turn would be a gap.
+            let is_new_connection = self.complaints.get().1 > server.connections;
+            if server.is_connected() && !is_new_connection && !self.is_reading_first() {
+                let out = self.member.pump(now);
+                self.publish(server, out).await;
+            }
+            if self.is_reading() || self.state != Connection::Live {
+                self.update(server, now);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the log is not read up to where it was when it was opened.
+    fn is_reading(&self) -> bool {
+        self.member.last_sequence() < self.read_up_to
+    }
+
+    /// The first time one joins when all was read: before, nothing would come back soon.
+    fn is_reading_first(&self) -> bool {
+        !self.has_caught_up && self.is_reading()
+    }
+
+    /// Takes a message and those that lie ready behind it; whether the log goes on.
+    fn take_messages(
+        &mut self,
+        first: Option<Result<async_nats::jetstream::Message, pull::MessagesError>>,
+        messages: &mut pull::Stream,
+    ) -> bool {
+        let mut next = first;
+        for taken in 1.. {
+            let Some(Ok(message)) = next else {
+                // A consumer that is not there any more, or not heard of.
+                return false;
+            };
+            if let Ok(info) = message.info() {
+                let is_next = info.stream_sequence <= self.member.last_sequence() + 1;
+                if !is_next && !std::mem::take(&mut self.is_just_opened) {
+                    // One was lost on the way.
+                    return false;
+                }
+                self.is_just_opened = false;
+                let stamp = u64::try_from(info.published.unix_timestamp_nanos()).unwrap_or_default();
+                let before = self.member.counts.own_messages;
+                self.member.take(info.stream_sequence, stamp, &message.payload, self.now());
+                if self.member.counts.own_messages > before {
+                    self.complaints.clear();
+                }
+            }
+            if taken == AT_ONCE {
+                break;
+            }
+            match messages.next().now_or_never() {
+                Some(message) => next = message,
+                None => break,
+            }
+        }
+        true
+    }
+
+    /// Says that one is there, and who is not any more.
+    async fn say(&mut self, server: &Server, now: Duration) {
+        if !server.is_connected() || self.is_reading() {
+            return;
+        }
+        if let Some(text) = self.member.presence(now) {
+            let said = server.client.publish(self.address.presence(), text.into());
+            let _ = tokio::time::timeout(PATIENCE, said).await;
+        }
+        if let Some(message) = self.member.say_who_is_gone(now) {
+            self.publish(server, vec![message]).await;
+        }
+    }
+
+    /// Gives up a connection that carries nothing, though nobody has said that it has ended.
+    async fn force(&mut self, server: &mut Server) {
+        let now = self.now();
+        let is_silent = self.member.waits_for(now).is_some_and(|waits| waits > GIVE_UP);
+        if is_silent && server.is_connected() && now.saturating_sub(server.forced) > GIVE_UP {
+            server.forced = now;
+            let _ = tokio::time::timeout(PATIENCE, server.client.force_reconnect()).await;
+        }
+    }
+
+    async fn publish(&self, server: &Server, out: Vec<Outgoing>) {
+        for Outgoing { id, bytes } in out {
+            // What is not sent now is sent again once something can be.
+            if !server.is_connected() {
+                return;
+            }
+            let message = PublishMessage::build().payload(bytes.into()).message_id(id);
+            let sent = server.logs.send_publish(self.address.subject(), message);
+            match tokio::time::timeout(PATIENCE, sent).await {
+                Ok(Ok(stored)) => {
+                    let complaints = Arc::clone(&self.complaints);
+                    tokio::spawn(async move {
+                        if let Err(error) = stored.await {
+                            complaints.set(error.to_string());
+                        }
+                    });
+                }
+                Ok(Err(error)) => self.complaints.set(error.to_string()),
+                Err(_) => return,
+            }
+        }
+    }
+
+    fn update(&mut self, server: &Server, now: Duration) {
+        self.has_caught_up |= !self.is_reading();
+        let is_silent = !server.is_connected()
+            || self.member.waits_for(now).is_some_and(|waits| waits > Duration::from_secs(1));
+        self.state = if is_silent {
+            Connection::Silent
+        } else if self.member.is_full() {
+            Connection::Full
+        } else if self.is_reading() {
+            Connection::Reading { read: self.member.last_sequence(), of: self.read_up_to }
+        } else {
+            Connection::Live
+        };
+        self.member.counts.connections = self.complaints.get().1;
+        self.show();
+    }
+
+    /// Hands the news over.
+    fn tell(&mut self) {
+        if self.member.news.is_empty() {
+            return;
+        }
+        // Who hears that something has come back finds it so.
+        self.show();
+        for news in self.member.news.drain(..) {
+            if let News::Events { events, .. } = &news {
+                self.shared.note_untaken(events.len());
+            }
+            self.is_alone |= self.tell.send(Ok(news)).is_err();
+        }
+        (self.wake)();
+    }
+
+    fn show(&self) {
+        let member = &self.member;
+        let status = Status {
+            connection: self.state.clone(),
+            trouble: self.complaints.get().0,
+            author: member.author(),
+            authors: member.authors(),
+            pending: member.pending(),
+            has_caught_up: self.has_caught_up,
+            counts: member.counts,
+            last_passed: member.last_passed.clone(),
+        };
+        self.shared.set(status, &member.latency_us);
+    }
+}
+
+fn unix_nanos() -> i128 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    i128::try_from(since.as_nanos()).unwrap_or(i128::MAX)
+}

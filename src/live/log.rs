@@ -1,0 +1,170 @@
+//! The log of a session, as the server keeps it: which of its messages count. Every member judges alike: by what stands in
+//! the log and by the server's times in it, and by nothing of its own.
+
+use super::{packet, rate::Rates};
+use crate::recording::{Author, Event, Limits, Message, Reduced, Reducer, Sender, Tally};
+
+/// What has become of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Judged {
+    /// It is none, and why.
+    Garbage(&'static str),
+    /// It counts: its events are the session's next ones.
+    Taken(Message),
+    /// It counts for nothing, its number is not used: its sender may say it again.
+    PassedOver(Sender, Passed),
+    /// Its sender was heard, but it has no effect.
+    Refused(Sender, String),
+}
+
+/// Why a message is passed over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Passed {
+    Duplicate,
+    Gap,
+    Stranger,
+    TooFast,
+    /// The session holds as much as one may.
+    Full,
+}
+
+/// See the [module](self).
+#[derive(Debug, Default)]
+pub(super) struct Log {
+    reducer: Reducer,
+    rates: Rates,
+    tally: Tally,
+    /// How much a session may hold: what every reader of recordings takes unasked.
+    limits: Limits,
+}
+
+impl Log {
+    /// Takes the next message, and appends its events to `out` if it counts. `stamp_nanos` is when the server has taken it.
+    pub(super) fn take(&mut self, bytes: &[u8], stamp_nanos: u64, out: &mut Vec<Event>) -> Judged {
+        let message = match packet::read(bytes) {
+            Ok(message) => message,
+            Err(expected) => return Judged::Garbage(expected),
+        };
+        let sender = message.sender;
+        let is_next = message.number == self.reducer.next_of(sender);
+        if is_next && !self.rates.allow(sender, bytes.len(), stamp_nanos) {
+            return Judged::PassedOver(sender, Passed::TooFast);
+        }
+        let is_known = self.reducer.author_of(sender).is_some()
+            || matches!(message.events.first(), Some(Event::Join { .. }));
+        if is_next && is_known && !self.has_room(&message) {
+            return Judged::PassedOver(sender, Passed::Full);
+        }
+        let reduced = self.reducer.take(&message, out);
+        if matches!(reduced, Reduced::Taken | Reduced::Refused(_)) && self.reducer.author_of(sender).is_some()
+        {
+            self.rates.note(sender, bytes.len(), stamp_nanos);
+        }
+        match reduced {
+            Reduced::Taken => Judged::Taken(message),
+            Reduced::Duplicate => Judged::PassedOver(sender, Passed::Duplicate),
+            Reduced::Gap(_) => Judged::PassedOver(sender, Passed::Gap),
+            Reduced::Stranger => Judged::PassedOver(sender, Passed::Stranger),
+            Reduced::Refused(why) => Judged::Refused(sender, why),
+        }
+    }
+
+    /// Counts what a message brings. To end strokes and to leave is allowed however much there is.
+    fn has_room(&mut self, message: &Message) -> bool {
+        let mut growing =
+            message.events.iter().filter(|event| !matches!(event, Event::End { .. } | Event::Leave { .. }));
+        growing.all(|event| self.tally.count(event, &self.limits).is_ok())
+    }
+
+    /// The author that a sender has become.
+    pub(super) fn author_of(&self, sender: Sender) -> Option<Author> {
+        self.reducer.author_of(sender)
+    }
+
+    /// The number of a sender's next message that will count.
+    pub(super) fn next_of(&self, sender: Sender) -> u64 {
+        self.reducer.next_of(sender)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::StrokeId;
+    use glam::Vec3;
+
+    fn bytes(sender: u64, number: u64, events: &[Event]) -> Vec<u8> {
+        let mut text = packet::head(Sender(sender), number);
+        assert!(events.iter().all(|event| packet::push(&mut text, event)));
+        text.into_bytes()
+    }
+
+    fn join() -> Event {
+        Event::Join { t: 0.0, author: Author(1), name: String::new(), color: None }
+    }
+
+    #[test]
+    fn who_speaks_too_fast_is_passed_over_and_may_say_it_again() {
+        let (mut log, mut out) = (Log::default(), Vec::new());
+        assert!(matches!(log.take(&bytes(5, 0, &[join()]), 0, &mut out), Judged::Taken(_)));
+        let strokes = vec![StrokeId(u32::MAX); 40_000];
+        let event = Event::Move { t: 0.0, author: Author(1), strokes, by: Vec3::X };
+        let mut number = 1;
+        let passed = loop {
+            match log.take(&bytes(5, number, std::slice::from_ref(&event)), 0, &mut out) {
+                Judged::Taken(_) => number += 1,
+                other => break other,
+            }
+        };
+        assert_eq!(passed, Judged::PassedOver(Sender(5), Passed::TooFast));
+        // An end is small, but the order is kept.
+        let end = Event::End { t: 0.0, stroke: StrokeId(1 << 20) };
+        let too_early = log.take(&bytes(5, number + 1, std::slice::from_ref(&end)), 0, &mut out);
+        assert_eq!(too_early, Judged::PassedOver(Sender(5), Passed::Gap));
+        // A second later it counts.
+        let later = log.take(&bytes(5, number, &[event]), 1_000_000_000, &mut out);
+        assert!(matches!(later, Judged::Taken(_)));
+    }
+
+    #[test]
+    fn a_full_session_takes_ends_and_farewells_only() {
+        let limits = Limits { polygons: 10_000, ..Limits::DEFAULT };
+        let (mut log, mut out) = (Log { limits, ..Log::default() }, Vec::new());
+        assert!(matches!(log.take(&bytes(5, 0, &[join()]), 0, &mut out), Judged::Taken(_)));
+        let strokes = vec![StrokeId(u32::MAX); 999];
+        let event = Event::Move { t: 0.0, author: Author(1), strokes, by: Vec3::X };
+        let mut number = 1;
+        let full = loop {
+            let now = number * 1_000_000_000;
+            match log.take(&bytes(5, number, std::slice::from_ref(&event)), now, &mut out) {
+                Judged::Taken(_) => number += 1,
+                other => break other,
+            }
+            out.clear();
+        };
+        assert_eq!(full, Judged::PassedOver(Sender(5), Passed::Full));
+        assert_eq!(number, 40, "a thousand events each");
+        let undo = Event::Undo { t: 0.0, author: Author(1) };
+        let leave = Event::Leave { t: 0.0, author: Author(1) };
+        let now = 1_000_000_000_000;
+        // There may be room for something small; not for ever.
+        while matches!(
+            log.take(&bytes(5, number, std::slice::from_ref(&undo)), now, &mut out),
+            Judged::Taken(_)
+        ) {
+            number += 1;
+        }
+        let left = log.take(&bytes(5, number, &[leave]), now, &mut out);
+        assert!(matches!(left, Judged::Taken(_)), "{left:?}");
+    }
+
+    #[test]
+    fn garbage_and_strangers_cost_nothing() {
+        let (mut log, mut out) = (Log::default(), Vec::new());
+        assert!(matches!(log.take(b"\x00\x01", 0, &mut out), Judged::Garbage(_)));
+        let stranger = log.take(&bytes(9, 0, &[Event::Undo { t: 0.0, author: Author(1) }]), 0, &mut out);
+        assert_eq!(stranger, Judged::PassedOver(Sender(9), Passed::Stranger));
+        assert!(out.is_empty() && log.author_of(Sender(9)).is_none() && log.next_of(Sender(9)) == 0);
+        assert_eq!(format!("{:?}", log.rates), format!("{:?}", Rates::default()));
+    }
+}

@@ -1,0 +1,247 @@
+//! What is asked of the server: a connection, the session's stream, its messages from one on.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use async_nats::{
+    Client, ConnectErrorKind, ConnectOptions, Event, ServerError,
+    jetstream::{
+        self, Context, ErrorCode,
+        consumer::{AckPolicy, DeliverPolicy, ReplayPolicy, pull},
+        context::{CreateStreamErrorKind, GetStreamErrorKind, RequestErrorKind},
+        stream::{Config, DiscardPolicy, Info, RetentionPolicy, StorageType},
+    },
+};
+
+use super::{Address, Credentials, LinkOptions, LiveError, Role, packet};
+
+/// How long the server may take to answer a question.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// Longest pause between two tries to connect.
+const RETRY: Duration = Duration::from_millis(500);
+
+/// Most messages that the server may send before it is asked for more.
+const BATCH_MESSAGES: usize = 256;
+
+/// What the server and the client complain about, and how often there was a connection.
+#[derive(Debug, Default)]
+pub(super) struct Complaints {
+    said: Mutex<(Option<String>, u64)>,
+}
+
+impl Complaints {
+    fn with<T>(&self, what: impl FnOnce(&mut (Option<String>, u64)) -> T) -> T {
+        what(&mut self.said.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    pub(super) fn set(&self, text: impl Into<String>) {
+        self.with(|(said, _)| *said = Some(text.into()));
+    }
+
+    pub(super) fn clear(&self) {
+        self.with(|(said, _)| *said = None);
+    }
+
+    /// The last complaint, and how many connections there were.
+    pub(super) fn get(&self) -> (Option<String>, u64) {
+        self.with(|said| said.clone())
+    }
+}
+
+/// Connects; tries again until there is a server.
+pub(super) async fn connect(
+    address: &Address,
+    options: &LinkOptions,
+    complaints: &Arc<Complaints>,
+) -> Result<Client, LiveError> {
+    let server = address.server();
+    loop {
+        let error = match options_of(address, options, complaints).connect(&server).await {
+            Ok(client) => return Ok(client),
+            Err(error) => error,
+        };
+        let why = full(&error);
+        match error.kind() {
+            ConnectErrorKind::AuthorizationViolation | ConnectErrorKind::Authentication => {
+                return Err(LiveError::NotAllowed { server, why });
+            }
+            ConnectErrorKind::Tls => return Err(LiveError::NotEncrypted { server, why }),
+            ConnectErrorKind::Io if is_of_encryption(&error) => {
+                return Err(LiveError::NotEncrypted { server, why });
+            }
+            _ => complaints.set(why),
+        }
+        tokio::time::sleep(RETRY).await;
+    }
+}
+
+fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complaints>) -> ConnectOptions {
+    let complaints = Arc::clone(complaints);
+    let mut connect = ConnectOptions::new()
+        .name("osp")
+        .require_tls(address.is_encrypted())
+        // One goes where one was told to, and nowhere else.
+        .ignore_discovered_servers()
+        .connection_timeout(Duration::from_secs(3))
+        .request_timeout(Some(ANSWER))
+        // Two that are not answered end a connection that carries nothing any more.
+        .ping_interval(Duration::from_secs(2))
+        .reconnect_delay_callback(|tries| RETRY.min(Duration::from_millis(20 * tries as u64)))
+        .event_callback(move |event| {
+            match event {
+                Event::Connected => complaints.with(|(_, connections)| *connections += 1),
+                Event::ServerError(ServerError::Other(text)) => complaints.set(text),
+                Event::ServerError(error) => complaints.set(error.to_string()),
+                Event::ClientError(error) => complaints.set(error.to_string()),
+                Event::Disconnected => complaints.set("the server has gone"),
+                _ => {}
+            }
+            std::future::ready(())
+        });
+    match &address.credentials {
+        Credentials::None => {}
+        Credentials::Token(token) => connect = connect.token(token.clone()),
+        Credentials::User { name, password } => {
+            connect = connect.user_and_password(name.clone(), password.clone());
+        }
+    }
+    if let Some(certificates) = &options.certificates {
+        connect = connect.add_root_certificates(certificates.clone());
+    }
+    connect
+}
+
+/// Whether the server speaks another language than an encrypted one, or has a certificate that is not trusted: errors of
+/// the library for it come as invalid data.
+fn is_of_encryption(error: &(dyn std::error::Error + 'static)) -> bool {
+    std::iter::successors(Some(error), |error| error.source()).any(|error| {
+        let kind = error.downcast_ref::<std::io::Error>().map(std::io::Error::kind);
+        kind == Some(std::io::ErrorKind::InvalidData)
+    })
+}
+
+/// An error with its causes, each once.
+fn full(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let more = error.to_string();
+        if !text.contains(&more) {
+            text = format!("{text}: {more}");
+        }
+        cause = error.source();
+    }
+    text
+}
+
+/// The interface to the server's logs.
+pub(super) fn logs(client: &Client) -> Context {
+    let mut context = jetstream::new(client.clone());
+    context.set_timeout(ANSWER);
+    context
+}
+
+/// Why a question has no answer.
+#[derive(Debug)]
+pub(super) enum NoAnswer {
+    /// It may have one later.
+    Later(String),
+    /// There is no such stream, and one was not to be made.
+    NoStream,
+    /// There are no streams on this server.
+    NoStreams(String),
+}
+
+fn of_code(code: ErrorCode, why: String) -> NoAnswer {
+    match code {
+        ErrorCode::STREAM_NOT_FOUND => NoAnswer::NoStream,
+        ErrorCode::JETSTREAM_NOT_ENABLED | ErrorCode::JETSTREAM_NOT_ENABLED_FOR_ACCOUNT => {
+            NoAnswer::NoStreams(why)
+        }
+        _ => NoAnswer::Later(why),
+    }
+}
+
+/// The session's stream as it is now; it is made if it is not there, unless one only watches or has read it before.
+pub(super) async fn stream(
+    logs: &Context,
+    address: &Address,
+    role: &Role,
+    was_there: bool,
+) -> Result<Info, NoAnswer> {
+    match logs.get_stream(address.stream()).await {
+        Ok(stream) => return Ok(stream.cached_info().clone()),
+        Err(error) => {
+            let why = full(&error);
+            let no_answer = match error.kind() {
+                GetStreamErrorKind::JetStream(cause) => of_code(cause.error_code(), why),
+                GetStreamErrorKind::Request if is_unheard(&error) => NoAnswer::NoStreams(why),
+                _ => NoAnswer::Later(why),
+            };
+            let may_make = !was_there && matches!(role, Role::Author(_));
+            if !(may_make && matches!(no_answer, NoAnswer::NoStream)) {
+                return Err(no_answer);
+            }
+        }
+    }
+    let config = Config {
+        name: address.stream(),
+        description: Some("a shared session of osp".to_owned()),
+        subjects: vec![address.subject()],
+        storage: StorageType::File,
+        retention: RetentionPolicy::Limits,
+        // A server that has no room refuses what is new, and forgets nothing.
+        discard: DiscardPolicy::New,
+        max_message_size: i32::try_from(packet::MAX_BYTES + 4096).unwrap_or(i32::MAX),
+        duplicate_window: Duration::from_secs(120),
+        deny_delete: true,
+        deny_purge: true,
+        num_replicas: 1,
+        ..Config::default()
+    };
+    match logs.create_stream(config).await {
+        Ok(stream) => Ok(stream.cached_info().clone()),
+        Err(error) => {
+            let why = full(&error);
+            Err(match error.kind() {
+                CreateStreamErrorKind::JetStream(cause) => of_code(cause.error_code(), why),
+                CreateStreamErrorKind::JetStreamUnavailable => NoAnswer::NoStreams(why),
+                _ => NoAnswer::Later(why),
+            })
+        }
+    }
+}
+
+/// Whether nobody listens to questions about streams.
+fn is_unheard(error: &(dyn std::error::Error + 'static)) -> bool {
+    std::iter::successors(Some(error), |error| error.source()).any(|error| {
+        let kind = error.downcast_ref::<jetstream::context::RequestError>().map(|error| error.kind());
+        kind == Some(RequestErrorKind::NoResponders)
+    })
+}
+
+/// The messages of the log from one on, in order, as they come.
+pub(super) async fn messages(logs: &Context, address: &Address, from: u64) -> Result<pull::Stream, String> {
+    let config = pull::Config {
+        deliver_policy: match from {
+            0 | 1 => DeliverPolicy::All,
+            _ => DeliverPolicy::ByStartSequence { start_sequence: from },
+        },
+        ack_policy: AckPolicy::None,
+        replay_policy: ReplayPolicy::Instant,
+        inactive_threshold: Duration::from_secs(30),
+        memory_storage: true,
+        num_replicas: 1,
+        ..pull::Config::default()
+    };
+    let consumer =
+        logs.create_consumer_on_stream(config, address.stream()).await.map_err(|error| full(&error))?;
+    let stream = consumer
+        .stream()
+        .max_messages_per_batch(BATCH_MESSAGES)
+        .heartbeat(Duration::from_secs(1))
+        .expires(Duration::from_secs(30))
+        .messages();
+    stream.await.map_err(|error| full(&error))
+}

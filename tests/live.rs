@@ -1,0 +1,19 @@
+//! Several members in one session, with a real server of NATS on this machine: `nats-server` on the path, or the program
+//! named by OSP_NATS_SERVER. Where there is none, each test says so and passes, unless CI is set.
+
+#![expect(clippy::print_stderr, reason = "a test that is left out says why")]
+
+#[path = "live/server.rs"]
+mod server;
+
+#[path = "live/members.rs"]
+mod members;
+
+#[path = "live/failing.rs"]
+mod failing;
+
+#[path = "live/strangers.rs"]
+mod strangers;
+
+#[path = "live/together.rs"]
+mod together;
