@@ -32,7 +32,7 @@ fn polygons_are_drawn_in_the_colours_of_their_authors_and_in_their_own_again() {
         events.push(polygon);
     }
     let changes = apply(&mut scene, &events);
-    let mut drawer = Offscreen::new(gpu, SIZE.0, SIZE.1, &RendererConfig::default()).expect("a renderer");
+    let mut drawer = Offscreen::on(gpu, SIZE.0, SIZE.1, &RendererConfig::default()).expect("a renderer");
     drawer.follow(&changes);
     let view = view_from(Vec3::new(0.0, 0.0, 2.0), Vec3::ZERO);
     let ids = set(&all_ids(&scene));
