@@ -67,15 +67,10 @@ impl<'a> Reader<'a> {
         self.array(what).map(u64::from_le_bytes)
     }
 
-    fn f32(&mut self, what: &str) -> Result<f32, WorldError> {
-        self.array(what).map(f32::from_le_bytes)
-    }
-
     pub(super) fn floats<const N: usize>(&mut self, what: &str) -> Result<[f32; N], WorldError> {
+        let (bytes, _) = self.take(4 * N, what)?.as_chunks();
         let mut floats = [0.0; N];
-        for float in &mut floats {
-            *float = self.f32(what)?;
-        }
+        floats.iter_mut().zip(bytes).for_each(|(float, bytes)| *float = f32::from_le_bytes(*bytes));
         Ok(floats)
     }
 

@@ -6,7 +6,16 @@ use object_store::{
     ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload, local::LocalFileSystem, path::Path,
 };
 
+#[cfg(feature = "worlds-cloud")]
+use object_store::{ClientOptions, ObjectStoreScheme, RetryConfig, aws::AmazonS3Builder, http::HttpBuilder};
+
 use super::WorldError;
+
+/// A server that does not answer is asked again so often, and for so long.
+#[cfg(feature = "worlds-cloud")]
+const MOST_RETRIES: usize = 3;
+#[cfg(feature = "worlds-cloud")]
+const LONGEST_RETRY: std::time::Duration = std::time::Duration::from_secs(20);
 
 /// A folder or an address that holds a world, or will.
 #[derive(Clone)]
@@ -96,17 +105,30 @@ impl Place {
                 "expected a folder, or an address with http://, https:// or s3://".to_owned(),
             ));
         }
-        // Keys and region of S3 come from the usual variables (AWS_ACCESS_KEY_ID, AWS_REGION, AWS_ENDPOINT, ...).
-        let variables = std::env::vars().filter(|(name, _)| name.starts_with("AWS_"));
-        let options = variables.chain([("allow_http".to_owned(), "true".to_owned())]);
-        let options = options.map(|(name, value)| (name.to_ascii_lowercase(), value));
-        let (store, prefix) =
-            object_store::parse_url_opts(&url, options).map_err(|error| problem(innermost(&error)))?;
+        let failed = |error: object_store::Error| problem(innermost(&error));
+        let (scheme, prefix) = ObjectStoreScheme::parse(&url).map_err(|error| problem(error.to_string()))?;
+        let retry =
+            RetryConfig { max_retries: MOST_RETRIES, retry_timeout: LONGEST_RETRY, ..RetryConfig::default() };
+        let store: Arc<dyn ObjectStore> = match scheme {
+            // Keys, region and endpoint come from the usual variables (AWS_ACCESS_KEY_ID, ...).
+            ObjectStoreScheme::AmazonS3 => {
+                let s3 = AmazonS3Builder::from_env().with_url(text).with_allow_http(true).with_retry(retry);
+                Arc::new(s3.build().map_err(failed)?)
+            }
+            ObjectStoreScheme::Http => {
+                let server = HttpBuilder::new().with_url(&url[..url::Position::BeforePath]).with_retry(retry);
+                let options = ClientOptions::new().with_allow_http(true);
+                Arc::new(server.with_client_options(options).build().map_err(failed)?)
+            }
+            _ => {
+                return Err(problem("expected http://, https:// or s3://; found another service".to_owned()));
+            }
+        };
         // Connections belong to its threads, so that any thread may use them again.
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
         Ok(Self {
             text: text.to_owned(),
-            store: Arc::from(store),
+            store,
             prefix,
             is_writable: url.scheme() == "s3",
             runtime: Some(Arc::new(runtime.map_err(|error| problem(error.to_string()))?)),

@@ -50,7 +50,7 @@ fn a_world_behind_http_is_that_of_the_folder() {
     let world = Arc::new(World::open(Place::to_read(&address).expect("an address")).expect("a world"));
     let views: Vec<_> = Flight::new(&world.bounds(), 1, None, None).step_by(30).take(20).collect();
     let expected = Together::new(&parts).seen(&views);
-    let mut walk = walk(&world, 4 << 20, 3);
+    let mut walk = walk(&world, 6 << 20, 3);
     for (view, (visible, fingerprint)) in views.iter().zip(expected) {
         let frame = walk.frame(view, None, Missing::Wait).expect("whole blocks");
         assert_eq!((frame.visible, frame.fingerprint), (visible, fingerprint));
