@@ -1,13 +1,17 @@
-//! Several fingers on a touch screen: one draws, as the pointer does; two turn the camera around the centre of the view and
-//! come nearer or go away; three move it along the screen.
+//! Fingers on a touch screen. One does what the pointer does; two turn the camera around the centre of the view and come nearer
+//! or go away; three move it along the screen.
 
 use glam::Vec2;
 
-use super::{command::Command, gestures::Gesture, studio::Studio};
+use super::{
+    gestures::{Button, Held, Input},
+    studio::Studio,
+};
 
-/// A second finger that comes down this soon after the first shows that the camera was meant: what the first one has done by
-/// then is taken back.
-const SECOND_FINGER_SECS: f64 = 0.3;
+/// For so long, seconds, a finger that rests may be the first of several; then it uses the tool.
+const ALONE_SECS: f64 = 0.3;
+/// A finger that goes farther than this, heights of the window, is alone.
+const ALONE_BY: f32 = 0.012;
 
 /// What the fingers on the window did since the previous frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,24 +24,33 @@ pub struct Fingers {
     pub spread: f32,
 }
 
+/// A finger that has come down and has done nothing yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Resting {
+    at: Vec2,
+    since_secs: f64,
+}
+
 impl Studio {
     /// Whether several fingers are on the window.
     pub fn has_fingers(&self) -> bool {
         self.gestures.has_fingers
     }
 
-    /// Takes what several fingers did; `None` as soon as fewer than two are left.
+    /// Takes what several fingers did; `None` as soon as fewer than two are left. While a mouse or a pen is drawing, they do
+    /// nothing: they are the hand that holds it.
     pub fn take_fingers(&mut self, fingers: Option<Fingers>) {
-        let Some(Fingers { count, moved, spread }) = fingers else {
+        let is_other = self.is_dragging() && !self.gestures.is_touch;
+        let Some(Fingers { count, moved, spread }) = fingers.filter(|_| !is_other && !self.is_reading())
+        else {
             self.gestures.has_fingers = false;
             return;
         };
-        if self.is_reading() {
-            return;
-        }
         if !self.gestures.has_fingers {
             self.gestures.has_fingers = true;
-            self.end_first_finger();
+            self.gestures.resting = None;
+            // What one of them has drawn alone stays.
+            self.finish_gestures();
         }
         match count {
             2 => self.navigator.orbit(moved),
@@ -48,22 +61,30 @@ impl Studio {
         }
     }
 
-    fn end_first_finger(&mut self) {
-        let changes = |gesture| matches!(gesture, Gesture::Draw | Gesture::Erase { is_step_open: true });
-        let is_meant = self.now_secs() - self.gestures.pressed_at_secs > SECOND_FINGER_SECS;
-        let takes_back = !is_meant && self.gestures.gesture.is_some_and(changes);
-        let strokes = self.scene().strokes().len();
-        let erases = matches!(self.gestures.gesture, Some(Gesture::Erase { .. }));
-        if matches!(
-            self.gestures.gesture,
-            Some(Gesture::Span { .. } | Gesture::Move { .. } | Gesture::Handle { .. })
-        ) && !is_meant
-        {
-            self.gestures.gesture = None;
+    /// A finger has come down. It uses the tool once it is clear that it is alone.
+    pub fn touch(&mut self, at: Vec2) {
+        self.gestures.resting = Some(Resting { at, since_secs: self.now_secs() });
+    }
+
+    /// The system has taken the finger away: a gesture of its own began. What was drawn stays.
+    pub fn cancel_touch(&mut self) {
+        self.gestures.resting = None;
+        if self.gestures.is_touch {
+            self.finish_gestures();
         }
-        self.finish_gestures();
-        if takes_back && (erases || strokes > self.gestures.strokes_at_press) {
-            self.command(Command::Undo);
+    }
+
+    /// Lets a finger that is alone press where it came down: it has gone to `at`, has been lifted, or has rested long enough.
+    pub fn press_touch(&mut self, at: Option<Vec2>, is_lifted: bool, held: Held, size_px: Vec2) {
+        let Some(resting) = self.gestures.resting else { return };
+        let aspect = size_px.x / size_px.y.max(1.0);
+        let by = at.map_or(Vec2::ZERO, |at| (at - resting.at) * Vec2::new(0.5 * aspect, 0.5));
+        let has_rested = self.now_secs() - resting.since_secs > ALONE_SECS;
+        if is_lifted || has_rested || by.length() > ALONE_BY {
+            self.gestures.resting = None;
+            self.input(Input::Move(resting.at), held, size_px);
+            self.input(Input::Press(Button::Primary), held, size_px);
+            self.gestures.is_touch = true;
         }
     }
 }

@@ -1,6 +1,7 @@
 use glam::{Vec2, Vec3};
 
 use super::{
+    fingers::Resting,
     handles::{Handle, Ring},
     tool::Span,
 };
@@ -81,10 +82,10 @@ pub(super) enum Gesture {
 pub(super) struct Gestures {
     pub(super) pointer: Option<Vec2>,
     pub(super) pressed_at: Vec2,
-    /// When that was, seconds of the session.
-    pub(super) pressed_at_secs: f64,
-    /// Strokes that there were then.
-    pub(super) strokes_at_press: usize,
+    /// The button that is down is a finger.
+    pub(super) is_touch: bool,
+    /// A finger that may be the first of several.
+    pub(super) resting: Option<Resting>,
     /// Several fingers are on the window.
     pub(super) has_fingers: bool,
     pub(super) gesture: Option<Gesture>,

@@ -293,7 +293,9 @@ impl Painter {
         if let Some(keep) = pending.keep {
             self.renderer.forget_from(keep);
         }
-        self.renderer.set_colors(if studio.layers().authors { Colors::Authors } else { Colors::Own });
+        let is_of_several = studio.scene().authors().next().is_some();
+        let by_author = studio.layers().authors && is_of_several;
+        self.renderer.set_colors(if by_author { Colors::Authors } else { Colors::Own });
         self.renderer.follow(&pending.changes);
         studio.give_back(pending);
         // Starts again before a shader's numbers become too coarse.

@@ -139,7 +139,9 @@ impl Player {
             }
         }
         remarks.extend(session.events.notes().warnings);
-        let mut player = Self::new(path.to_owned(), header, events, frame_ends, camera);
+        let read = events.len() as u64;
+        let player = Self::new(path.to_owned(), header, events, frame_ends, camera, &|| go_on(read));
+        let mut player = player.ok_or_else(|| RecordingError::io(path, io::ErrorKind::Interrupted.into()))?;
         player.remarks = remarks;
         Ok(player)
     }
@@ -150,7 +152,8 @@ impl Player {
         events: Vec<Event>,
         frame_ends: Vec<usize>,
         camera: CameraChoice,
-    ) -> Self {
+        goes_on: &dyn Fn() -> bool,
+    ) -> Option<Self> {
         let begins =
             |event: &Event| matches!(event, Event::Begin { .. } | Event::Polygon { stroke: None, .. });
         let recorded = Recorded { events, frame_ends };
@@ -172,13 +175,14 @@ impl Player {
             speed: 1.0,
             due: 0.0,
         };
-        player.take_snapshots();
+        player.take_snapshots(goes_on)?;
         player.camera = CameraPath::new(camera, player.header.camera, &player.bounds);
-        player
+        Some(player)
     }
 
-    /// Plays the whole session once; keeps the model at evenly spaced frames and the box of everything.
-    fn take_snapshots(&mut self) {
+    /// Plays the whole session once; keeps the model at evenly spaced frames and the box of everything. `None` if it was told to
+    /// stop.
+    fn take_snapshots(&mut self, goes_on: &dyn Fn() -> bool) -> Option<()> {
         let (mut state, mut changes) = (SessionState::keeping_groups_whole(), Vec::new());
         let (mut spacing, mut kept_weight, mut edit_weight) = (1, 0, 0);
         for frame in 0..self.frame_count() {
@@ -196,6 +200,9 @@ impl Player {
                 self.snapshots.retain(|snapshot| snapshot.frames().is_multiple_of(spacing));
                 kept_weight = self.snapshots.iter().map(|snapshot| snapshot.weight).sum();
             }
+            if !goes_on() {
+                return None;
+            }
             changes.clear();
             let events = self.recorded.of(frame);
             edit_weight += events.iter().map(kept_by_undo).sum::<usize>();
@@ -206,6 +213,7 @@ impl Player {
             }
         }
         self.background = background_for(&state.scene);
+        Some(())
     }
 
     /// The file.
@@ -322,8 +330,8 @@ impl Player {
         true
     }
 
-    /// Finds out when the polygons of the model as it is now were drawn, as long as it is told to go on: the session is
-    /// played once more up to here, which may be done on another thread.
+    /// Returns a function that finds when each polygon of the present model was drawn. It plays the session once more up to here,
+    /// may run on another thread, and stops when it is told to.
     pub fn polygon_times(&self) -> impl FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send + use<> {
         let (recorded, end) = (Arc::clone(&self.recorded), self.position());
         move |goes_on| {
@@ -470,7 +478,8 @@ mod tests {
             }
         }
         let frame_ends: Vec<usize> = (0..events.len()).step_by(7).chain([events.len()]).collect();
-        Player::new(PathBuf::new(), Header::new("", ""), events, frame_ends, CameraChoice::Orbit)
+        Player::new(PathBuf::new(), Header::new("", ""), events, frame_ends, CameraChoice::Orbit, &|| true)
+            .expect("nobody stops it")
     }
 
     fn follow(index: &mut BruteForce, scene: &Scene, changes: &[Change]) {
@@ -556,8 +565,15 @@ mod tests {
             place(3.0),
             Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by: -Vec3::X },
         ];
-        let mut player =
-            Player::new(PathBuf::new(), Header::new("", ""), events, vec![3, 4, 6], CameraChoice::Orbit);
+        let mut player = Player::new(
+            PathBuf::new(),
+            Header::new("", ""),
+            events,
+            vec![3, 4, 6],
+            CameraChoice::Orbit,
+            &|| true,
+        )
+        .expect("nobody stops it");
         let mut pipeline = Pipeline::new(Box::new(BruteForce::new()), 16, StageClock::default());
         let view = View::look_at(
             Vec3::new(2.2, 0.2, 3.0),

@@ -55,11 +55,13 @@ impl Studio {
     }
 
     fn press(&mut self, button: Button, held: Held, size_px: Vec2, aspect: f32) {
+        // How hard a pen is pressed is said before that it is.
+        let pressure = self.gestures.pressure;
         self.finish_gestures();
+        self.gestures.pressure = pressure;
         let Some(at) = self.gestures.pointer else { return };
         self.gestures.pressed_at = at;
-        self.gestures.pressed_at_secs = self.now_secs();
-        self.gestures.strokes_at_press = self.scene().strokes().len();
+        self.gestures.is_touch = false;
         let gesture = match (button, held) {
             (Button::Primary, Held { alt: false, .. }) => self.press_tool(at, size_px, aspect),
             (Button::Middle, _) | (_, Held { shift: true, .. }) => Some(Gesture::Pan),

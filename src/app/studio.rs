@@ -140,6 +140,8 @@ pub struct Studio {
     /// Reads and writes beside the window, not within a command.
     pub(super) works_beside: bool,
     pub(super) working: Option<Working>,
+    /// Why the session of a replay could not be read.
+    pub(super) unread: Option<OpenError>,
     /// A session was closed although a part of it was not written.
     unwritten: Option<Unwritten>,
 }
@@ -206,6 +208,7 @@ impl Studio {
             frames: None,
             works_beside: false,
             working: None,
+            unread: None,
             unwritten: None,
         };
         studio.meet_subject();
@@ -297,8 +300,9 @@ impl Studio {
 
     /// When a frame is due even without input: a tracker's stroke may have to be ended, work beside the window may be done.
     pub fn next_frame_in(&self) -> Option<Duration> {
-        let of_work = self.is_working().then_some(Duration::from_millis(50));
-        of_work.or(self.hands.is_drawing().then_some(Duration::from_millis(300)))
+        let soon = self.is_working() || self.gestures.resting.is_some();
+        soon.then_some(Duration::from_millis(50))
+            .or(self.hands.is_drawing().then_some(Duration::from_millis(300)))
     }
 
     /// Whether the pointer is dragging something.

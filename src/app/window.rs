@@ -77,10 +77,11 @@ pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
     #[cfg(not(target_arch = "wasm32"))]
     {
         let outcome = prepared.and_then(|event_loop| app.run(event_loop));
+        let unread = app.studio.as_mut().and_then(Studio::take_unread);
         let closed = app.studio.take().map_or(Ok(()), Studio::close);
         // An unwritten part of the session is the more important error.
         closed?;
-        outcome
+        unread.map_or(outcome, |error| Err(error.into()))
     }
 }
 

@@ -124,7 +124,7 @@ impl Reading {
         Working::start(what, Kind::Reading, read).map(Self)
     }
 
-    /// Waits for it, but no longer than this, or for any time. The session, or what goes on.
+    /// Waits until it is read, at most this long (`None`: as long as it takes).
     pub fn wait(self, at_most: Option<Duration>) -> Waited {
         let done = match at_most {
             Some(time) => self.0.done.recv_timeout(time),
@@ -141,7 +141,8 @@ impl Reading {
                     (Subject::Replay(player), Opened { remarks, is_recovered: false })
                 }))
             }
-            _ => Waited::GoesOn(self),
+            // One that fails without a word is seen to have failed later, too.
+            Ok(Done::Exported { .. }) | Err(_) => Waited::GoesOn(self),
         }
     }
 }
@@ -238,7 +239,7 @@ impl Studio {
                         self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
                     }
                     Done::Played { path, .. } if is_cancelled => {
-                        self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
+                        self.end_unread(OpenError::Cancelled(path));
                     }
                     done => self.take_done(done),
                 }
@@ -293,9 +294,20 @@ impl Studio {
                 self.replace(Subject::Replay(player));
                 self.tell_of_file(Ok(String::new()));
             }
-            Done::Played { outcome: Err(error), .. } => self.tell_of_file(Err(error.to_string())),
+            Done::Played { outcome: Err(error), .. } => self.end_unread(error.into()),
             Done::Exported { path, outcome } => self.take_exported(&path, outcome),
         }
+    }
+
+    /// Without its session there is nothing that a replay could show.
+    fn end_unread(&mut self, error: OpenError) {
+        self.unread = Some(error);
+        self.is_closing = true;
+    }
+
+    /// Why the window of a replay has closed before it showed anything.
+    pub fn take_unread(&mut self) -> Option<OpenError> {
+        self.unread.take()
     }
 
     /// Goes on with a session that is being read: it is shown as soon as it is there.

@@ -4,26 +4,33 @@ use std::{fs, io::Write, path::Path};
 
 use anyhow::{Context, bail, ensure};
 use clap::{Args, Command, Subcommand};
-use toml_edit::{Array, DocumentMut, Item, Table, Value, value};
+use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value, value};
 
-use super::{Outcome, defaults, output::say};
+use super::{
+    Outcome,
+    defaults::{self, UserDefault},
+    output::say,
+};
 use crate::atomic_file::AtomicFile;
 
-/// Show or change the defaults of options: what a command takes where the command line says nothing.
+/// Show or change your own defaults: the values that options have when the command line does not give them.
 ///
 /// They are kept in a file of TOML, osp/config.toml in the folder XDG_CONFIG_HOME (else ~/.config), which may also be edited by
 /// hand. The variable OSP_CONFIG names another file; if it is empty, commands run without defaults.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "A key is an option without its dashes, for every command that has it, or after the name of one command:
+    after_help = "A key is an option's name without dashes. At the top of the file it is for every command that has the option,
+under [COMMAND] for that command alone:
+  max-polygons = 50000000
   index = \"osp\"
-  lenient = true
   [replay]
   pace = \"samples:16\"
   index = [\"osp\", \"brute-simd\"]
-  [study.report]
-  html = \"study.html\"
-What the command line says counts more, also an option there that excludes one of the file.
+  [bench]
+  html = \"bench.html\"
+An option that is given on the command line replaces the default, and turns off those defaults that it cannot be
+combined with. A switch that the file turns on can be turned off only by running without the file.
+--help shows the program's own defaults, not yours.
 
 Examples:
   osp config
@@ -39,7 +46,7 @@ pub(super) struct ConfigArgs {
 
 #[derive(Subcommand, Debug)]
 enum What {
-    /// Print the file's path and the defaults in it, checked (this is what `osp config` does).
+    /// Print the file's path and the defaults in it, and check them (this is what `osp config` does).
     Show,
     /// Print the file's path.
     Path,
@@ -47,7 +54,7 @@ enum What {
     Set {
         /// OPTION, for every command that has it, or COMMAND.OPTION.
         key: String,
-        /// The value; several for an option that takes a list; true or false for one that takes none.
+        /// The value. Give several for a list, and true or false for a switch.
         #[arg(required = true, allow_hyphen_values = true)]
         values: Vec<String>,
     },
@@ -66,11 +73,21 @@ pub(super) fn run(args: &ConfigArgs, mut program: Command) -> anyhow::Result<Out
         What::Path => say(&path.display().to_string())?,
         What::Show => show(&program, &path)?,
         What::Set { key, values } => {
-            change(&program, &path, |document| set(document, &key_parts(key)?, values))?;
+            let parts = key_parts(key)?;
+            change(
+                &path,
+                |document| set(document, &parts, values),
+                |found| {
+                    found
+                        .iter()
+                        .filter(|one| one.key == parts)
+                        .try_for_each(|one| defaults::check(&program, &path, one))
+                },
+            )?;
             say(&format!("{key} = {} in {}", values.join(" "), path.display()))?;
         }
         What::Unset { key } => {
-            change(&program, &path, |document| unset(document, &key_parts(key)?, key))?;
+            change(&path, |document| unset(document, &key_parts(key)?, key), |_| Ok(()))?;
             say(&format!("{key} removed from {}", path.display()))?;
         }
     }
@@ -79,30 +96,31 @@ pub(super) fn run(args: &ConfigArgs, mut program: Command) -> anyhow::Result<Out
 
 fn show(program: &Command, path: &Path) -> anyhow::Result<()> {
     let text = defaults::text(path)?;
-    let found = defaults::read(program, path, &text)?;
+    let found = defaults::read(path, &text)?;
     if found.is_empty() {
         return say(&format!("{}: no defaults; osp config set OPTION VALUE adds one", path.display()));
     }
     say(&format!("{}", path.display()))?;
-    for default in found {
+    for default in &found {
         say(&format!("  {} = {}", default.key.join("."), default.values.join(" ")))?;
     }
-    Ok(())
+    found.iter().try_for_each(|default| defaults::check(program, path, default))
 }
 
-/// Changes the file, leaving its comments and what it does not name as they are. A change after which the file could not be
-/// read is not made.
+/// Changes the file, leaving its comments and everything else in it as they are. What does not pass the check is not written.
 fn change(
-    program: &Command,
     path: &Path,
     how: impl FnOnce(&mut DocumentMut) -> anyhow::Result<()>,
+    check: impl FnOnce(&[UserDefault]) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
     let named = || path.display().to_string();
     let text = defaults::text(path)?;
+    // What is wrong in the file is said with its line.
+    defaults::read(path, &text)?;
     let mut document: DocumentMut = text.parse().with_context(named)?;
     how(&mut document)?;
     let text = document.to_string();
-    defaults::read(program, path, &text)?;
+    check(&defaults::read(path, &text)?)?;
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
@@ -116,17 +134,18 @@ fn change(
 }
 
 fn key_parts(key: &str) -> anyhow::Result<Vec<&str>> {
-    let parts: Vec<&str> = key.trim_start_matches('-').split('.').collect();
+    let parts: Vec<&str> = key.split('.').collect();
     ensure!(parts.iter().all(|part| !part.is_empty()), "{key}: expected OPTION or COMMAND.OPTION");
     Ok(parts)
 }
 
 fn set(document: &mut DocumentMut, key: &[&str], values: &[String]) -> anyhow::Result<()> {
     let Some((option, commands)) = key.split_last() else { bail!("expected OPTION or COMMAND.OPTION") };
-    let mut table = document.as_table_mut();
+    let mut table: &mut dyn TableLike = document.as_table_mut();
     for command in commands {
         let below = table.entry(command).or_insert_with(|| Item::Table(Table::new()));
-        table = below.as_table_mut().with_context(|| format!("{command}: expected a table in the file"))?;
+        table =
+            below.as_table_like_mut().with_context(|| format!("{command}: expected a table in the file"))?;
     }
     let new = match values {
         [one] => typed(one),
@@ -146,16 +165,17 @@ fn set(document: &mut DocumentMut, key: &[&str], values: &[String]) -> anyhow::R
 
 fn typed(text: &str) -> Value {
     match text.parse::<i64>() {
-        Ok(number) => number.into(),
-        Err(_) => text.parse::<bool>().map_or_else(|_| text.into(), Value::from),
+        // What would be written in another way is text: a key, a name.
+        Ok(number) if number.to_string() == text => number.into(),
+        _ => text.parse::<bool>().map_or_else(|_| text.into(), Value::from),
     }
 }
 
 fn unset(document: &mut DocumentMut, key: &[&str], named: &str) -> anyhow::Result<()> {
     let Some((option, commands)) = key.split_last() else { bail!("expected OPTION or COMMAND.OPTION") };
-    let mut table = document.as_table_mut();
+    let mut table: &mut dyn TableLike = document.as_table_mut();
     for command in commands {
-        let below = table.get_mut(command).and_then(Item::as_table_mut);
+        let below = table.get_mut(command).and_then(Item::as_table_like_mut);
         table = below.with_context(|| format!("{named}: the file has no such default"))?;
     }
     ensure!(table.remove(option).is_some(), "{named}: the file has no such default");

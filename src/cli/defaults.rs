@@ -1,9 +1,13 @@
 //! The user's defaults of options: a file of TOML, `osp/config.toml` in the folder of the user's settings.
 //!
-//! What it names is made the default value of an option before the arguments are read a second time, so that whatever is
-//! given on the command line counts more.
+//! They become words of the command line, so that every rule about options holds for them, too. An option that is given
+//! replaces the default, and turns off those defaults that it cannot be combined with.
 
-use std::path::{Path, PathBuf};
+use std::{
+    env,
+    ffi::OsString,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::{Arg, ArgAction, ArgMatches, Command, parser::ValueSource};
@@ -16,7 +20,7 @@ use crate::{platform::user_folder, small_file::read_text};
 pub(super) const VARIABLE: &str = "OSP_CONFIG";
 /// Largest file of defaults that is read.
 const MOST_BYTES: u64 = 1 << 20;
-/// Commands that are not about sessions: the file does not change them, so that it can be mended.
+/// Commands that ignore the file, so that they run even if it is damaged.
 const WITHOUT: [&str; 4] = ["completions", "config", "help", "man"];
 
 /// A default that the file gives.
@@ -44,9 +48,11 @@ impl UserDefault {
 
 /// Where the defaults are; `None` if there are to be none.
 pub(super) fn path() -> Option<PathBuf> {
-    match std::env::var_os(VARIABLE) {
+    match env::var_os(VARIABLE) {
         Some(path) if path.is_empty() => None,
         Some(path) => Some(PathBuf::from(path)),
+        // A file of the working folder is not the user's.
+        None if ["XDG_CONFIG_HOME", "APPDATA", "HOME"].iter().all(|name| env::var_os(name).is_none()) => None,
         None => Some(user_folder("XDG_CONFIG_HOME", ".config/osp").join("config.toml")),
     }
 }
@@ -59,39 +65,39 @@ pub(super) fn text(path: &Path) -> anyhow::Result<String> {
     }
 }
 
-/// The program with the file's defaults for the command that the arguments name; `None` if there are none.
-pub(super) fn applied(program: Command, matches: &ArgMatches) -> anyhow::Result<Option<Command>> {
+/// Adds the file's defaults to the words of a command line, as words behind the names of its command.
+pub(super) fn added(program: &Command, words: &[OsString]) -> anyhow::Result<Vec<OsString>> {
+    // Only to know the command and what is given: whether the words can be understood is seen later.
+    let Ok(matches) = program.clone().ignore_errors(true).try_get_matches_from(words) else {
+        return Ok(words.to_vec());
+    };
     let mut names = Vec::new();
-    let mut below = matches;
+    let mut below = &matches;
     while let Some((name, matches)) = below.subcommand() {
         names.push(name);
         below = matches;
     }
     let Some(path) = path().filter(|_| names.first().is_some_and(|name| !WITHOUT.contains(name))) else {
-        return Ok(None);
+        return Ok(words.to_vec());
     };
     let text = text(&path)?;
-    if text.trim().is_empty() {
-        return Ok(None);
-    }
+    let found = read(&path, &text)?;
     let mut built = program.clone();
     built.build();
-    let found = read(&built, &path, &text)?;
-    let command = at(&built, &names).context("a command that was matched")?;
-    let mut changed = program;
-    let mut are_any = false;
+    let Some(command) = at(&built, &names) else { return Ok(words.to_vec()) };
+    let mut all = words.to_vec();
+    let behind = (1 + names.len()).min(all.len());
     for (arg, default) in chosen(command, &names, &found) {
         if is_left_to(command, arg, below) {
-            let values = values_for(arg, default).map_err(|what| placed(&path, default, &what))?;
-            changed = with_default(changed, &names, arg.get_id().as_str(), &values);
-            are_any |= !values.is_empty();
+            let more = words_for(arg, default).map_err(|what| placed(&path, default, &what))?;
+            all.splice(behind..behind, more.into_iter().map(OsString::from));
         }
     }
-    Ok(are_any.then_some(changed))
+    Ok(all)
 }
 
-/// Reads a file of defaults, and checks each against every command that it is for.
-pub(super) fn read(program: &Command, path: &Path, text: &str) -> anyhow::Result<Vec<UserDefault>> {
+/// Reads a file of defaults.
+pub(super) fn read(path: &Path, text: &str) -> anyhow::Result<Vec<UserDefault>> {
     let line_of = |at: usize| text.get(..at).map_or(1, |before| before.matches('\n').count() + 1);
     let document = Document::parse(text).map_err(|error| {
         let line = error.span().map_or(1, |span| line_of(span.start));
@@ -100,10 +106,12 @@ pub(super) fn read(program: &Command, path: &Path, text: &str) -> anyhow::Result
     let mut found = Vec::new();
     collect(document.as_table(), &mut Vec::new(), &line_of, &mut found)
         .map_err(|error| anyhow!("{}: {error:#}", path.display()))?;
-    for default in &found {
-        check(program, default).map_err(|error| placed(path, default, &format!("{error:#}")))?;
-    }
     Ok(found)
+}
+
+/// Checks a default against every command that it is for.
+pub(super) fn check(program: &Command, path: &Path, default: &UserDefault) -> anyhow::Result<()> {
+    check_option(program, default).map_err(|error| placed(path, default, &format!("{error:#}")))
 }
 
 fn placed(path: &Path, default: &UserDefault, what: &str) -> anyhow::Error {
@@ -125,8 +133,8 @@ fn collect(
         } else {
             let of_value = |value: &Value| match value {
                 Value::String(text) => Some(text.value().clone()),
-                Value::Integer(number) => Some(number.value().to_string()),
-                Value::Float(number) => Some(number.value().to_string()),
+                Value::Integer(number) => Some(number.display_repr().into_owned()),
+                Value::Float(number) => Some(number.display_repr().into_owned()),
                 Value::Boolean(is) => Some(is.value().to_string()),
                 _ => None,
             };
@@ -162,7 +170,7 @@ fn option<'a>(command: &'a Command, name: &str) -> Option<&'a Arg> {
 }
 
 /// Checks that a default names an option, and that each command that has it would take its values.
-fn check(program: &Command, default: &UserDefault) -> anyhow::Result<()> {
+fn check_option(program: &Command, default: &UserDefault) -> anyhow::Result<()> {
     let start = match at(program, default.tables()) {
         Some(command) if !default.tables().first().is_some_and(|name| WITHOUT.contains(&name.as_str())) => {
             command
@@ -178,7 +186,7 @@ fn check(program: &Command, default: &UserDefault) -> anyhow::Result<()> {
     ensure!(!commands.is_empty(), "{}", no_such_option(program, start, default));
     for command in commands {
         let arg = option(command, default.option()).context("an option that was found")?;
-        values_for(arg, default).map_err(|what| anyhow!("osp {}: {what}", command.get_name()))?;
+        words_for(arg, default).map_err(|what| anyhow!("osp {}: {what}", command.get_name()))?;
     }
     Ok(())
 }
@@ -212,21 +220,33 @@ fn likeness(a: &str, b: &str) -> f64 {
     strsim::jaro_winkler(a, b)
 }
 
-/// The values that the option is to have if it is not given, or what is wrong with them. None for a switch that stays off.
-fn values_for(arg: &Arg, default: &UserDefault) -> Result<Vec<String>, String> {
+/// The words that give the option these values, or what is wrong with them. None for a switch that stays off.
+fn words_for(arg: &Arg, default: &UserDefault) -> Result<Vec<String>, String> {
     if arg.is_required_set() {
         return Err("it has to be given each time and can have no default".to_owned());
     }
+    let name = arg.get_long().unwrap_or_default();
     if matches!(arg.get_action(), ArgAction::SetTrue) {
         let is_on = default.values.first().is_some_and(|value| value == "true");
         return match default.is_bool {
-            true => Ok(is_on.then(|| "true".to_owned()).into_iter().collect()),
+            true => Ok(is_on.then(|| format!("--{name}")).into_iter().collect()),
             false => Err("expected true or false".to_owned()),
         };
     }
+    let words: Vec<String> = match (arg.get_value_delimiter(), default.values.as_slice()) {
+        (_, []) => return Err("expected a value".to_owned()),
+        (_, [one]) => vec![format!("--{name}={one}")],
+        (Some(delimiter), several) => vec![format!("--{name}={}", several.join(&delimiter.to_string()))],
+        (None, several) if matches!(arg.get_action(), ArgAction::Append) => {
+            several.iter().map(|value| format!("--{name}={value}")).collect()
+        }
+        (None, several) if arg.get_num_args().is_some_and(|number| number.max_values() > 1) => {
+            std::iter::once(format!("--{name}")).chain(several.iter().cloned()).collect()
+        }
+        _ => return Err("expected one value".to_owned()),
+    };
     // The values are parsed as they would be on the command line.
-    let name = arg.get_long().unwrap_or_default().to_owned();
-    let mut tried = Arg::new("value").long(name.clone()).value_parser(arg.get_value_parser().clone());
+    let mut tried = Arg::new("value").long(name.to_owned()).value_parser(arg.get_value_parser().clone());
     tried = tried.action(arg.get_action().clone()).allow_hyphen_values(true);
     if let Some(delimiter) = arg.get_value_delimiter() {
         tried = tried.value_delimiter(delimiter);
@@ -234,13 +254,9 @@ fn values_for(arg: &Arg, default: &UserDefault) -> Result<Vec<String>, String> {
     if let Some(number) = arg.get_num_args() {
         tried = tried.num_args(number);
     }
-    let given: Vec<String> = match arg.get_action() {
-        ArgAction::Append => default.values.iter().map(|value| format!("--{name}={value}")).collect(),
-        _ => vec![format!("--{name}={}", default.values.join(","))],
-    };
     let program = Command::new("osp").disable_help_flag(true).arg(tried);
-    match program.try_get_matches_from(std::iter::once("osp".to_owned()).chain(given)) {
-        Ok(_) => Ok(default.values.clone()),
+    match program.try_get_matches_from(std::iter::once("osp").chain(words.iter().map(String::as_str))) {
+        Ok(_) => Ok(words),
         Err(error) => {
             let said = error.render().to_string();
             let said = said.split("For more information").next().unwrap_or_default();
@@ -274,16 +290,4 @@ fn is_left_to(command: &Command, arg: &Arg, matches: &ArgMatches) -> bool {
         .get_arguments()
         .filter(|other| is_given(other))
         .any(|other| other.get_id() == arg.get_id() || excludes(other, arg) || excludes(arg, other))
-}
-
-fn with_default(program: Command, names: &[&str], id: &str, values: &[String]) -> Command {
-    match names {
-        [] => program.mut_arg(id, |arg| match values {
-            [] => arg,
-            values => arg.default_values(values.iter().cloned()),
-        }),
-        [first, rest @ ..] => {
-            program.mut_subcommand(first, |command| with_default(command, rest, id, values))
-        }
-    }
 }

@@ -89,9 +89,9 @@ mod world_report;
 
 pub use allocations::CountingAllocator;
 
-use std::process::ExitCode;
+use std::{ffi::OsString, process::ExitCode, sync::OnceLock};
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
+use clap::{CommandFactory, Parser, Subcommand, error::ErrorKind};
 
 /// Keep a 3D model drawable in real time while somebody draws it: replay recorded sketching sessions through the OSP
 /// tree and rival structures, and see what each frame costs.
@@ -171,16 +171,38 @@ enum Outcome {
     CheckFailed,
 }
 
+/// The words of the command line, the user's defaults among them.
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// The command line that was obeyed.
+fn command_line() -> Vec<String> {
+    let words = WORDS.get().into_iter().flatten();
+    words.map(|word| word.to_string_lossy().into_owned()).collect()
+}
+
 /// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    let command = match arguments() {
-        Ok(Ok(Cli { command })) => command,
-        Ok(Err(error)) => return usage(&error),
+    let words: Vec<OsString> = std::env::args_os().collect();
+    let all = match defaults::added(&Cli::command(), &words) {
+        Ok(all) => all,
         Err(error) => {
             output::complain(&format!("error: {error:#}"));
             return ExitCode::from(2);
         }
     };
+    let command = match Cli::try_parse_from(&all) {
+        Ok(Cli { command }) => command,
+        Err(error) => {
+            let code = usage(&error);
+            if error.use_stderr() && all.len() > words.len() {
+                output::complain(
+                    "osp config shows which options have defaults of yours; they count as given here",
+                );
+            }
+            return code;
+        }
+    };
+    WORDS.get_or_init(|| all);
     #[cfg(unix)]
     if let Err(error) = crate::atomic_file::remove_unfinished_on_signals() {
         output::complain(&format!(
@@ -235,20 +257,6 @@ pub fn run() -> ExitCode {
             ExitCode::from(2)
         }
     }
-}
-
-/// The arguments of the process, with the user's defaults for what they leave open. The outer error is one of these defaults,
-/// the inner one of the arguments.
-fn arguments() -> anyhow::Result<Result<Cli, clap::Error>> {
-    let matches = match Cli::command().try_get_matches() {
-        Ok(matches) => matches,
-        Err(error) => return Ok(Err(error)),
-    };
-    let parsed = match defaults::applied(Cli::command(), &matches)? {
-        Some(program) => program.try_get_matches(),
-        None => Ok(matches),
-    };
-    Ok(parsed.and_then(|matches| Cli::from_arg_matches(&matches)))
 }
 
 /// Prints the help that was asked for, or what is wrong with the arguments.

@@ -6,21 +6,25 @@ use indicatif::{MultiProgress, ProgressBar, ProgressFinish, ProgressStyle};
 
 use super::output::one_line;
 
-/// Time between two drawings of what has no end that is known.
+/// How often a spinner is redrawn.
 const TICK: Duration = Duration::from_millis(200);
 
 /// All that is shown, so that lines of output can go above it.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
-/// Writes something to the terminal while no bar is in the way.
+/// Writes something while no bar is in the way; they come back when they change next. Whether the terminal is still there is
+/// of no concern to the bars.
 pub(super) fn aside<T>(write: impl FnOnce() -> T) -> T {
-    BARS.suspend(write)
+    if !BARS.is_hidden() {
+        let _ = BARS.clear();
+    }
+    write()
 }
 
 /// A bar for so many frames, cells, views and so on, with the time that is left.
 pub(super) fn bar(many: u64, what: &str, name: &str) -> ProgressBar {
-    let name = one_line(name).replace(['{', '}'], "_");
-    bar_like(many, &format!("{name} {{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left"))
+    let bar = bar_like(many, &format!("{{msg}} {{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left"));
+    bar.with_message(one_line(name).into_owned())
 }
 
 /// A bar of this form (a template of indicatif).
@@ -29,10 +33,12 @@ pub(super) fn bar_like(many: u64, template: &str) -> ProgressBar {
     BARS.add(ProgressBar::new(many).with_style(style).with_finish(ProgressFinish::AndClear))
 }
 
-/// For work that says what it does, and not how much is left.
+/// A spinner, for work whose length is unknown.
 pub(super) fn spinner() -> ProgressBar {
     let spinner = BARS.add(ProgressBar::new_spinner().with_finish(ProgressFinish::AndClear));
-    spinner.enable_steady_tick(TICK);
+    if !BARS.is_hidden() {
+        spinner.enable_steady_tick(TICK);
+    }
     spinner
 }
 

@@ -131,8 +131,7 @@ pub(super) struct RenderArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
-    /// The colours of strokes: `own`, those that they were painted in, or those of their `authors`, where a session has several
-    /// (`osp info` lists them).
+    /// Colour strokes as they were painted (`own`), or by who drew them (`authors`, which `osp info` lists).
     #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
     color_by: String,
     /// The moment that brushes which move by themselves are seen at, seconds after the beginning.

@@ -29,7 +29,7 @@ use crate::{
     small_file::open_regular,
 };
 
-/// A session that takes longer to read is read beside the window; what is wrong with it is then said there.
+/// If reading a session takes longer than this, the window opens meanwhile, and says itself what is wrong with the session.
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.

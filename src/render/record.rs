@@ -32,7 +32,7 @@ pub enum Colors {
     /// Those that they were painted in.
     #[default]
     Own,
-    /// Those of their authors ([`Scene::author_color`]), as transparent as they were painted.
+    /// Those of their authors ([`Scene::author_color`]), with the opacity that they were painted with.
     Authors,
 }
 

@@ -30,7 +30,7 @@ pub(super) struct AuthorState {
     pub(super) open: BTreeSet<u32>,
 }
 
-/// Red, green, blue, sRGB, for authors that have not said theirs: one after the other, neighbours unlike each other.
+/// Red, green, blue, sRGB, for authors that have not said theirs, in turn: neighbours differ clearly.
 const COLORS: [(f32, f32, f32); 8] = [
     (0.90, 0.35, 0.20),
     (0.20, 0.60, 0.90),
@@ -41,7 +41,7 @@ const COLORS: [(f32, f32, f32); 8] = [
     (0.10, 0.70, 0.70),
     (0.65, 0.55, 0.30),
 ];
-/// For what was drawn before anybody joined.
+/// For strokes of no author: drawn before anybody joined, or in a window that goes on with a session of several.
 const NOBODY: (f32, f32, f32) = (0.6, 0.6, 0.6);
 
 impl Scene {

@@ -80,6 +80,49 @@ fn the_file_keeps_its_comments_and_what_was_not_named() {
 }
 
 #[test]
+fn rules_about_options_hold_for_defaults_too() {
+    let (folder, _) = place();
+    let here = folder.path();
+    // An option that another one needs may come from the file.
+    assert!(refused(here, &["replay", "s.ron", "--json", "--verify-frames", "2"]).contains("--occlusion"));
+    done(here, &["config", "set", "replay.occlusion", "msvbsp"]);
+    done(here, &["replay", "s.ron", "--json", "--verify-frames", "2"]);
+    done(here, &["config", "unset", "replay.occlusion"]);
+    // One that cannot be combined with what is given is left out; else it counts: there is no such file of sets.
+    done(here, &["config", "set", "replay.pvs", "none.pvs"]);
+    assert!(refused(here, &["replay", "s.ron"]).contains("none.pvs"));
+    done(here, &["replay", "s.ron", "--pin", "a.pins"]);
+    // Two of the file that exclude each other are refused as on the command line.
+    done(here, &["config", "set", "replay.pin", "b.pins"]);
+    let said = refused(here, &["replay", "s.ron"]);
+    assert!(said.contains("cannot be used with") && said.contains("osp config shows"), "{said}");
+    // Commands below commands have tables below tables.
+    done(here, &["config", "set", "study.merge.force", "true"]);
+    done(here, &["config", "set", "force", "false"]);
+    assert!(done(here, &["config"]).contains("study.merge.force = true"));
+    // The bench's page names the command line with the defaults in it.
+    done(here, &["config", "unset", "replay.pin"]);
+    done(here, &["config", "set", "bench.index", "osp", "time-order"]);
+    let bench =
+        ["bench", "s.ron", "--quick", "--sizes", "100", "--no-rays", "--no-moving", "--html", "b.html"];
+    done(here, &bench);
+    let page = fs::read_to_string(here.join("b.html")).expect("a page");
+    assert!(page.contains("--index=osp,time-order"), "the page says what was measured");
+}
+
+#[test]
+fn the_example_of_the_help_is_a_file_of_defaults() {
+    let (folder, file) = place();
+    let help = done(folder.path(), &["config", "--help"]);
+    let lines = help.lines().skip_while(|line| !line.starts_with("  max-polygons"));
+    let example: Vec<&str> = lines.take_while(|line| line.starts_with("  ")).collect();
+    assert!(example.len() > 4, "{help}");
+    fs::create_dir_all(file.parent().expect("a folder")).expect("made");
+    fs::write(&file, example.join("\n")).expect("written");
+    assert!(done(folder.path(), &["config"]).contains("bench.html = bench.html"));
+}
+
+#[test]
 fn what_cannot_be_a_default_is_refused_and_the_file_stays() {
     let (folder, file) = place();
     let here = folder.path();
@@ -97,6 +140,7 @@ fn what_cannot_be_a_default_is_refused_and_the_file_stays() {
         (&["config.key", "x"], "expected the name of a command"),
         (&["a..b", "x"], "expected OPTION or COMMAND.OPTION"),
         (&["lenient.x", "1"], "expected a table"),
+        (&["replay.csv", "my", "frames.csv"], "expected one value"),
     ] {
         let said = refused(here, &[&["config", "set"], args].concat());
         assert!(said.contains(expected) && said.lines().count() == 1, "{args:?}: {said}");
@@ -106,17 +150,26 @@ fn what_cannot_be_a_default_is_refused_and_the_file_stays() {
 }
 
 #[test]
-fn a_damaged_file_is_one_line_that_names_its_line_and_commands_that_mend_it_run() {
+fn what_is_text_stays_as_it_was_given() {
+    let (folder, file) = place();
+    for (value, written) in [("007", "\"007\""), ("+5", "\"+5\""), ("12", "12"), ("1.10", "\"1.10\"")] {
+        done(folder.path(), &["config", "set", "replay.csv", value]);
+        let text = fs::read_to_string(&file).expect("read");
+        assert!(text.contains(&format!("csv = {written}\n")), "{text}");
+        assert!(done(folder.path(), &["config"]).contains(&format!("replay.csv = {value}\n")));
+    }
+}
+
+#[test]
+fn a_damaged_file_is_one_line_that_names_its_line() {
     let (folder, file) = place();
     let here = folder.path();
     fs::create_dir_all(file.parent().expect("a folder")).expect("made");
     for (text, line, expected) in [
         ("lenient = true\npace =\n", 2, "expected TOML"),
-        ("\n\nno-such-option = 1\n", 3, "expected an option of a command"),
-        ("[replay]\nindex = { a = 1 }\n", 2, "expected the name of a command"),
         ("[replay]\npace = 1979-05-27\n", 2, "expected text, a number, true, false"),
         ("[render]\nindex = [[\"osp\"]]\n", 2, "expected text, a number, true, false"),
-        ("pace = \"no\"\n", 1, "no"),
+        ("\nlenient = 3\n", 2, "expected true or false"),
     ] {
         fs::write(&file, text).expect("written");
         let said = refused(here, &["info", "s.ron"]);
@@ -131,4 +184,18 @@ fn a_damaged_file_is_one_line_that_names_its_line_and_commands_that_mend_it_run(
     fs::remove_file(&file).expect("removed");
     fs::create_dir(&file).expect("made");
     assert!(refused(here, &["info", "s.ron"]).contains("found a folder"));
+}
+
+#[test]
+fn what_other_programs_left_in_the_file_stops_no_command_and_can_be_removed() {
+    let (folder, file) = place();
+    let here = folder.path();
+    fs::create_dir_all(file.parent().expect("a folder")).expect("made");
+    fs::write(&file, "old-one = 1\n[sketch]\nold-two = 2\n[gone]\nx = \"y\"\n").expect("written");
+    done(here, &["info", "s.ron"]);
+    assert!(refused(here, &["config"]).contains("line 1: old-one: expected an option of a command"));
+    for key in ["old-one", "sketch.old-two", "gone.x"] {
+        done(here, &["config", "unset", key]);
+    }
+    assert!(done(here, &["config"]).contains("no defaults"));
 }

@@ -1,10 +1,13 @@
 //! Fingers on a touch screen, as the window system tells of them: the first one is the pointer, too.
 
+use std::{thread::sleep, time::Duration};
+
 use egui::{Event, Modifiers, PointerButton, Pos2, TouchDeviceId, TouchId, TouchPhase, Vec2};
 use egui_kittest::Harness;
 use osp::{
     app::{Command, ToolChoice},
     glam::Vec3,
+    recording::Tool,
 };
 
 use crate::panel::{Window, sketch};
@@ -30,10 +33,11 @@ fn touch(harness: &Harness<'_, Window>, finger: u64, phase: TouchPhase, pos: Pos
                 harness.event(button(true));
             }
             TouchPhase::Move => harness.event(Event::PointerMoved(pos)),
-            TouchPhase::End | TouchPhase::Cancel => {
+            TouchPhase::End => {
                 harness.event(button(false));
                 harness.event(Event::PointerGone);
             }
+            TouchPhase::Cancel => harness.event(Event::PointerGone),
         }
     }
 }
@@ -80,12 +84,29 @@ fn one_finger_draws() {
 }
 
 #[test]
+fn a_tap_draws_a_dot_and_a_finger_that_rests_begins_a_stroke() {
+    let mut harness = sketch();
+    touch(&harness, 0, TouchPhase::Start, MIDDLE);
+    harness.step();
+    assert_eq!(strokes(&harness), 0, "it may be the first of several");
+    touch(&harness, 0, TouchPhase::End, MIDDLE);
+    harness.step();
+    assert_eq!(strokes(&harness), 1);
+    touch(&harness, 0, TouchPhase::Start, MIDDLE);
+    harness.step();
+    assert!(harness.state().studio.next_frame_in().is_some(), "it is looked at again");
+    sleep(Duration::from_millis(400));
+    harness.step();
+    assert_eq!(strokes(&harness), 2);
+}
+
+#[test]
 fn two_fingers_turn_the_camera_and_leave_no_dot() {
     let mut harness = sketch();
     let (from, to) = eye(&harness);
     together(&mut harness, 2, Vec2::new(150.0, 40.0), 0.0);
     let (turned, looks) = eye(&harness);
-    assert_eq!(strokes(&harness), 0, "what the first finger drew is taken back");
+    assert_eq!(strokes(&harness), 0);
     assert!(looks.dot(to) < 0.95 && turned.distance(from) > 0.1, "{looks} {to}");
     // Around the centre of the view: the distance stays.
     let far = from.distance(TARGET);
@@ -116,7 +137,7 @@ fn a_stroke_that_was_meant_stays_when_a_second_finger_comes_down() {
     let mut harness = sketch();
     touch(&harness, 0, TouchPhase::Start, MIDDLE);
     harness.step();
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    sleep(Duration::from_millis(400));
     touch(&harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(60.0, 0.0));
     harness.step();
     touch(&harness, 1, TouchPhase::Start, MIDDLE + Vec2::new(160.0, 0.0));
@@ -125,8 +146,75 @@ fn a_stroke_that_was_meant_stays_when_a_second_finger_comes_down() {
     touch(&harness, 0, TouchPhase::End, MIDDLE + Vec2::new(60.0, 0.0));
     harness.step();
     assert_eq!(strokes(&harness), 1);
-    // And nothing that was there before is ever taken back: two fingers with the eraser over nothing.
-    harness.state_mut().studio.command(Command::Tool(ToolChoice::Erase));
     together(&mut harness, 2, Vec2::new(0.0, 150.0), 0.0);
+    assert_eq!(strokes(&harness), 1);
+}
+
+#[test]
+fn turning_the_camera_is_no_edit() {
+    let mut harness = sketch();
+    for y in [-100.0, 0.0, 100.0] {
+        together(&mut harness, 1, Vec2::new(200.0, y), 0.0);
+    }
+    let undo = |harness: &mut Harness<'_, Window>, command| {
+        harness.state_mut().studio.command(command);
+        harness.step();
+    };
+    undo(&mut harness, Command::Undo);
+    undo(&mut harness, Command::Undo);
+    for tool in [ToolChoice::Draw(Tool::Ribbon), ToolChoice::Erase, ToolChoice::Select] {
+        harness.state_mut().studio.command(Command::Tool(tool));
+        together(&mut harness, 2, Vec2::new(0.0, 30.0), 0.0);
+        assert_eq!(strokes(&harness), 1, "{tool:?}");
+    }
+    // What was undone can still be done again.
+    undo(&mut harness, Command::Redo);
+    undo(&mut harness, Command::Redo);
+    assert_eq!(strokes(&harness), 3);
+}
+
+#[test]
+fn a_finger_that_the_system_takes_away_ends_its_stroke() {
+    let mut harness = sketch();
+    touch(&harness, 0, TouchPhase::Start, MIDDLE);
+    touch(&harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(60.0, 0.0));
+    harness.step();
+    assert!(harness.state().studio.is_dragging());
+    touch(&harness, 0, TouchPhase::Cancel, MIDDLE + Vec2::new(60.0, 0.0));
+    harness.step();
+    assert!(!harness.state().studio.is_dragging());
+    assert_eq!(strokes(&harness), 1);
+    // One that had not begun anything leaves nothing.
+    touch(&harness, 0, TouchPhase::Start, MIDDLE);
+    harness.step();
+    touch(&harness, 0, TouchPhase::Cancel, MIDDLE);
+    harness.step();
+    sleep(Duration::from_millis(400));
+    harness.step();
+    assert_eq!(strokes(&harness), 1);
+}
+
+#[test]
+fn the_hand_that_holds_a_pen_does_not_end_its_stroke() {
+    let mut harness = sketch();
+    let pen = |harness: &Harness<'_, Window>, pressed| {
+        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+        harness.event(Event::PointerButton { pos: MIDDLE, button, pressed, modifiers });
+    };
+    harness.event(Event::PointerMoved(MIDDLE));
+    harness.step();
+    pen(&harness, true);
+    harness.step();
+    let before = eye(&harness);
+    for (finger, phase) in [(5, TouchPhase::Start), (6, TouchPhase::Start), (5, TouchPhase::Move)] {
+        touch(&harness, finger, phase, MIDDLE + Vec2::new(finger as f32 * 20.0, 90.0));
+        harness.step();
+    }
+    harness.event(Event::PointerMoved(MIDDLE + Vec2::new(80.0, 0.0)));
+    harness.step();
+    assert!(harness.state().studio.is_dragging());
+    assert_eq!(eye(&harness), before);
+    pen(&harness, false);
+    harness.step();
     assert_eq!(strokes(&harness), 1);
 }

@@ -167,7 +167,10 @@ fn the_model_of_a_replay_is_written_beside_the_window_with_its_times() {
         studio.frame(Vec2::new(640.0, 480.0), 0.0);
         studio
     };
-    let [here, beside] = ["here.glb", "beside.glb"].map(|name| table.folder.path().join(name));
+    let [here, beside] = ["here", "beside"].map(|folder| {
+        fs::create_dir(table.folder.path().join(folder)).expect("a folder");
+        table.folder.path().join(folder).join("model.glb")
+    });
     replay().command(Command::ExportGltf(here.clone()));
     let mut studio = replay();
     studio.work_beside();
@@ -176,14 +179,39 @@ fn the_model_of_a_replay_is_written_beside_the_window_with_its_times() {
         studio.tend();
         !studio.is_working()
     });
-    // The name of the model is the only difference.
-    let times = |path: &PathBuf| {
-        let bytes = fs::read(path).expect("a model");
-        let text = String::from_utf8_lossy(&bytes);
-        assert!(text.contains("_TIMESTAMP"));
-        bytes.len()
+    let bytes = fs::read(&here).expect("a model");
+    assert!(String::from_utf8_lossy(&bytes).contains("_TIMESTAMP"));
+    assert!(bytes == fs::read(&beside).expect("a model"), "the same times in both");
+}
+
+#[test]
+fn a_replay_whose_session_cannot_be_read_or_is_not_waited_for_has_no_window() {
+    let table = Table::new();
+    let path = long_session(&table, 20_000);
+    let end = |cancels: bool| {
+        let reading =
+            Reading::to_play(&path, Pace::Samples(16), CameraChoice::Auto, OpenOptions::default(), true);
+        let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
+        let subject = Subject::Sketch(Box::new(Document::new(&autosaves)));
+        let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
+        studio.take_over(reading.expect("a thread"));
+        if cancels {
+            studio.command(Command::CancelWork);
+        }
+        wait_until("the end", || {
+            studio.tend();
+            !studio.is_working()
+        });
+        let unread = studio.take_unread().map(|error| error.to_string());
+        let is_closing = studio.is_closing();
+        studio.close().expect("nothing was drawn");
+        (is_closing, unread)
     };
-    assert!(times(&here).abs_diff(times(&beside)) <= 8);
+    let (is_closing, unread) = end(true);
+    assert!(is_closing && unread.is_some_and(|said| said.contains("was cancelled")));
+    fs::write(&path, "nonsense").expect("written");
+    let (is_closing, unread) = end(false);
+    assert!(is_closing && unread.is_some_and(|said| said.contains("long.ron")));
 }
 
 #[test]

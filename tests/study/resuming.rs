@@ -54,7 +54,7 @@ fn killed_at_any_point_it_goes_on_and_measures_nothing_twice() {
         halfway += usize::from(!now.is_empty() && now.len() < SESSIONS);
         before = now;
     }
-    assert!(killed >= 3 && halfway >= 3, "killed {killed} times, {halfway} times with sessions left");
+    assert!(killed >= 2 && halfway >= 3, "killed {killed} times, {halfway} times with sessions left");
     let said = done(folder.path(), args());
     let (now, then) = (SESSIONS - before.len(), before.len());
     assert!(said.starts_with(&format!("{SESSIONS} sessions: {now} measured now, {then} before;")), "{said}");

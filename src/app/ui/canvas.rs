@@ -1,4 +1,4 @@
-use egui::{Event, MouseWheelUnit, PointerButton, Rect, Response, Ui};
+use egui::{Event, MouseWheelUnit, PointerButton, Rect, Response, TouchPhase, Ui};
 use glam::{Vec2, Vec3};
 
 use crate::app::{
@@ -25,29 +25,51 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
         moved: Vec2::new(touch.translation_delta.x, touch.translation_delta.y) / area.height().max(1.0),
         spread: touch.zoom_delta,
     }));
-    if fingers.is_some() {
-        return;
-    }
-    let mut forward = |input| studio.input(input, held, size_px);
+    let has_fingers = studio.has_fingers();
+    // The window system tells of a finger first as itself, then as the pointer.
+    let mut is_finger = false;
     for event in events {
         match event {
-            Event::PointerMoved(at) => forward(Input::Move(place(area, at))),
-            Event::PointerButton { pos, button, pressed, .. } => {
-                let Some(button) = button_of(button) else { continue };
-                forward(Input::Move(place(area, pos)));
-                if !pressed {
-                    forward(Input::Release(button));
-                } else if is_over {
-                    forward(Input::Press(button));
+            Event::PointerMoved(at) => {
+                if !has_fingers {
+                    studio.press_touch(Some(place(area, at)), false, held, size_px);
+                    studio.input(Input::Move(place(area, at)), held, size_px);
                 }
             }
-            Event::PointerGone => forward(Input::Leave),
-            Event::Touch { force: Some(force), .. } => forward(Input::Pressure(force)),
+            Event::PointerButton { pos, button, pressed, .. } => {
+                let Some(button) = button_of(button) else { continue };
+                let at = place(area, pos);
+                if pressed && is_finger {
+                    if is_over && !has_fingers {
+                        studio.touch(at);
+                    }
+                    continue;
+                }
+                if !pressed && !has_fingers {
+                    studio.press_touch(Some(at), true, held, size_px);
+                }
+                studio.input(Input::Move(at), held, size_px);
+                if !pressed {
+                    studio.input(Input::Release(button), held, size_px);
+                } else if is_over {
+                    studio.input(Input::Press(button), held, size_px);
+                }
+            }
+            Event::PointerGone => studio.input(Input::Leave, held, size_px),
+            Event::Touch { phase, force, .. } => {
+                is_finger = phase == TouchPhase::Start;
+                if phase == TouchPhase::Cancel {
+                    studio.cancel_touch();
+                }
+                if let Some(force) = force {
+                    studio.input(Input::Pressure(force), held, size_px);
+                }
+            }
             Event::MouseWheel { unit, delta, .. } if is_over => {
                 // Shift turns a wheel's turn sideways on some systems.
                 let turn = if delta.y == 0.0 { delta.x } else { delta.y };
                 let steps = if unit == MouseWheelUnit::Point { turn / POINTS_A_STEP } else { turn };
-                forward(Input::Wheel(steps));
+                studio.input(Input::Wheel(steps), held, size_px);
             }
             Event::WindowFocused(false) => {
                 studio.finish_gestures();
@@ -56,6 +78,9 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
             }
             _ => {}
         }
+    }
+    if !has_fingers {
+        studio.press_touch(None, false, held, size_px);
     }
     if !is_over && !studio.is_dragging() {
         studio.input(Input::Leave, held, size_px);

@@ -130,7 +130,7 @@ pub const HINTS: &[(&str, &str)] = &[
     ("wheel button, Shift + right", "move sideways, up and down"),
     ("Alt + left", "orbit, for pens without buttons"),
     ("Alt + right", "look around"),
-    ("two fingers", "orbit; nearer and farther as they part and meet"),
+    ("two fingers", "orbit; spread or pinch to come nearer or go away"),
     ("three fingers", "move sideways, up and down"),
     ("wheel", "nearer, farther"),
     ("Shift + wheel", "wider or narrower brush"),

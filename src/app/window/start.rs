@@ -80,6 +80,9 @@ pub enum WindowError {
     /// A part of a session could not be written.
     #[error(transparent)]
     Unwritten(#[from] Unwritten),
+    /// The session of a replay could not be read.
+    #[error(transparent)]
+    Unread(#[from] OpenError),
     /// The trace cannot be written.
     #[error("{}: {cause}", path.display())]
     Trace {
