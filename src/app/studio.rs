@@ -9,7 +9,7 @@ use glam::{Quat, Vec2, Vec3};
 use super::{
     altering::{Clip, Replaced},
     culling::Culling,
-    document::Opened,
+    document::{OpenError, Opened},
     drawing_aids::{Aids, Twins},
     frames::FrameWriter,
     gestures::Gestures,

@@ -7,6 +7,7 @@ use winit::event_loop::EventLoop;
 
 use crate::{
     app::{
+        document::OpenError,
         journal::Unwritten,
         tracker::{TrackerAddress, TrackerError, TrackerOptions},
     },
