@@ -47,7 +47,7 @@ pub struct Paint {
     /// Factor of the lengths that are part of the brush (spacing, fading), not of the width.
     #[serde(default = "full", skip_serializing_if = "is_full")]
     pub scale: f32,
-    /// The layer: a place in [`Header::layers`], if there are any.
+    /// The layer: a place in [`Header::layers`](super::Header::layers), if there are any.
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub layer: u32,
     /// Whether the stroke is not drawn, as its layer was hidden when the session was saved.
@@ -278,7 +278,7 @@ pub enum Event {
         /// Who: 0, which is not written, where there is one author (since format 4).
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// The layer, a place in [`Header::layers`] or one after them: it is made then.
+        /// The layer, a place in [`Header::layers`](super::Header::layers) or one after them: it is made then.
         layer: u32,
         /// Its name.
         #[serde(default, skip_serializing_if = "Option::is_none")]

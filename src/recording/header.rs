@@ -11,7 +11,7 @@ use crate::math::COORDINATE_LIMIT_M;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
-    /// Format number; see [`FORMAT_VERSION`].
+    /// Format number; see [`FORMAT_VERSION`](super::FORMAT_VERSION).
     pub format: u32,
     /// Name of the session.
     #[serde(default)]
