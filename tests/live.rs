@@ -9,6 +9,10 @@ mod server;
 #[path = "live/members.rs"]
 mod members;
 
+#[cfg(unix)]
+#[path = "live/cable.rs"]
+mod cable;
+
 #[path = "live/failing.rs"]
 mod failing;
 

@@ -1,7 +1,7 @@
 //! The log of a session, as the server keeps it: which of its messages count. Every member judges alike: by what stands in
 //! the log and by the server's times in it, and by nothing of its own.
 
-use super::{packet, rate::Rates};
+use super::{ME, packet, rate::Rates};
 use crate::recording::{Author, Event, Limits, Message, Reduced, Reducer, Sender, Tally};
 
 /// What has become of a message.
@@ -34,6 +34,8 @@ pub(super) struct Log {
     reducer: Reducer,
     rates: Rates,
     tally: Tally,
+    /// Authors that have joined.
+    joined: u32,
     /// How much a session may hold: what every reader of recordings takes unasked.
     limits: Limits,
 }
@@ -50,8 +52,12 @@ impl Log {
         if is_next && !self.rates.allow(sender, bytes.len(), stamp_nanos) {
             return Judged::PassedOver(sender, Passed::TooFast);
         }
-        let is_known = self.reducer.author_of(sender).is_some()
-            || matches!(message.events.first(), Some(Event::Join { .. }));
+        let joins = matches!(message.events.first(), Some(Event::Join { .. }));
+        // The numbers of the last author are those that members give their own strokes.
+        if joins && self.reducer.author_of(sender).is_none() && self.joined + 1 >= ME.0 {
+            return Judged::PassedOver(sender, Passed::Full);
+        }
+        let is_known = self.reducer.author_of(sender).is_some() || joins;
         if is_next && is_known && !self.has_room(&message) {
             return Judged::PassedOver(sender, Passed::Full);
         }
@@ -61,7 +67,10 @@ impl Log {
             self.rates.note(sender, bytes.len(), stamp_nanos);
         }
         match reduced {
-            Reduced::Taken => Judged::Taken(message),
+            Reduced::Taken => {
+                self.joined += u32::from(joins);
+                Judged::Taken(message)
+            }
             Reduced::Duplicate => Judged::PassedOver(sender, Passed::Duplicate),
             Reduced::Gap(_) => Judged::PassedOver(sender, Passed::Gap),
             Reduced::Stranger => Judged::PassedOver(sender, Passed::Stranger),
@@ -156,6 +165,18 @@ mod tests {
         }
         let left = log.take(&bytes(5, number, &[leave]), now, &mut out);
         assert!(matches!(left, Judged::Taken(_)), "{left:?}");
+    }
+
+    #[test]
+    fn the_last_number_of_an_author_is_not_given_away() {
+        let (mut log, mut out) = (Log::default(), Vec::new());
+        for sender in 1..u64::from(ME.0) {
+            let judged = log.take(&bytes(sender, 0, &[join()]), 0, &mut out);
+            assert!(matches!(judged, Judged::Taken(_)), "{sender}");
+        }
+        let last = log.take(&bytes(9999, 0, &[join()]), 0, &mut out);
+        assert_eq!(last, Judged::PassedOver(Sender(9999), Passed::Full));
+        assert!(matches!(out.last(), Some(Event::Join { author: Author(4094), .. })));
     }
 
     #[test]

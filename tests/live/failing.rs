@@ -139,6 +139,6 @@ fn what_is_no_server_of_sessions_is_said() {
     assert_eq!(join("nats://127.0.0.1", &[]).code, Some(2));
     assert!(!folder.path().join("x.ron").exists());
     let settings = tempfile::tempdir().expect("a folder");
-    let Some(server) = Server::of(settings, "# without streams") else { return };
+    let Some(server) = Server::of(settings, "127.0.0.1", "# without streams") else { return };
     fails(&join(&server.session("x"), &["--for", "60"]), "expected a server of NATS with JetStream");
 }

@@ -35,9 +35,20 @@ pub(crate) struct Ended {
 
 impl Member {
     pub(crate) fn join(folder: &Path, file: &str, address: &str, args: &[&str]) -> Self {
+        Self::run(&[env!("CARGO_BIN_EXE_osp")], folder, file, address, args)
+    }
+
+    /// With what stands before the arguments.
+    pub(crate) fn run(before: &[&str], folder: &Path, file: &str, address: &str, args: &[&str]) -> Self {
         let file = folder.join(file);
-        let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
-        command.args(["join", address]).arg(&file).arg("--json").args(args).current_dir(folder);
+        let mut command = Command::new(before[0]);
+        command
+            .args(&before[1..])
+            .args(["join", address])
+            .arg(&file)
+            .arg("--json")
+            .args(args)
+            .current_dir(folder);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Self { child: Some(command.spawn().expect("the program starts")), file }
     }

@@ -46,14 +46,24 @@ impl Server {
 
     /// With more lines in its settings.
     pub(crate) fn with(settings: &str) -> Option<Self> {
+        Self::at("127.0.0.1", settings)
+    }
+
+    /// Also for other machines.
+    #[cfg(unix)]
+    pub(crate) fn everywhere() -> Option<Self> {
+        Self::at("0.0.0.0", "")
+    }
+
+    fn at(host: &str, settings: &str) -> Option<Self> {
         let folder = tempfile::tempdir().expect("a folder");
         let store = folder.path().join("store");
         let settings = format!("jetstream {{ store_dir: {store:?} }}\n{settings}");
-        Self::of(folder, &settings)
+        Self::of(folder, host, &settings)
     }
 
     /// With these settings.
-    pub(crate) fn of(mut folder: TempDir, settings: &str) -> Option<Self> {
+    pub(crate) fn of(mut folder: TempDir, host: &str, settings: &str) -> Option<Self> {
         let program = program()?;
         let path = folder.path().join("server.conf");
         fs::write(&path, settings).expect("written");
@@ -62,7 +72,7 @@ impl Server {
             let free = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
             let port = free.local_addr().expect("its address").port();
             drop(free);
-            let args = ["-a", "127.0.0.1", "-p", &port.to_string(), "-c", &path.to_string_lossy()];
+            let args = ["-a", host, "-p", &port.to_string(), "-c", &path.to_string_lossy()];
             let args: Vec<String> = args.into_iter().map(str::to_owned).collect();
             let child = run(&program, &args, folder.path());
             let mut server = Self { program: program.clone(), folder, args, port, child };
