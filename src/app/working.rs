@@ -29,6 +29,9 @@ use crate::{
 /// Work that is over sooner is not shown: the window would only flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
 
+/// Finds when polygons were drawn, as long as it is told to go on.
+type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
+
 /// How far some work has come, and whether it is to end.
 #[derive(Debug, Default)]
 struct Progress {
@@ -359,7 +362,7 @@ impl Studio {
             return;
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let times: Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send> = match &self.subject {
+        let times: FindTimes = match &self.subject {
             Subject::Sketch(document) => {
                 let times = document.polygon_times().clone();
                 Box::new(|_| times)

@@ -30,11 +30,9 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
     let mut is_finger = false;
     for event in events {
         match event {
-            Event::PointerMoved(at) => {
-                if !has_fingers {
-                    studio.press_touch(Some(place(area, at)), false, held, size_px);
-                    studio.input(Input::Move(place(area, at)), held, size_px);
-                }
+            Event::PointerMoved(at) if !has_fingers => {
+                studio.press_touch(Some(place(area, at)), false, held, size_px);
+                studio.input(Input::Move(place(area, at)), held, size_px);
             }
             Event::PointerButton { pos, button, pressed, .. } => {
                 let Some(button) = button_of(button) else { continue };
