@@ -61,9 +61,19 @@ impl Studio {
         }
     }
 
-    /// A finger has come down. It uses the tool once it is clear that it is alone.
-    pub fn touch(&mut self, at: Vec2) {
-        self.gestures.resting = Some(Resting { at, since_secs: self.now_secs() });
+    /// The window system tells of a finger first as itself, then as the pointer.
+    pub fn note_finger(&mut self, has_come: bool) {
+        self.gestures.finger_came = has_come;
+    }
+
+    /// Takes a press of the pointer at `at` if it is that of a finger: it is held back until it is clear that the finger is
+    /// alone. Returns whether it was one.
+    pub fn touch(&mut self, at: Option<Vec2>) -> bool {
+        let is_finger = std::mem::take(&mut self.gestures.finger_came);
+        if is_finger && let Some(at) = at {
+            self.gestures.resting = Some(Resting { at, since_secs: self.now_secs() });
+        }
+        is_finger
     }
 
     /// The system has taken the finger away: a gesture of its own began. What was drawn stays.

@@ -82,6 +82,8 @@ pub(super) enum Gesture {
 pub(super) struct Gestures {
     pub(super) pointer: Option<Vec2>,
     pub(super) pressed_at: Vec2,
+    /// A finger has come down; if it moves the pointer, too, a press of the pointer follows.
+    pub(super) finger_came: bool,
     /// The button that is down is a finger.
     pub(super) is_touch: bool,
     /// A finger that may be the first of several.

@@ -15,7 +15,7 @@ fn a_session_of_several_lists_its_authors_and_shows_who_drew_what() {
     let player = Player::open(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
     let mut harness = window(|_| Subject::Replay(Box::new(player)));
     assert!(harness.query_by_label("Authors (3)").is_none(), "nobody has joined before the first frame");
-    harness.state_mut().studio.command(osp::app::Command::Seek(200));
+    harness.state_mut().studio.command(osp::app::Command::Seek(u64::MAX));
     harness.run_steps(3);
     for label in ["Authors (3)", "Ada", "Ben", "Cho"] {
         assert!(harness.query_by_label(label).is_some(), "{label}");

@@ -26,8 +26,6 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
         spread: touch.zoom_delta,
     }));
     let has_fingers = studio.has_fingers();
-    // The window system tells of a finger first as itself, then as the pointer.
-    let mut is_finger = false;
     for event in events {
         match event {
             Event::PointerMoved(at) if !has_fingers => {
@@ -37,10 +35,7 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
             Event::PointerButton { pos, button, pressed, .. } => {
                 let Some(button) = button_of(button) else { continue };
                 let at = place(area, pos);
-                if pressed && is_finger {
-                    if is_over && !has_fingers {
-                        studio.touch(at);
-                    }
+                if pressed && studio.touch((is_over && !has_fingers).then_some(at)) {
                     continue;
                 }
                 if !pressed && !has_fingers {
@@ -55,7 +50,7 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
             }
             Event::PointerGone => studio.input(Input::Leave, held, size_px),
             Event::Touch { phase, force, .. } => {
-                is_finger = phase == TouchPhase::Start;
+                studio.note_finger(phase == TouchPhase::Start);
                 if phase == TouchPhase::Cancel {
                     studio.cancel_touch();
                 }
