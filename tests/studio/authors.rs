@@ -21,10 +21,10 @@ fn a_session_of_several_lists_its_authors_and_shows_who_drew_what() {
         assert!(harness.query_by_label(label).is_some(), "{label}");
     }
     assert!(!harness.state().studio.layers().authors);
-    harness.get_by_label("show who drew what").click();
+    harness.get_by_label("colour by author").click();
     harness.run_steps(3);
     assert!(harness.state().studio.layers().authors);
-    harness.get_by_label("show who drew what").click();
+    harness.get_by_label("colour by author").click();
     harness.run_steps(3);
     assert!(!harness.state().studio.layers().authors);
     // One who draws alone needs no list.

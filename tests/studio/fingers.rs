@@ -84,24 +84,31 @@ fn one_finger_draws() {
 }
 
 #[test]
-fn a_tap_draws_a_dot_and_a_finger_that_rests_begins_a_stroke() {
+fn a_finger_that_rests_uses_the_tool_and_a_tap_is_a_click() {
     let mut harness = sketch();
+    let is_dragging = |harness: &Harness<'_, Window>| harness.state().studio.is_dragging();
     touch(&harness, 0, TouchPhase::Start, MIDDLE);
     harness.step();
-    assert_eq!(strokes(&harness), 0, "it may be the first of several");
-    touch(&harness, 0, TouchPhase::End, MIDDLE);
-    harness.step();
-    assert_eq!(strokes(&harness), 1);
-    touch(&harness, 0, TouchPhase::Start, MIDDLE);
-    harness.step();
+    assert!(!is_dragging(&harness), "it may be the first of several");
     assert!(harness.state().studio.next_frame_in().is_some(), "it is looked at again");
     sleep(Duration::from_millis(400));
     harness.step();
-    assert_eq!(strokes(&harness), 2);
+    assert!(is_dragging(&harness));
+    touch(&harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(4.0, 0.0));
+    touch(&harness, 0, TouchPhase::End, MIDDLE + Vec2::new(4.0, 0.0));
+    harness.step();
+    assert_eq!(strokes(&harness), 1);
+    // A tap selects.
+    harness.state_mut().studio.command(Command::Tool(ToolChoice::Select));
+    touch(&harness, 0, TouchPhase::Start, MIDDLE);
+    harness.step();
+    touch(&harness, 0, TouchPhase::End, MIDDLE);
+    harness.step();
+    assert_eq!(harness.state().studio.selection().strokes().len(), 1);
 }
 
 #[test]
-fn two_fingers_turn_the_camera_and_leave_no_dot() {
+fn two_fingers_turn_the_camera_and_draw_nothing() {
     let mut harness = sketch();
     let (from, to) = eye(&harness);
     together(&mut harness, 2, Vec2::new(150.0, 40.0), 0.0);
