@@ -33,6 +33,10 @@ use crate::{
 
 /// How long a member that ends waits until all it has drawn is in the session.
 const FAREWELL: Duration = Duration::from_secs(3);
+/// How long a member that a signal ends may take to say what there was.
+const REPORT: Duration = Duration::from_secs(20);
+/// Time between two times that the recording goes to its file and the connection is looked at.
+const BETWEEN: Duration = Duration::from_millis(200);
 
 /// Take part in a shared session without a window: write its recording, watch it, or play a session into it.
 ///
@@ -58,8 +62,9 @@ line, TOKEN or USER:PASSWORD, which no list of processes shows.
 Ctrl-C leaves the session.")]
 pub(super) struct JoinArgs {
     /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
+    // Parsed later: what is wrong with it is said without the password in it.
     #[arg(value_name = "ADDRESS")]
-    address: Address,
+    address: String,
     /// The recording to write (.ron) [default: NAME.ron].
     file: Option<PathBuf>,
     /// Only watch: publish nothing.
@@ -114,7 +119,7 @@ fn name(text: &str) -> Result<String, String> {
 
 impl JoinArgs {
     fn address(&self) -> anyhow::Result<Address> {
-        let mut address = self.address.clone();
+        let mut address: Address = self.address.parse()?;
         if let Some(path) = &self.credentials {
             address.credentials = Credentials::read(path)?;
         }
@@ -124,8 +129,8 @@ impl JoinArgs {
         Ok(address)
     }
 
-    fn recording(&self) -> anyhow::Result<SharedRecording> {
-        let session = self.address.session();
+    fn recording(&self, address: &Address) -> anyhow::Result<SharedRecording> {
+        let session = address.session();
         let path = self.file.clone().unwrap_or_else(|| PathBuf::from(format!("{session}.ron")));
         if let Some(played) = &self.play {
             ensure!(
@@ -150,7 +155,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
         Some(path) => Some(Playing::open(path, &args.reading, args.pace, args.speed, args.play_author)?),
         None => None,
     };
-    let recording = args.recording()?;
+    let recording = args.recording(&address)?;
     if args.json {
         // What is said on the way is no JSON.
         keep_standard_output_for_a_file();
@@ -166,11 +171,13 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     let is_done = AtomicBool::new(false);
     let mut member = Member {
         args,
+        address: &address,
         link: &link,
         recording,
         rows: AuthorRows::default(),
         there: 0,
         was_there: false,
+        has_left: args.watch,
         refused: 0,
         shown: Shown::default(),
         started: Instant::now(),
@@ -198,8 +205,17 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
             None => ended.map(|()| None),
         }
     });
-    let played = ended?;
-    member.report(&address, played)
+    let played = match ended {
+        Ok(played) => played,
+        Err(error) => {
+            let undelivered = link.status().pending as u64 + member.refused;
+            if undelivered > 0 {
+                complain(&format!("error: {} own events are not in the session", thousands(undelivered)));
+            }
+            return Err(error);
+        }
+    };
+    member.report(played)
 }
 
 /// Has Ctrl-C and others leave the session first.
@@ -209,7 +225,7 @@ fn end_on_signals(ending: &Arc<AtomicBool>) {
     crate::atomic_file::before_a_signal_ends(Some(Box::new(move || {
         // The program ends by itself meanwhile; if it does not, the signal ends it.
         ending.store(true, Ordering::Relaxed);
-        thread::sleep(FAREWELL + Duration::from_secs(2));
+        thread::sleep(FAREWELL + REPORT);
     })));
 }
 
@@ -223,12 +239,14 @@ struct Shown {
 
 struct Member<'a> {
     args: &'a JoinArgs,
+    address: &'a Address,
     link: &'a Link,
     recording: SharedRecording,
     rows: AuthorRows,
     /// Authors that have joined and not left.
     there: u64,
     was_there: bool,
+    has_left: bool,
     /// Own events that the session has refused.
     refused: u64,
     shown: Shown,
@@ -239,24 +257,23 @@ impl Member<'_> {
     /// Writes the session until it is time to end.
     fn take_part(&mut self, ending: &AtomicBool, is_played: &AtomicBool) -> anyhow::Result<()> {
         let time = self.args.for_secs.map(Duration::from_secs_f64);
-        let (mut leaving, mut has_left) = (None, self.args.watch);
+        let mut leaving = None;
+        let mut shown = Instant::now();
         loop {
-            let news = self.link.news_within(Duration::from_millis(20));
-            match news? {
-                Some(News::Events { events, .. }) => self.write(&events)?,
-                Some(News::Refused { why, own }) => {
-                    self.refused += own as u64;
-                    complain(&format!("warning: {} own events were refused: {why}", thousands(own as u64)));
-                }
-                Some(News::Joined(author)) => complain(&format!("this is author {author}")),
-                Some(News::Left) => has_left = true,
-                None => {
-                    self.recording.flush()?;
-                    self.show();
-                }
+            let news = self.link.news_within(Duration::from_millis(20))?;
+            let is_quiet = news.is_none();
+            if let Some(news) = news {
+                self.take(news)?;
             }
-            let is_over =
-                ending.load(Ordering::Relaxed) || time.is_some_and(|time| self.started.elapsed() >= time);
+            if is_quiet || shown.elapsed() > BETWEEN {
+                shown = Instant::now();
+                self.recording.flush()?;
+                self.show();
+            }
+            let has_left = self.has_left;
+            let is_over = ending.load(Ordering::Relaxed)
+                || self.shown.connection == Connection::Full
+                || time.is_some_and(|time| self.started.elapsed() >= time);
             if is_over && leaving.is_none() {
                 leaving = Some(Instant::now());
                 ending.store(true, Ordering::Relaxed);
@@ -266,7 +283,8 @@ impl Member<'_> {
                 }
             }
             let is_late = leaving.is_some_and(|since: Instant| since.elapsed() >= FAREWELL);
-            let is_empty = self.was_there && self.there == 0 && self.link.status().has_caught_up;
+            // What has not been written yet may be that somebody came.
+            let is_empty = is_quiet && self.was_there && self.there == 0 && self.link.status().has_caught_up;
             let is_enough = match self.args.until_empty {
                 true => has_left && is_empty,
                 // Whoever plays ends with what is played; whoever watches is told when.
@@ -274,14 +292,25 @@ impl Member<'_> {
             };
             if is_late || is_enough || (is_over && has_left) {
                 // What has come until now.
-                while let Ok(Some(news)) = self.link.news() {
-                    if let News::Events { events, .. } = news {
-                        self.write(&events)?;
-                    }
+                while let Some(news) = self.link.news()? {
+                    self.take(news)?;
                 }
                 return self.recording.flush();
             }
         }
+    }
+
+    fn take(&mut self, news: News) -> anyhow::Result<()> {
+        match news {
+            News::Events { events, .. } => self.write(&events)?,
+            News::Refused { why, own } => {
+                self.refused += own as u64;
+                complain(&format!("warning: {} own events were refused: {why}", thousands(own as u64)));
+            }
+            News::Joined(author) => complain(&format!("this is author {author}")),
+            News::Left => self.has_left = true,
+        }
+        Ok(())
     }
 
     fn write(&mut self, events: &[Event]) -> anyhow::Result<()> {
@@ -310,7 +339,7 @@ impl Member<'_> {
             std::mem::discriminant(&status.connection) != std::mem::discriminant(&self.shown.connection);
         let is_short = matches!(status.connection, Connection::Reading { read, of } if of - read < 1000);
         if (is_new && !is_short) || status.trouble != self.shown.trouble {
-            complain(&described(&self.args.address, &status));
+            complain(&described(self.address, &status));
         }
         let faulty = status.counts.faulty();
         if faulty > self.shown.faulty {
@@ -324,11 +353,11 @@ impl Member<'_> {
         self.shown = Shown { connection: status.connection, trouble: status.trouble, faulty };
     }
 
-    fn report(self, address: &Address, played: Option<u64>) -> anyhow::Result<Outcome> {
+    fn report(self, played: Option<u64>) -> anyhow::Result<Outcome> {
         let status = self.link.status();
         let undelivered = status.pending as u64 + self.refused;
         let report = Report {
-            address: address.to_string(),
+            address: self.address.to_string(),
             latency: self.link.latency(),
             secs: self.started.elapsed().as_secs_f64(),
             authors: self.rows.finish(),

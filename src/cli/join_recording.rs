@@ -2,11 +2,11 @@
 
 use std::{
     fs::{File, OpenOptions},
-    io::{self, Read, Write},
+    io::{self, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use xxhash_rust::xxh3::Xxh3Default;
 
 use crate::{
@@ -20,6 +20,8 @@ const COMPARED: usize = 1 << 16;
 /// A file whose first bytes may be there: they are compared, what follows is written.
 struct Continued {
     file: File,
+    /// What differs is replaced; else it is an error.
+    replaces: bool,
     /// Bytes that were there.
     known: u64,
     at: u64,
@@ -33,6 +35,12 @@ impl Write for Continued {
             let mut there = [0; COMPARED];
             let there = &mut there[..bytes.len().min(left).min(COMPARED)];
             self.file.read_exact(there)?;
+            if *there != bytes[..there.len()] && self.replaces {
+                self.file.set_len(self.at)?;
+                self.file.seek(SeekFrom::Start(self.at))?;
+                self.known = self.at;
+                return self.write(bytes);
+            }
             if *there != bytes[..there.len()] {
                 let why = "it is not the beginning of this session; --force replaces it";
                 return Err(io::Error::new(io::ErrorKind::InvalidData, why));
@@ -64,9 +72,17 @@ pub(super) struct Written {
     pub(super) hash: u128,
 }
 
+/// Before the first event nothing of the file is touched.
+enum State {
+    Waiting(Continued, Header),
+    Writing(RonWriter<Continued>),
+    /// While one becomes the other, or if that fails.
+    Neither,
+}
+
 /// See the [module](self). Whole lines are written at once.
 pub(super) struct SharedRecording {
-    writer: RonWriter<Continued>,
+    state: State,
     path: PathBuf,
     /// The file was made, and has no event.
     is_nothing: bool,
@@ -94,35 +110,48 @@ impl SharedRecording {
             }
             Err(std::fs::TryLockError::Error(error)) => return Err(error).with_context(about),
         }
-        if force {
-            file.set_len(0).with_context(about)?;
-        }
         let known = file.metadata().with_context(about)?.len();
-        let out = Continued { file, known, at: 0, hash: Xxh3Default::new() };
-        let writer = RonWriter::new(out, path, header, Flush::AtEnd)?;
-        Ok(Self { writer, path: path.to_owned(), is_nothing: is_new })
+        let out = Continued { file, replaces: force, known, at: 0, hash: Xxh3Default::new() };
+        let state = State::Waiting(out, header.clone());
+        Ok(Self { state, path: path.to_owned(), is_nothing: is_new })
     }
 
     pub(super) fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.is_nothing = false;
-        self.writer.write(event)
+        if let State::Waiting(..) = self.state
+            && let State::Waiting(out, header) = std::mem::replace(&mut self.state, State::Neither)
+        {
+            self.state = State::Writing(RonWriter::new(out, &self.path, &header, Flush::AtEnd)?);
+        }
+        match &mut self.state {
+            State::Writing(writer) => writer.write(event),
+            State::Waiting(..) | State::Neither => Ok(()),
+        }
     }
 
     /// Hands what was written to the file.
     pub(super) fn flush(&mut self) -> anyhow::Result<()> {
-        if self.is_nothing {
-            return Ok(());
+        if let State::Writing(writer) = &mut self.state {
+            writer.flush()?;
         }
-        Ok(self.writer.flush()?)
+        Ok(())
     }
 
     pub(super) fn finish(mut self) -> anyhow::Result<Written> {
-        self.writer.flush()?;
-        let out = self.writer.get_ref();
+        self.flush()?;
+        let out = match &self.state {
+            State::Writing(writer) => writer.get_ref(),
+            State::Waiting(out, _) => out,
+            State::Neither => bail!("{}: it could not be begun", self.path.display()),
+        };
+        if out.replaces {
+            // What there was of another session behind it.
+            out.file.set_len(out.at).with_context(|| self.path.display().to_string())?;
+        }
         out.file.sync_data().with_context(|| self.path.display().to_string())?;
         let (is_nothing, hash) = (self.is_nothing, out.hash.digest128());
         let bytes = if is_nothing { 0 } else { out.at };
-        let beyond = out.known.saturating_sub(out.at);
+        let beyond = if out.replaces { 0 } else { out.known.saturating_sub(out.at) };
         Ok(Written { path: self.path.clone(), bytes, is_nothing, beyond, hash })
     }
 }

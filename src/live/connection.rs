@@ -14,6 +14,7 @@ use async_nats::{
 };
 use futures_util::{FutureExt as _, StreamExt as _};
 use tokio::sync::mpsc as queue;
+use xxhash_rust::xxh3::xxh3_64;
 
 use super::{
     Address, LinkOptions, LiveError, Role,
@@ -65,6 +66,8 @@ struct Talk<'a> {
     has_caught_up: bool,
     /// Nothing has come since the log was opened: what comes first is what follows on the server.
     is_just_opened: bool,
+    /// The last message that was read: its number, when the server took it, and XXH3 of it.
+    last_read: Option<(u64, u64, u64)>,
     /// Nobody takes the news any more.
     is_alone: bool,
 }
@@ -96,6 +99,7 @@ pub(super) async fn talk(
         read_up_to: 0,
         has_caught_up: false,
         is_just_opened: true,
+        last_read: None,
         is_alone: false,
     };
     let complaints = Arc::clone(&talk.complaints);
@@ -189,8 +193,8 @@ impl Talk<'_> {
                 Ok(info) => {
                     let known = self.member.last_sequence();
                     self.check(&info, known)?;
-                    let from = known + 1;
-                    let opened = server::messages(&server.logs, address, from);
+                    // From the last one that is known, to see that it is still the same.
+                    let opened = server::messages(&server.logs, address, known.max(1));
                     match self.meanwhile(opened).await {
                         Ok(messages) => {
                             self.opened(&info);
@@ -261,7 +265,7 @@ impl Talk<'_> {
             tokio::select! {
                 Some(command) = self.todo.recv() => self.take_command(command),
                 message = messages.next(), if can_read => {
-                    if !self.take_messages(message, &mut messages) {
+                    if !self.take_messages(message, &mut messages)? {
                         return Ok(());
                     }
                 }
@@ -336,26 +340,39 @@ impl Talk<'_> {
         !self.has_caught_up && self.is_reading()
     }
 
+    /// Whether the first message of a log that was opened anew goes on from what was read: it has to be the last one that was
+    /// read, or the first of all. `false`: one was lost on the way.
+    fn goes_on(&mut self, sequence: u64, stamp: u64, payload: &[u8]) -> Result<bool, LiveError> {
+        let is_first = std::mem::take(&mut self.is_just_opened);
+        let known = self.member.last_sequence();
+        let is_same = match self.last_read {
+            _ if !is_first => return Ok(sequence <= known + 1),
+            None => sequence == 1,
+            Some(last) => last == (sequence, stamp, xxh3_64(payload)),
+        };
+        if is_same { Ok(true) } else { Err(self.lost()) }
+    }
+
     /// Takes a message and those that lie ready behind it; whether the log goes on.
     fn take_messages(
         &mut self,
         first: Option<Result<async_nats::jetstream::Message, pull::MessagesError>>,
         messages: &mut pull::Stream,
-    ) -> bool {
+    ) -> Result<bool, LiveError> {
         let mut next = first;
         for taken in 1.. {
             let Some(Ok(message)) = next else {
                 // A consumer that is not there any more, or not heard of.
-                return false;
+                return Ok(false);
             };
             if let Ok(info) = message.info() {
-                let is_next = info.stream_sequence <= self.member.last_sequence() + 1;
-                if !is_next && !std::mem::take(&mut self.is_just_opened) {
-                    // One was lost on the way.
-                    return false;
-                }
-                self.is_just_opened = false;
                 let stamp = u64::try_from(info.published.unix_timestamp_nanos()).unwrap_or_default();
+                if !self.goes_on(info.stream_sequence, stamp, &message.payload)? {
+                    return Ok(false);
+                }
+                if info.stream_sequence > self.member.last_sequence() {
+                    self.last_read = Some((info.stream_sequence, stamp, xxh3_64(&message.payload)));
+                }
                 let before = self.member.counts.own_messages;
                 self.member.take(info.stream_sequence, stamp, &message.payload, self.now());
                 if self.member.counts.own_messages > before {
@@ -370,7 +387,7 @@ impl Talk<'_> {
                 None => break,
             }
         }
-        true
+        Ok(true)
     }
 
     /// Says that one is there, and who is not any more.

@@ -46,6 +46,9 @@ pub enum LiveError {
         /// What it said.
         why: String,
     },
+    /// The thread of the connection has ended without a word, or its last error was taken already.
+    #[error("the connection has ended")]
+    Ended,
     /// The session that was read is not on the server any more.
     #[error("{session}: the server has lost the session, or has another one of this name")]
     Lost {
@@ -252,7 +255,10 @@ impl Link {
     /// # Errors
     /// The connection has ended for good.
     pub fn news(&self) -> Result<Option<News>, LiveError> {
-        self.take(self.news.try_recv().ok())
+        match self.news.try_recv() {
+            Err(mpsc::TryRecvError::Disconnected) => Err(LiveError::Ended),
+            news => self.take(news.ok()),
+        }
     }
 
     /// The next news, if there is some before so much time is over.
@@ -260,7 +266,10 @@ impl Link {
     /// # Errors
     /// The connection has ended for good.
     pub fn news_within(&self, time: Duration) -> Result<Option<News>, LiveError> {
-        self.take(self.news.recv_timeout(time).ok())
+        match self.news.recv_timeout(time) {
+            Err(mpsc::RecvTimeoutError::Disconnected) => Err(LiveError::Ended),
+            news => self.take(news.ok()),
+        }
     }
 
     fn take(&self, news: Option<Result<News, LiveError>>) -> Result<Option<News>, LiveError> {

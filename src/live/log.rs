@@ -29,16 +29,33 @@ pub(super) enum Passed {
 }
 
 /// See the [module](self).
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Log {
     reducer: Reducer,
     rates: Rates,
     tally: Tally,
     /// Authors that have joined.
     joined: u32,
-    /// How much a session may hold: what every reader of recordings takes unasked.
+    /// How much a session may hold.
     limits: Limits,
 }
+
+impl Default for Log {
+    /// So much that every reader of recordings takes it unasked, also with the ends of all its strokes.
+    fn default() -> Self {
+        let limits = Limits { polygons: Limits::DEFAULT.polygons / 8 * 7, ..Limits::DEFAULT };
+        Self {
+            reducer: Reducer::default(),
+            rates: Rates::default(),
+            tally: Tally::default(),
+            joined: 0,
+            limits,
+        }
+    }
+}
+
+/// For what is allowed however much there is.
+const WITHOUT_END: Limits = Limits { polygons: u64::MAX / 64, ..Limits::DEFAULT };
 
 impl Log {
     /// Takes the next message, and appends its events to `out` if it counts. `stamp_nanos` is when the server has taken it.
@@ -58,13 +75,19 @@ impl Log {
             return Judged::PassedOver(sender, Passed::Full);
         }
         let is_known = self.reducer.author_of(sender).is_some() || joins;
+        let counted = self.tally.clone();
         if is_next && is_known && !self.has_room(&message) {
+            self.tally = counted;
             return Judged::PassedOver(sender, Passed::Full);
         }
         let reduced = self.reducer.take(&message, out);
         if matches!(reduced, Reduced::Taken | Reduced::Refused(_)) && self.reducer.author_of(sender).is_some()
         {
             self.rates.note(sender, bytes.len(), stamp_nanos);
+        }
+        if reduced != Reduced::Taken {
+            // What does not count takes up no room.
+            self.tally = counted;
         }
         match reduced {
             Reduced::Taken => {
@@ -78,11 +101,18 @@ impl Log {
         }
     }
 
-    /// Counts what a message brings. To end strokes and to leave is allowed however much there is.
+    /// Counts what a message brings, as readers of the recording will. To end strokes that are being drawn and to leave is
+    /// allowed however much there is.
     fn has_room(&mut self, message: &Message) -> bool {
-        let mut growing =
-            message.events.iter().filter(|event| !matches!(event, Event::End { .. } | Event::Leave { .. }));
-        growing.all(|event| self.tally.count(event, &self.limits).is_ok())
+        message.events.iter().all(|event| {
+            let is_farewell = match event {
+                Event::Leave { .. } => true,
+                Event::End { stroke, .. } => self.tally.is_open(*stroke),
+                _ => false,
+            };
+            let limits = if is_farewell { &WITHOUT_END } else { &self.limits };
+            self.tally.count(event, limits).is_ok()
+        })
     }
 
     /// The author that a sender has become.

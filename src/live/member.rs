@@ -131,6 +131,14 @@ impl Member {
         if let Some(outbox) = &mut self.outbox {
             outbox.hand_over(events, now);
         }
+        self.note_done();
+    }
+
+    fn note_done(&mut self) {
+        let own = self.outbox.as_mut().map_or(0, Outbox::take_done);
+        if own > 0 {
+            self.news.push(News::Events { events: Vec::new(), own });
+        }
     }
 
     /// Leaves after what was handed over.
@@ -254,14 +262,19 @@ impl Member {
                     self.join_again(now);
                 }
             }
-            Judged::PassedOver(sender, passed) => self.pass_over(sequence, Some(sender) == me_sender, passed),
+            Judged::PassedOver(sender, passed) => {
+                let is_next = self.is_own(sender, bytes);
+                self.pass_over(sequence, Some(sender) == me_sender, is_next, passed);
+            }
             Judged::Refused(sender, why) => {
                 self.counts.refused += 1;
                 let is_own = self.is_own(sender, bytes);
                 if is_own && let Some(outbox) = &mut self.outbox {
                     let own = outbox.refused().handed;
                     self.progress = now;
-                    self.news.push(News::Refused { why: why.clone(), own });
+                    if own > 0 {
+                        self.news.push(News::Refused { why: why.clone(), own });
+                    }
                 } else if me_sender == Some(sender) {
                     self.join_again(now);
                 }
@@ -270,7 +283,7 @@ impl Member {
         }
     }
 
-    fn pass_over(&mut self, sequence: u64, is_own: bool, passed: Passed) {
+    fn pass_over(&mut self, sequence: u64, is_own: bool, is_next: bool, passed: Passed) {
         let (count, why) = match passed {
             Passed::Duplicate => (&mut self.counts.duplicates, "it has counted before"),
             Passed::Gap => (&mut self.counts.gaps, "one of its sender's is missing before it"),
@@ -285,7 +298,9 @@ impl Member {
         if let (true, Some(outbox)) = (is_own, &mut self.outbox) {
             match passed {
                 Passed::Gap | Passed::TooFast => outbox.passed_over(),
-                Passed::Full => self.is_full = true,
+                // Somebody else may say something under this member's number.
+                Passed::Full => self.is_full |= is_next,
+
                 Passed::Duplicate | Passed::Stranger => {}
             }
         }
@@ -322,6 +337,7 @@ impl Member {
             outbox.join_again(new_sender());
             self.progress = now;
         }
+        self.note_done();
     }
 }
 

@@ -13,6 +13,9 @@ use crate::recording::{Author, Event, Sender};
 /// Most messages on their way.
 pub(super) const WINDOW: usize = 32;
 
+/// Bytes of a message, unless one event is longer: a slow connection carries it within a second.
+const USUAL_BYTES: usize = 32 << 10;
+
 /// A message to publish.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Outgoing {
@@ -29,6 +32,14 @@ struct Waiting {
     handed: Duration,
     /// Whether it was handed over, or added here.
     is_handed: bool,
+    /// It was refused together with others: it has a message to itself.
+    is_alone: bool,
+}
+
+impl Waiting {
+    fn added(event: Event, handed: Duration) -> Self {
+        Self { event, handed, is_handed: false, is_alone: false }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -88,6 +99,8 @@ pub(super) struct Outbox {
     limit_bytes: usize,
     /// Events that no message can hold.
     too_long: u64,
+    /// Events that need not be sent any more.
+    done: usize,
 }
 
 impl Outbox {
@@ -107,6 +120,7 @@ impl Outbox {
             rate: OwnRate::default(),
             limit_bytes: packet::MAX_BYTES,
             too_long: 0,
+            done: 0,
         }
     }
 
@@ -146,13 +160,35 @@ impl Outbox {
     /// Own events, at a time of this member's clock.
     pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
         self.pending += events.len();
-        self.waiting.extend(events.into_iter().map(|event| Waiting { event, handed: now, is_handed: true }));
+        for event in events {
+            self.admit(Waiting { event, handed: now, is_handed: true, is_alone: false });
+        }
+    }
+
+    /// Puts an event that was not sent yet at the end of those that wait.
+    fn admit(&mut self, waiting: Waiting) {
+        let Waiting { event, handed, is_handed, is_alone } = waiting;
+        match self.own.admit(event) {
+            Some((before, event)) => {
+                self.waiting.extend(before.into_iter().map(|event| Waiting::added(event, handed)));
+                self.waiting.push_back(Waiting { event, handed, is_handed, is_alone });
+            }
+            None => {
+                self.pending -= usize::from(is_handed);
+                self.done += usize::from(is_handed);
+            }
+        }
+    }
+
+    /// Events that were handed over and that the session has without them: ends of strokes that have ended. Since the last call.
+    pub(super) fn take_done(&mut self) -> usize {
+        std::mem::take(&mut self.done)
     }
 
     /// Has the author leave after all that waits.
     pub(super) fn leave(&mut self, now: Duration) {
         let event = Event::Leave { t: now.as_secs_f64(), author: super::ME };
-        self.waiting.push_back(Waiting { event, handed: now, is_handed: false });
+        self.waiting.push_back(Waiting::added(event, now));
     }
 
     /// The messages to publish now.
@@ -166,7 +202,7 @@ impl Outbox {
                     name: self.who.name.clone(),
                     color: self.who.color,
                 };
-                out.extend(self.start(vec![Waiting { event, handed: now, is_handed: false }]));
+                out.extend(self.start(vec![Waiting::added(event, now)]));
             }
             return out;
         }
@@ -183,22 +219,29 @@ impl Outbox {
         loop {
             let (mut text, mut count) = (String::new(), 0);
             for waiting in self.waiting.iter().take(packet::MAX_EVENTS) {
+                if waiting.is_alone && count > 0 {
+                    break;
+                }
                 let before = text.len();
                 let event = self.own.event(&waiting.event, author, self.later_secs);
                 if !packet::push(&mut text, &event) {
                     break;
                 }
-                if text.len() > self.limit_bytes.saturating_sub(packet::HEAD_BYTES) {
+                let most = if count == 0 { self.limit_bytes } else { self.limit_bytes.min(USUAL_BYTES) };
+                if text.len() > most.saturating_sub(packet::HEAD_BYTES) {
                     text.truncate(before);
                     break;
                 }
                 count += 1;
+                if waiting.is_alone {
+                    break;
+                }
             }
             if count == 0 {
                 // Alone it is too long already.
-                self.waiting.pop_front()?;
-                self.pending = self.pending.saturating_sub(1);
-                self.too_long += 1;
+                let waiting = self.waiting.pop_front()?;
+                self.pending -= usize::from(waiting.is_handed);
+                self.too_long += u64::from(waiting.is_handed);
                 continue;
             }
             let nanos = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
@@ -257,9 +300,17 @@ impl Outbox {
         answered
     }
 
-    /// The log has refused the own message that was to be next.
+    /// The log has refused the own message that was to be next. Its events are said once more, each by itself: one that is
+    /// impossible takes no others with it.
     pub(super) fn refused(&mut self) -> Answered {
-        let answered = self.in_flight.pop_front().map(|message| message.answered()).unwrap_or_default();
+        let Some(message) = self.in_flight.pop_front() else { return Answered::default() };
+        if message.events.len() > 1 {
+            for waiting in message.events.into_iter().rev() {
+                self.waiting.push_front(Waiting { is_alone: true, ..waiting });
+            }
+            return Answered::default();
+        }
+        let answered = message.answered();
         self.pending -= answered.handed;
         answered
     }
@@ -268,14 +319,10 @@ impl Outbox {
     pub(super) fn join_again(&mut self, sender: Sender) {
         let unheard = self.in_flight.drain(..).flat_map(|message| message.events);
         let unheard = unheard.filter(|waiting| !matches!(waiting.event, Event::Join { .. }));
-        let mut waiting: VecDeque<Waiting> = unheard.collect();
-        waiting.append(&mut self.waiting);
-        let first = self.own.go_on(waiting.iter().map(|waiting| &waiting.event));
-        let handed = waiting.front().map_or(Duration::ZERO, |waiting| waiting.handed);
-        for event in first.into_iter().rev() {
-            waiting.push_front(Waiting { event, handed, is_handed: false });
-        }
-        self.waiting = waiting;
+        let mut waiting: Vec<Waiting> = unheard.collect();
+        waiting.extend(self.waiting.drain(..));
+        self.own.interrupt();
+        waiting.into_iter().for_each(|waiting| self.admit(waiting));
         (self.sender, self.author, self.next, self.attempt) = (sender, None, 0, 0);
         self.has_to_say_again = false;
     }

@@ -1,7 +1,7 @@
 //! The numbers of what this member draws. It draws before it knows which author it will be, and perhaps becomes another one
 //! after a long silence: its own strokes and groups are of the author [`ME`] until they are sent.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::recording::{Author, Event, GroupId, StrokeId};
 
@@ -16,6 +16,12 @@ pub(super) struct Own {
     groups: BTreeMap<u32, Author>,
     /// Strokes that the log knows and that have not ended: how they began, and their last point.
     open: BTreeMap<u32, (Event, Option<Event>)>,
+    /// Such strokes of an author that was taken for gone, until they go on.
+    interrupted: BTreeMap<u32, (Event, Option<Event>)>,
+    /// Strokes that consist of faces, which have no end ...
+    faces: BTreeSet<u32>,
+    /// ... and those of them that an author began who was taken for gone.
+    old_faces: BTreeSet<u32>,
 }
 
 fn own_number(number: u32) -> u32 {
@@ -90,7 +96,9 @@ impl Own {
             }
             Event::End { stroke, .. } => _ = self.open.remove(&own_number(stroke.0)),
             Event::Polygon { stroke: Some(stroke), .. } => {
-                self.strokes.entry(own_number(stroke.0)).or_insert(author);
+                let n = own_number(stroke.0);
+                self.strokes.entry(n).or_insert(author);
+                self.faces.insert(n);
             }
             Event::Group { group, .. } if group.author() == ME => {
                 self.groups.entry(own_number(group.0)).or_insert(author);
@@ -99,23 +107,38 @@ impl Own {
         }
     }
 
-    /// The author has been taken for gone, and its strokes have ended. Those that go on in what waits begin anew from their
-    /// last point, as strokes of the next author: the events to put before.
-    pub(super) fn go_on<'e>(&mut self, waiting: impl Iterator<Item = &'e Event>) -> Vec<Event> {
-        let open = std::mem::take(&mut self.open);
-        let mut again = BTreeMap::new();
-        for event in waiting {
-            if let Event::Point { stroke, .. } = event {
+    /// The author has been taken for gone: its strokes have ended for all. Those that go on become strokes of the next author.
+    pub(super) fn interrupt(&mut self) {
+        self.interrupted.append(&mut self.open);
+        self.old_faces.append(&mut self.faces);
+    }
+
+    /// What to send for an own event that was not sent yet: with the beginning of a stroke that goes on before its next point,
+    /// from its last one on. `None` if there is nothing to send: the stroke that it ends has ended already.
+    pub(super) fn admit(&mut self, event: Event) -> Option<(Vec<Event>, Event)> {
+        let mut before = Vec::new();
+        match &event {
+            Event::Point { stroke, .. } => {
                 let n = own_number(stroke.0);
-                if let Some(begun) = open.get(&n) {
-                    again.insert(n, begun);
+                if let Some((begin, last)) = self.interrupted.remove(&n) {
+                    self.strokes.remove(&n);
+                    before.extend([Some(begin), last].into_iter().flatten());
                 }
             }
+            Event::End { stroke, .. } => {
+                if self.interrupted.remove(&own_number(stroke.0)).is_some() {
+                    return None;
+                }
+            }
+            Event::Polygon { stroke: Some(stroke), .. } => {
+                let n = own_number(stroke.0);
+                if self.old_faces.remove(&n) {
+                    self.strokes.remove(&n);
+                }
+            }
+            _ => {}
         }
-        for n in again.keys() {
-            self.strokes.remove(n);
-        }
-        again.into_values().flat_map(|(begin, last)| [Some(begin.clone()), last.clone()]).flatten().collect()
+        Some((before, event))
     }
 }
 

@@ -83,6 +83,8 @@ fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complai
         .require_tls(address.is_encrypted())
         // One goes where one was told to, and nowhere else.
         .ignore_discovered_servers()
+        // What a member has not read yet of what others say: a batch of the log, and who is there.
+        .subscription_capacity(2 * BATCH_MESSAGES)
         .connection_timeout(Duration::from_secs(3))
         .request_timeout(Some(ANSWER))
         // Two that are not answered end a connection that carries nothing any more.
@@ -240,7 +242,8 @@ pub(super) async fn messages(logs: &Context, address: &Address, from: u64) -> Re
     let stream = consumer
         .stream()
         .max_messages_per_batch(BATCH_MESSAGES)
-        .heartbeat(Duration::from_secs(1))
+        // A slow connection takes a while for a long message.
+        .heartbeat(Duration::from_secs(5))
         .expires(Duration::from_secs(30))
         .messages();
     stream.await.map_err(|error| full(&error))

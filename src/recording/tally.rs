@@ -91,6 +91,12 @@ impl fmt::Display for Tally {
 }
 
 impl Tally {
+    /// Whether a stroke is being drawn.
+    #[cfg(feature = "live")]
+    pub(crate) fn is_open(&self, stroke: StrokeId) -> bool {
+        self.open.contains_key(&stroke)
+    }
+
     /// Counts an event more, unless that passes a limit: then this limit and its name.
     pub(crate) fn count(&mut self, event: &Event, limits: &Limits) -> Result<(), (u64, &'static str)> {
         let before = self.read;

@@ -171,3 +171,19 @@ fn an_encrypted_session_is_for_those_who_trust_the_server_and_have_the_word() {
         assert!(ended.said.contains(expected), "{address}: {}", ended.said);
     }
 }
+
+#[test]
+fn a_password_in_an_address_is_never_said() {
+    for address in
+        ["nats://ann:secret@127.0.0.1/my.house", "nats://secret@127.0.0.1:99999/house", "http://a:secret@b/c"]
+    {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
+            .args(["join", address])
+            .env("OSP_CONFIG", "")
+            .output()
+            .expect("the program");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(!said.contains("secret") && said.lines().count() == 1, "{said}");
+    }
+}
