@@ -3,6 +3,9 @@
 import { Osp } from "./index.js";
 import { roundDown, roundUp } from "./outward.js";
 
+/** Scenes that have a culler. */
+const TAKEN = new WeakSet();
+
 /** Numbers of a box. */
 const BOX = 6;
 
@@ -10,6 +13,8 @@ export class SceneCuller {
   #scene;
   #osp;
   #candidatesBefore;
+  /** What took the place of the scene's. */
+  #finder = () => (this.#observer === null ? this.#candidatesBefore.call(this.#scene) : this.#find());
   #observer;
   #ids = new Map();
   /** By id; a hole where an id is not in use. */
@@ -21,15 +26,19 @@ export class SceneCuller {
   #frame = 0;
   #free = [];
   #candidates = { data: [], length: 0 };
+  /** Candidates of the last frame. */
+  #count = 0;
   #found = new Uint32Array(0);
 
   constructor(scene, { rootCenter, rootSize } = {}) {
     if (typeof scene?.getActiveMeshCandidates !== "function") throw new TypeError("scene: expected a Scene of Babylon.js");
+    if (TAKEN.has(scene)) throw new Error("scene: expected one without a SceneCuller; dispose the one that it has first");
     this.#scene = scene;
     this.#osp = new Osp({ rootCenter, rootSize, capacity: scene.meshes.length });
     this.#observer = scene.onDisposeObservable.add(() => this.dispose());
     this.#candidatesBefore = scene.getActiveMeshCandidates;
-    scene.getActiveMeshCandidates = () => this.#find();
+    scene.getActiveMeshCandidates = this.#finder;
+    TAKEN.add(scene);
   }
 
   get osp() {
@@ -37,14 +46,16 @@ export class SceneCuller {
   }
 
   get candidates() {
-    return this.#candidates.length;
+    return this.#count;
   }
 
   dispose() {
     if (this.#observer === null) return;
     this.#scene.onDisposeObservable.remove(this.#observer);
     this.#observer = null;
-    this.#scene.getActiveMeshCandidates = this.#candidatesBefore;
+    TAKEN.delete(this.#scene);
+    // Where somebody has put another function over ours, that one stays, and ours only hands on.
+    if (this.#scene.getActiveMeshCandidates === this.#finder) this.#scene.getActiveMeshCandidates = this.#candidatesBefore;
     this.#candidates.data.length = 0;
     this.#osp.free();
   }
@@ -81,20 +92,37 @@ export class SceneCuller {
     this.#found = longer(this.#found, 1);
   }
 
-  /** The meshes that the scene's camera may see, and those that must always be looked at. */
+  /**
+   * The meshes that the scene's camera may see, and those that must always be looked at. All of them where nobody knows what it sees:
+   * an exception in a frame would end Babylon's loop.
+   */
   #find() {
     const scene = this.#scene,
       candidates = this.#candidates;
-    if (scene.skipFrustumClipping) return this.#candidatesBefore.call(scene);
-    const always = this.#follow();
-    const depth = scene.getEngine().isNDCHalfZRange ? "webgpu" : "webgl";
-    const count = this.#osp.cullInto(this.#found, scene.getTransformMatrix().asArray(), { depth });
+    if (scene.skipFrustumClipping || drawsForSeveralEyes(scene.activeCamera)) return this.#all();
+    let always, count;
+    try {
+      always = this.#follow();
+      const depth = scene.getEngine().isNDCHalfZRange ? "webgpu" : "webgl";
+      count = this.#osp.cullInto(this.#found, scene.getTransformMatrix().asArray(), { depth });
+    } catch (error) {
+      // A matrix without an inverse (a canvas without height, a pose that is not finite), or no memory left.
+      if (error instanceof RangeError) return this.#all();
+      throw error;
+    }
     const ids = this.#found.subarray(0, count).sort();
     candidates.length = 0;
     for (const id of ids) candidates.data[candidates.length++] = this.#meshes[id];
     for (const mesh of always) candidates.data[candidates.length++] = mesh;
     candidates.data.length = candidates.length;
+    this.#count = candidates.length;
     return candidates;
+  }
+
+  #all() {
+    const all = this.#candidatesBefore.call(this.#scene);
+    this.#count = all.length;
+    return all;
   }
 
   /**
@@ -105,18 +133,24 @@ export class SceneCuller {
     const always = [],
       ids = { came: [], moved: [] };
     this.#frame += 1;
-    for (const mesh of this.#scene.meshes) {
-      const id = this.#ids.get(mesh) ?? this.#came(mesh);
-      this.#frameOf[id] = this.#frame;
-      if (isAlwaysAsked(mesh)) this.#unfile(id);
-      else if (this.#isMoved(mesh, id)) (this.#isFiled[id] ? ids.moved : ids.came).push(id);
-      if (!this.#isFiled[id] && ids.came.at(-1) !== id) always.push(mesh);
+    try {
+      for (const mesh of this.#scene.meshes) {
+        const id = this.#ids.get(mesh) ?? this.#came(mesh);
+        this.#frameOf[id] = this.#frame;
+        if (isAlwaysAsked(mesh)) this.#unfile(id);
+        else if (this.#isMoved(mesh, id)) (this.#isFiled[id] ? ids.moved : ids.came).push(id);
+        if (!this.#isFiled[id] && ids.came.at(-1) !== id) always.push(mesh);
+      }
+      if (this.#ids.size > this.#scene.meshes.length) {
+        for (const [mesh, id] of this.#ids) if (this.#frameOf[id] !== this.#frame) this.#went(mesh, id);
+      }
+      if (ids.moved.length > 0) this.#osp.update(Uint32Array.from(ids.moved), this.#boxesOf(ids.moved));
+      if (ids.came.length > 0) this.#osp.insert(Uint32Array.from(ids.came), this.#boxesOf(ids.came));
+    } catch (error) {
+      // The boxes that were noted are not those of the index: the next frame notes them anew.
+      for (const id of [...ids.moved, ...ids.came]) this.#boxes[BOX * id] = NaN;
+      throw error;
     }
-    if (this.#ids.size > this.#scene.meshes.length) {
-      for (const [mesh, id] of this.#ids) if (this.#frameOf[id] !== this.#frame) this.#went(mesh, id);
-    }
-    if (ids.moved.length > 0) this.#osp.update(Uint32Array.from(ids.moved), this.#boxesOf(ids.moved));
-    if (ids.came.length > 0) this.#osp.insert(Uint32Array.from(ids.came), this.#boxesOf(ids.came));
     for (const id of ids.came) this.#isFiled[id] = 1;
     this.#osp.commit();
     return always;
@@ -159,3 +193,6 @@ if (Symbol.dispose) SceneCuller.prototype[Symbol.dispose] = SceneCuller.prototyp
 
 /** Whether Babylon has to see a mesh in each frame, wherever it is. */
 const isAlwaysAsked = (mesh) => mesh.alwaysSelectAsActiveMesh || mesh.infiniteDistance || !!mesh.actionManager;
+
+/** Of WebXR, or another rig: with multiview one pass draws for both eyes, and the scene's matrix is that of the left one. */
+const drawsForSeveralEyes = (camera) => !!camera && (camera.cameraRigMode > 0 || camera.isRigCamera === true);

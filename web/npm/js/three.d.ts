@@ -14,7 +14,7 @@ export interface CullerOptions {
  * more (`frustumCulled` and `perObjectFrustumCulled` are false).
  */
 export class BatchedMeshCuller {
-  /** @throws TypeError not a BatchedMesh; Error before `init` */
+  /** @throws TypeError not a BatchedMesh; Error before `init`, and for a mesh that has a culler already */
   constructor(mesh: BatchedMesh, options?: CullerOptions);
 
   /** The index, in the space of the mesh; ids are those of the instances. Ask it what you like, and change nothing. */
@@ -24,11 +24,14 @@ export class BatchedMeshCuller {
 
   /**
    * Once in each frame, before the mesh is drawn: shows what one of the cameras may see and hides the rest; how many are shown. Name
-   * the cameras of shadows (with their matrices brought up to date) as well, or what is beside the view casts none.
+   * the cameras of shadows (with their matrices brought up to date), mirrors, portals and cube maps as well, or they lack what is
+   * beside the view. Instances without a finite box are always shown, and not counted. All instances are shown for an `ArrayCamera`
+   * or one of its cameras (so for `renderer.xr.getCamera()` in WebXR), and where a matrix has no finite inverse: a canvas without
+   * height, a mesh that is scaled to nothing.
    */
   update(...cameras: Camera[]): number;
 
-  /** Leaves the mesh as it was, with all instances visible. */
+  /** Leaves the mesh as it was, with all instances visible. A method that was put over the culler's meanwhile stays. */
   dispose(): void;
   [Symbol.dispose](): void;
 }

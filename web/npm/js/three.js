@@ -7,6 +7,9 @@ import { roundDown, roundUp } from "./outward.js";
 /** Methods of the mesh that change what the index holds. They work as before; the culler only hears of them. */
 const FOLLOWED = ["addInstance", "deleteInstance", "setMatrixAt", "setGeometryIdAt", "setGeometryAt", "dispose"];
 
+/** Meshes that have a culler. */
+const TAKEN = new WeakSet();
+
 /** Of an instance: it is in the mesh; in the index; waits to be filed; its visibility is true. */
 const PRESENT = 1,
   FILED = 2,
@@ -21,7 +24,12 @@ export class BatchedMeshCuller {
   #state = new Uint8Array(0);
   #seen = new Uint32Array(0);
   #frame = 0;
+  /** Instances whose CHANGED is set. */
   #changed = [];
+  /** Filed since the last frame: the mesh shows them, whether they are in view or not. */
+  #fresh = [];
+  /** By name: the method that took the place of the mesh's, and what the mesh itself had there before, if anything. */
+  #followers = new Map();
   /** Instances that were shown at the end of the last frame, and the answer of this one. */
   #shown = new Uint32Array(0);
   #shownCount = 0;
@@ -32,6 +40,7 @@ export class BatchedMeshCuller {
 
   constructor(mesh, { rootCenter, rootSize } = {}) {
     if (mesh?.isBatchedMesh !== true) throw new TypeError("mesh: expected a BatchedMesh of three.js");
+    if (TAKEN.has(mesh)) throw new Error("mesh: expected one without a BatchedMeshCuller; dispose the one that it has first");
     this.#mesh = mesh;
     this.#osp = new Osp({ rootCenter, rootSize, capacity: mesh.maxInstanceCount });
     this.#before = { perObjectFrustumCulled: mesh.perObjectFrustumCulled, frustumCulled: mesh.frustumCulled };
@@ -42,6 +51,7 @@ export class BatchedMeshCuller {
       if (isInMesh(mesh, id)) this.#came(id, mesh.getVisibleAt(id));
     }
     this.#follow();
+    TAKEN.add(mesh);
   }
 
   get osp() {
@@ -56,16 +66,14 @@ export class BatchedMeshCuller {
     this.#file();
     const mesh = this.#mesh;
     mesh.updateWorldMatrix(true, false);
+    // All answers first: after an exception everything is as the last frame left it.
+    const answers = cameras.map((camera) => this.#inViewOf(camera));
     this.#frame += 1;
     let count = 0;
     const before = this.#shown,
       beforeCount = this.#shownCount;
     const now = this.#found;
-    for (const camera of cameras) {
-      camera.updateWorldMatrix(true, false);
-      const clipFromMesh = this.#clipFromMesh.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
-      const depth = hasDepthFromZero(camera) ? "webgpu" : "webgl";
-      const ids = this.#osp.cull(clipFromMesh.multiply(mesh.matrixWorld).elements, { depth });
+    for (const ids of answers) {
       for (const id of ids) {
         if (this.#seen[id] === this.#frame) continue;
         this.#seen[id] = this.#frame;
@@ -74,9 +82,8 @@ export class BatchedMeshCuller {
       }
     }
     for (let i = 0; i < beforeCount; i++) this.#hideUnseen(before[i]);
-    // What came since the last frame was shown by the mesh.
-    for (const id of this.#changed) this.#hideUnseen(id);
-    this.#changed.length = 0;
+    for (const id of this.#fresh) this.#hideUnseen(id);
+    this.#fresh = [];
     this.#found = before;
     this.#shown = now;
     this.#shownCount = count;
@@ -85,7 +92,13 @@ export class BatchedMeshCuller {
 
   dispose() {
     if (this.#before === null) return;
-    for (const name of FOLLOWED) delete this.#mesh[name];
+    TAKEN.delete(this.#mesh);
+    for (const [name, { follower, own }] of this.#followers) {
+      // Where somebody has put another method over ours, that one stays, and ours only hands on.
+      if (this.#mesh[name] !== follower) continue;
+      if (own) Object.defineProperty(this.#mesh, name, own);
+      else delete this.#mesh[name];
+    }
     for (let id = 0; id < this.#state.length; id++) {
       if ((this.#state[id] & (PRESENT | SHOWN)) === PRESENT) this.#show(id, true);
     }
@@ -105,13 +118,16 @@ export class BatchedMeshCuller {
       setGeometryAt: ([geometry]) => culler.#touchAllOf(geometry),
     };
     for (const name of FOLLOWED) {
-      const method = mesh[name];
-      mesh[name] = function (...given) {
+      const method = mesh[name],
+        own = Object.getOwnPropertyDescriptor(mesh, name);
+      const follower = function (...given) {
         if (name === "dispose") culler.dispose();
         const answer = method.apply(this, given);
-        hear[name]?.(given, answer);
+        if (culler.#before !== null) hear[name]?.(given, answer);
         return answer;
       };
+      mesh[name] = follower;
+      this.#followers.set(name, { follower, own });
     }
   }
 
@@ -153,7 +169,28 @@ export class BatchedMeshCuller {
     this.#found = longer(Uint32Array, this.#found);
   }
 
-  /** Brings the index up to date. */
+  /** Instances in the index that a camera may see: all of them where nobody knows what it sees. */
+  #inViewOf(camera) {
+    if (drawsForSeveralEyes(camera)) return this.#allFiled();
+    camera.updateWorldMatrix(true, false);
+    const clipFromMesh = this.#clipFromMesh.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
+    const depth = hasDepthFromZero(camera) ? "webgpu" : "webgl";
+    try {
+      return this.#osp.cull(clipFromMesh.multiply(this.#mesh.matrixWorld).elements, { depth });
+    } catch (error) {
+      // A matrix without an inverse: a canvas without height, a mesh scaled to nothing, a pose that is not finite.
+      if (error instanceof RangeError) return this.#allFiled();
+      throw error;
+    }
+  }
+
+  #allFiled() {
+    const ids = [];
+    for (let id = 0; id < this.#state.length; id++) if (this.#state[id] & FILED) ids.push(id);
+    return ids;
+  }
+
+  /** Brings the index up to date. What an exception leaves undone stays among the changed. */
   #file() {
     const most = this.#changed.length;
     const batchOf = () => ({ count: 0, ids: new Uint32Array(most), boxes: new Float32Array(6 * most) });
@@ -163,12 +200,10 @@ export class BatchedMeshCuller {
     for (const id of this.#changed) {
       const state = this.#state[id];
       const box = state & PRESENT ? this.#boxOf(id) : null;
-      this.#state[id] &= ~(CHANGED | FILED);
       if (box === null) {
         if (state & FILED) gone.push(id);
         continue;
       }
-      this.#state[id] |= FILED;
       const batch = state & FILED ? moved : came;
       batch.ids[batch.count] = id;
       batch.boxes.set(box, 6 * batch.count++);
@@ -176,15 +211,23 @@ export class BatchedMeshCuller {
     const ids = (batch) => batch.ids.subarray(0, batch.count);
     const boxes = (batch) => batch.boxes.subarray(0, 6 * batch.count);
     if (gone.length > 0) this.#osp.remove(Uint32Array.from(gone));
+    for (const id of gone) this.#state[id] &= ~FILED;
     if (moved.count > 0) this.#osp.update(ids(moved), boxes(moved));
     if (came.count > 0) this.#osp.insert(ids(came), boxes(came));
+    for (const id of ids(came)) this.#state[id] |= FILED;
+    for (const id of this.#changed) this.#state[id] &= ~CHANGED;
+    this.#fresh = this.#fresh.concat(this.#changed);
+    this.#changed = [];
     this.#osp.commit();
   }
 
   /** The box of an instance in the space of the mesh, rounded outwards; null where there is no finite one. */
   #boxOf(id) {
     const mesh = this.#mesh;
-    const { min, max } = mesh.getBoundingBoxAt(mesh.getGeometryIdAt(id), this.#box);
+    const bounds = mesh.getBoundingBoxAt(mesh.getGeometryIdAt(id), this.#box);
+    // three.js takes instances of geometries that it does not have.
+    if (bounds === null) return null;
+    const { min, max } = bounds;
     const m = mesh.getMatrixAt(id, this.#matrix).elements;
     const low = [0, 0, 0],
       high = [0, 0, 0];
@@ -218,6 +261,9 @@ export class BatchedMeshCuller {
 if (Symbol.dispose) BatchedMeshCuller.prototype[Symbol.dispose] = BatchedMeshCuller.prototype.dispose;
 
 const hasDepthFromZero = (camera) => camera.coordinateSystem === WebGPUCoordinateSystem || camera.reversedDepth === true;
+
+/** Of WebXR, whose poses three.js sets while it draws, or an array of cameras: `matrixWorldInverse` is not all that they see. */
+const drawsForSeveralEyes = (camera) => camera.isArrayCamera === true || camera.viewport !== undefined;
 
 function isInMesh(mesh, id) {
   try {
