@@ -76,7 +76,8 @@ pub(super) struct JoinArgs {
     /// Play this session's events as one's own, then leave.
     #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
     play: Option<PathBuf>,
-    /// Play only what this author of --play has drawn; by default all events are played.
+    /// Play only what this author of --play has drawn; by default all events are played, unless several authors have undone
+    /// something in it.
     #[arg(long, value_name = "NUMBER", requires = "play")]
     play_author: Option<u32>,
     /// How much each frame (90 a second) plays: `recorded` (by the time stamps) or `samples:N` (N samples of the hand).

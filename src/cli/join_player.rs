@@ -1,7 +1,7 @@
 //! A recording played into a shared session, as one author's drawing.
 
 use std::{
-    collections::HashMap,
+    collections::{BTreeSet, HashMap},
     path::Path,
     thread,
     time::{Duration, Instant},
@@ -12,7 +12,7 @@ use anyhow::{Context, ensure};
 use super::{reading::ReadArgs, session::OpenSession};
 use crate::{
     live::{Hand, ME},
-    recording::{Author, Event, GroupId, Pace, Pacer, RecordingError, StrokeId},
+    recording::{AUTHORS_FORMAT, Author, Event, GroupId, Pace, Pacer, RecordingError, StrokeId},
 };
 
 /// Own events that may wait for the connection; beyond, playing pauses.
@@ -33,6 +33,9 @@ impl Playing {
         author: Option<u32>,
     ) -> anyhow::Result<Self> {
         let session = OpenSession::open(path, reading)?;
+        if author.is_none() && session.header.format >= AUTHORS_FORMAT {
+            check_undos(path, reading)?;
+        }
         let is_played = move |event: &Event| author.is_none_or(|author| is_of(event, Author(author)));
         let events = session.filter(move |event| event.as_ref().map_or(true, is_played));
         let mut events = events.peekable();
@@ -47,6 +50,23 @@ impl Playing {
         );
         Ok(Self { pacer: Pacer::new(Box::new(events), pace), speed })
     }
+}
+
+/// Refuses a recording of several authors who took something back: as one author's, an undo would take back another stroke
+/// than it did.
+fn check_undos(path: &Path, reading: &ReadArgs) -> anyhow::Result<()> {
+    let (mut authors, mut takes_back) = (BTreeSet::new(), false);
+    for event in OpenSession::open(path, reading)? {
+        let event = event?;
+        authors.extend(event.author());
+        takes_back |= matches!(event, Event::Undo { .. } | Event::Redo { .. } | Event::Step { .. });
+    }
+    ensure!(
+        authors.len() < 2 || !takes_back,
+        "{}: expected a recording of one author; several have drawn and undone in it: --play-author N plays the part of one",
+        path.display()
+    );
+    Ok(())
 }
 
 fn is_of(event: &Event, author: Author) -> bool {

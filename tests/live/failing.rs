@@ -49,7 +49,7 @@ fn without_a_server_one_draws_on_and_is_heard_when_it_comes() {
     assert_eq!(places(&folder.path().join("a.ron"))["Ann"], drawn(&class, Some(1)));
     // One that never comes: what was drawn is said not to be delivered.
     server.kill();
-    let args = ["--play", &class, "--speed", "100", "--for", "1"];
+    let args = ["--play", &class, "--play-author", "1", "--speed", "100", "--for", "1"];
     let nobody = Member::join(folder.path(), "b.ron", &server.session("class"), &args).end();
     assert_eq!(nobody.code, Some(1), "{}", nobody.said);
     assert!(nobody.summary["undelivered"].as_u64().expect("a number") > 100, "{}", nobody.summary);
