@@ -16,9 +16,8 @@ use crate::{
     views::{Camera, frustum_of_planes},
 };
 
-/// What a box takes in the index, where boxes come from everywhere and ids have few gaps; asked for before they come. Smaller:
-/// WebAssembly, which ends a program that asks for more memory than there is, might do so in the middle of a batch. Larger: memory
-/// that is asked for stays with the module.
+/// Memory asked for per box before a batch is taken. Too small: the module may run out of memory in the middle of a batch, which ends
+/// the program. Too large: memory that is asked for stays with the module.
 const BOX_BYTES: usize = 80;
 
 /// Ids that a query may write behind its answer.
