@@ -25,6 +25,9 @@ use crate::small_file::check_regular;
 const MOST_RETRIES: usize = 3;
 #[cfg(feature = "worlds-cloud")]
 const LONGEST_RETRY: std::time::Duration = std::time::Duration::from_secs(20);
+/// Reserved at most for what a server says it will send; more as it comes. Larger than any block.
+#[cfg(feature = "worlds-cloud")]
+const RESERVED_BYTES: u64 = 1 << 20;
 
 /// A folder or an address that holds a world, or will.
 #[derive(Clone)]
@@ -213,7 +216,7 @@ impl Place {
             }
             #[cfg(feature = "worlds-cloud")]
             if self.folder.is_none() {
-                return body(found, most_bytes).await.map(|body| body.ok_or(most_bytes + 1));
+                return body(found, bytes).await.map(Ok);
             }
             found.bytes().await.map(|bytes| Ok(bytes.to_vec()))
         });
@@ -223,7 +226,7 @@ impl Place {
                 object: self.name_of(object),
                 byte: most_bytes,
                 expected: format!("the end: at most {most_bytes} bytes"),
-                found: format!("{found} bytes or more"),
+                found: format!("{found} bytes"),
             }),
             Err(object_store::Error::NotFound { .. }) => Ok(None),
             Err(error) => Err(self.failed(object, &error)),
@@ -243,11 +246,7 @@ impl Place {
             let most_bytes = range.end - range.start;
             let options = GetOptions { range: Some(range.into()), ..GetOptions::default() };
             let read = async { body(self.store.get_opts(&path, options).await?, most_bytes).await };
-            let found = self.wait(read).map_err(|error| self.failed(object, &error))?;
-            return found.map(Into::into).ok_or_else(|| WorldError::Object {
-                object: self.name_of(object),
-                problem: format!("expected an answer of at most {most_bytes} bytes; found more"),
-            });
+            return self.wait(read).map(Into::into).map_err(|error| self.failed(object, &error));
         }
         let found = self.wait(self.store.get_range(&path, range));
         found.map_err(|error| self.failed(object, &error))
@@ -301,16 +300,18 @@ impl Place {
 
 /// What a server answers, if it is not longer than this: its headers may say less than it sends.
 #[cfg(feature = "worlds-cloud")]
-async fn body(found: GetResult, most_bytes: u64) -> object_store::Result<Option<Vec<u8>>> {
-    let (mut bytes, mut pieces) = (Vec::new(), found.into_stream());
+async fn body(found: GetResult, most_bytes: u64) -> object_store::Result<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(most_bytes.min(RESERVED_BYTES) as usize);
+    let mut pieces = found.into_stream();
     while let Some(piece) = pieces.next().await {
         let piece = piece?;
         if bytes.len() as u64 + piece.len() as u64 > most_bytes {
-            return Ok(None);
+            let source = format!("expected an answer of at most {most_bytes} bytes; found more").into();
+            return Err(object_store::Error::Generic { store: "HTTP", source });
         }
         bytes.extend_from_slice(&piece);
     }
-    Ok(Some(bytes))
+    Ok(bytes)
 }
 
 /// What the system or the server said, without the words of the layers around it that repeat each other.
