@@ -10,9 +10,15 @@ use crate::platform::fs::{self, File};
 
 /// Opens a regular file. A pipe would wait for a writer, a device might never end.
 pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
+    check_regular(path)?;
+    File::open(path)
+}
+
+/// Whether it is a regular file, for those who let others open it.
+pub(crate) fn check_regular(path: &Path) -> io::Result<()> {
     let data = fs::metadata(path)?;
     if data.is_file() {
-        return File::open(path);
+        return Ok(());
     }
     let found = if data.is_dir() { "a folder" } else { "a pipe or a device" };
     Err(io::Error::new(io::ErrorKind::InvalidInput, format!("expected a regular file; found {found}")))

@@ -139,6 +139,9 @@ fn a_part_of_a_file_is_given_to_whoever_asks_for_it() {
     assert!(whole.contains("Content-Length: 50000\r\n") && body(&whole) == digits, "{whole:.300}");
     let head = server.ask("HEAD", "/digits.bin", &server.address);
     assert!(head.contains("Content-Length: 50000\r\n") && head.ends_with("\r\n\r\n"), "{head}");
+    let head = server.ask_with("HEAD", "/digits.bin", &server.address, "Range: bytes=0-9\r\n");
+    assert!(head.starts_with("HTTP/1.1 200") && head.contains("Content-Length: 50000\r\n"), "{head}");
+    assert!(head.ends_with("\r\n\r\n"), "{head}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! `osp replay --world`: a flight through a world, from the address to the table.
 
 use std::{
+    collections::VecDeque,
     io::Write,
     path::Path,
     sync::Arc,
@@ -32,7 +33,7 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
     }
     let options = &args.world;
     let world = Arc::new(World::open(Place::to_read(address)?)?);
-    let (camera, views) = views(args, &world)?;
+    let (camera, mut views) = views(args, &world)?;
     let config = ResidentConfig { memory: options.memory, loaders: usize::from(options.loaders) };
     let mut walk = Walk::new(Arc::clone(&world), config).context("--memory")?;
     let missing = if options.wait { Missing::Wait } else { Missing::Count };
@@ -48,15 +49,20 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
     };
     let rate = if options.wait { 0 } else { options.rate };
     let mut due = Instant::now();
-    for (number, view) in views.iter().enumerate() {
+    // No more views than are looked at ahead, or `--frames` would be memory that nothing bounds.
+    let prefetch = usize::from(options.prefetch);
+    let mut coming = VecDeque::with_capacity(prefetch + 1);
+    loop {
+        coming.extend(views.by_ref().take(prefetch + 1 - coming.len()));
+        let Some(view) = coming.pop_front() else { break };
         if rate > 0 {
             let now = Instant::now();
             thread::sleep(due.saturating_duration_since(now));
             // A frame that is late does not hurry those that follow.
             due = due.max(now) + Duration::from_secs(1) / u32::from(rate);
         }
-        let ahead = views.get(number + usize::from(options.prefetch)).filter(|_| options.prefetch > 0);
-        let frame = walk.frame(view, ahead, missing)?;
+        let ahead = prefetch.checked_sub(1).and_then(|last| coming.get(last));
+        let frame = walk.frame(&view, ahead, missing)?;
         report.add(&frame);
         if let Some((output, file)) = &mut table {
             let line = WorldReport::line(&world_name(address), &frame);
@@ -76,12 +82,15 @@ pub(super) fn world_name(address: &str) -> String {
     address.trim_end_matches('/').rsplit('/').next().unwrap_or(address).to_owned()
 }
 
-/// The camera's name and its views, one a frame.
-fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Vec<View>)> {
+/// Views, one a frame.
+type Views = Box<dyn Iterator<Item = View>>;
+
+/// The camera's name and its views.
+fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Views)> {
     let WorldArgs { path, frames, seed, speed, far, .. } = &args.world;
     let camera = args.play.camera;
     let far_m = far.unwrap_or(f32::INFINITY);
-    let not_beyond = |view: View| {
+    let not_beyond = move |view: View| {
         let Projection { near_m, far_m: whole_m, .. } = view.projection;
         let far_m = whole_m.min(far_m);
         let projection = Projection { near_m: near_m.min(far_m * 1.0e-3), far_m, ..view.projection };
@@ -90,18 +99,18 @@ fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Vec<View>)
     if let Some(path) = path {
         let views = recorded(args, path, world, frames.unwrap_or(u64::MAX))?;
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        return Ok((format!("{} of {name}", camera.name()), views.into_iter().map(not_beyond).collect()));
+        return Ok((format!("{} of {name}", camera.name()), Box::new(views.into_iter().map(not_beyond))));
     }
     let frames = frames.unwrap_or(FRAMES);
     if camera == CameraChoice::Auto {
         let flight = Flight::new(&world.bounds(), *seed, speed.map(|speed| speed / FRAMES_A_SECOND), *far);
-        return Ok((format!("flight with seed {seed}"), flight.take(frames as usize).collect()));
+        return Ok((format!("flight with seed {seed}"), Box::new(flight.take(frames as usize))));
     }
     ensure!(camera != CameraChoice::Follow, "--camera follow: a world has no hand: it needs --path");
     ensure!(speed.is_none(), "--speed: only the flight (--camera auto) has one");
     let path = CameraPath::new(camera, None, &world.bounds());
-    let view = |frame| not_beyond(path.view(&Moment { frame, ..Moment::default() }));
-    Ok((camera.name().to_owned(), (0..frames).map(view).collect()))
+    let view = move |frame| not_beyond(path.view(&Moment { frame, ..Moment::default() }));
+    Ok((camera.name().to_owned(), Box::new((0..frames).map(view))))
 }
 
 /// The views of the recorded head of a session, whose strokes are not looked at.

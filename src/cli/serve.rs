@@ -90,7 +90,9 @@ fn answer(request: Request, folder: &Path, at: SocketAddr) -> std::io::Result<()
     let found = match request.method() {
         // Another site could have its name lead here, and read what lies here.
         _ if !is_ours(&request, at) => Found::Refused(403, "expected the host localhost or 127.0.0.1\n"),
-        Method::Get | Method::Head => part(find(folder, request.url()), &request),
+        Method::Get => part(find(folder, request.url()), &request),
+        // Only GET has parts (RFC 9110, section 14.2).
+        Method::Head => find(folder, request.url()),
         _ => Found::Refused(405, "expected GET\n"),
     };
     match found {

@@ -107,8 +107,8 @@ impl Frustum {
         Self::from_double_matrix(&clip_from_space.as_dmat4(), -1.0)
     }
 
-    /// [`Frustum::from_matrix`] for a matrix in `f64`, of which nothing is rounded off: whatever it shows lies inside, by its own
-    /// numbers. `lowest` is the least depth, after the division by w; the largest is 1.
+    /// [`Frustum::from_matrix`] for a matrix in `f64`, taken as it is: the inverse is computed in `f64`, the planes are then moved
+    /// outwards for `f32`. `lowest` is the least depth, after the division by w; the largest is 1.
     pub fn from_double_matrix(clip_from_space: &DMat4, lowest: f64) -> Self {
         let row = |i| clip_from_space.row(i);
         let (x, y, z, w) = (row(0), row(1), row(2), row(3));

@@ -1,6 +1,6 @@
-use glam::{DMat3, DVec3, DVec4, Mat4, Quat};
+use glam::{DMat3, DMat4, DVec3, DVec4, Mat4, Quat};
 
-use super::{Projection, View};
+use super::{Projection, View, ViewWindow, WINDOW_MARGIN};
 
 /// Which depths a matrix gives to what is drawn, after the division by w.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +13,8 @@ pub enum ClipDepth {
 
 /// A view from a matrix is wider than the matrix by this part of it, because its own numbers are `f32`, too.
 const WIDENING: f64 = 1.0e-6;
+/// By how much of the near distance rounding may move the eye of a window: about as much as whoever draws in `f32` rounds.
+const MOST_EYE_ROUNDING: f64 = 1.0e-7;
 /// Largest cosine between the screen's axes.
 const MOST_SHEAR: f64 = 1.0e-4;
 
@@ -25,10 +27,78 @@ impl View {
     /// projection, a sheared or singular matrix, numbers that are not finite, and an eye so far from the origin that `f32`
     /// holds it no better than to a quarter of the near distance.
     pub fn from_matrix(clip_from_world: &Mat4, depth: ClipDepth) -> Option<Self> {
+        let shown = Shown::by(&clip_from_world.as_dmat4(), depth)?;
+        let Shown { eye, forward, right, near, far, corners, .. } = shown;
+        // The view's eye is an f32: as far beside the matrix's, things are seen elsewhere by as much.
+        let eye_in_world = eye.as_vec3();
+        let shift = (eye - eye_in_world.as_dvec3()).length();
+        if shift > 0.25 * near {
+            return None;
+        }
+        // Whether y points up or down, the same is seen.
+        let up = right.cross(forward);
+        let of = |axis: DVec3| {
+            let along = corners.map(|corner| corner.dot(axis));
+            let low = along.into_iter().fold(f64::INFINITY, f64::min);
+            let high = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            // The part of the reach from the axis, too: an off-axis screen is far beside it.
+            let farthest = 1.0 + low.abs().max(high.abs());
+            let more = WIDENING * (high - low + farthest) + 2.0 * farthest * shift / near;
+            ((low - more) as f32, (high + more) as f32)
+        };
+        let ((left, right_most), (bottom, top)) = (of(right), of(up));
+        let world_from_view =
+            Quat::from_rotation_axes(right.as_vec3(), up.as_vec3(), -forward.as_vec3()).normalize();
+        let projection = Projection {
+            left,
+            right: right_most,
+            bottom,
+            top,
+            near_m: (near * (1.0 - WIDENING) - shift) as f32,
+            far_m: (far * (1.0 + WIDENING) + shift) as f32,
+        };
+        let is_wide = projection.left < projection.right && projection.bottom < projection.top;
+        let is_sane = is_wide && [left, right_most, bottom, top].iter().all(|t| t.is_finite());
+        is_sane.then_some(Self { eye_in_world, world_from_view, projection })
+    }
+}
+
+impl ViewWindow {
+    /// The window of what a matrix in `f64` shows ([`View::from_matrix`] says which matrices there are): with its own eye, which no
+    /// `f32` has moved, so that what is found hidden from there is hidden however far from the origin it lies. Wider, and its near
+    /// plane farther, by [`WINDOW_MARGIN`], as [`View::window`] is.
+    ///
+    /// `None` for other matrices, and where the rounding of `f64` may move the eye by more than a part in 10^7 of the near distance.
+    pub fn from_double_matrix(clip_from_world: &DMat4, depth: ClipDepth) -> Option<Self> {
+        let Shown { eye, eye_rounding, forward, near, corners, .. } = Shown::by(clip_from_world, depth)?;
+        let is_known = eye_rounding <= MOST_EYE_ROUNDING * near;
+        let middle = corners.iter().sum::<DVec3>() * 0.25;
+        let corners = corners.map(|corner| middle + (corner - middle) * (1.0 + WINDOW_MARGIN));
+        is_known.then(|| Self::new(eye, forward, corners, near * (1.0 + WINDOW_MARGIN)))?
+    }
+}
+
+/// What a perspective matrix shows, in `f64`, world space.
+struct Shown {
+    eye: DVec3,
+    /// How far rounding has moved the eye at most.
+    eye_rounding: f64,
+    /// Unit length, as `right`.
+    forward: DVec3,
+    right: DVec3,
+    /// Distances along `forward`.
+    near: f64,
+    far: f64,
+    /// From the eye to the corners of the screen, at the distance 1, in order.
+    corners: [DVec3; 4],
+}
+
+impl Shown {
+    fn by(clip_from_world: &DMat4, depth: ClipDepth) -> Option<Self> {
         if !clip_from_world.is_finite() {
             return None;
         }
-        let rows = clip_from_world.as_dmat4().transpose();
+        let rows = clip_from_world.transpose();
         let [x, y, z, w] = [rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis];
         // At the eye x, y and w are zero; they grow with the direction from there.
         let clip_from_direction = DMat3::from_cols(x.truncate(), y.truncate(), w.truncate()).transpose();
@@ -61,40 +131,15 @@ impl View {
         if !near.is_finite() {
             return None;
         }
-        // The view's eye is an f32: as far beside the matrix's, things are seen elsewhere by as much.
-        let eye_in_world = eye.as_vec3();
-        let shift = (eye - eye_in_world.as_dvec3()).length();
-        if shift > 0.25 * near {
-            return None;
-        }
-        // Whether y points up or down, the same is seen.
-        let up = right.cross(forward);
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
             let corner = direction_from_clip * DVec3::new(x, y, 1.0);
             corner / corner.dot(forward)
         });
-        let of = |axis: DVec3| {
-            let along = corners.map(|corner| corner.dot(axis));
-            let low = along.into_iter().fold(f64::INFINITY, f64::min);
-            let high = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            // The part of the reach from the axis, too: an off-axis screen is far beside it.
-            let farthest = 1.0 + low.abs().max(high.abs());
-            let more = WIDENING * (high - low + farthest) + 2.0 * farthest * shift / near;
-            ((low - more) as f32, (high + more) as f32)
-        };
-        let ((left, right_most), (bottom, top)) = (of(right), of(up));
-        let world_from_view =
-            Quat::from_rotation_axes(right.as_vec3(), up.as_vec3(), -forward.as_vec3()).normalize();
-        let projection = Projection {
-            left,
-            right: right_most,
-            bottom,
-            top,
-            near_m: (near * (1.0 - WIDENING) - shift) as f32,
-            far_m: (far * (1.0 + WIDENING) + shift) as f32,
-        };
-        let is_wide = projection.left < projection.right && projection.bottom < projection.top;
-        let is_sane = is_wide && [left, right_most, bottom, top].iter().all(|t| t.is_finite());
-        is_sane.then_some(Self { eye_in_world, world_from_view, projection })
+        // What is left of the three rows at the eye is their rounding.
+        let size = |row: DVec4| row.truncate().abs().dot(eye.abs()) + row.w.abs();
+        let left_over = DVec3::new(size(x), size(y), size(w)) * (8.0 * f64::EPSILON);
+        let inverse = direction_from_clip.to_cols_array().map(f64::abs);
+        let eye_rounding = (DMat3::from_cols_array(&inverse) * left_over).length();
+        Some(Self { eye, eye_rounding, forward, right, near, far, corners })
     }
 }

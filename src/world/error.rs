@@ -37,6 +37,12 @@ pub enum WorldError {
         /// As it was given.
         place: String,
     },
+    /// Another pack into this place runs still.
+    #[error("{place}: another pack writes here; expected that it has ended")]
+    Busy {
+        /// As it was given.
+        place: String,
+    },
     /// There is not enough memory to hold even a few blocks.
     #[error("expected at least {least} bytes of memory for the blocks of this world; found {given}")]
     Memory {

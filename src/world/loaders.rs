@@ -69,8 +69,25 @@ impl Queue {
     }
 }
 
+/// Brings a block.
+pub(super) type Load = fn(&Shared, u32) -> Result<Arc<Block>, WorldError>;
+
+/// Tells whoever waits for this thread that it has panicked.
+struct Watch<'a>(&'a Shared);
+
+impl Drop for Watch<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let stopped = self.0.world.unusable("the thread that loads blocks has stopped: it panicked");
+            self.0.queue().failure.get_or_insert(stopped);
+            self.0.arrivals.notify_all();
+        }
+    }
+}
+
 /// Loads what is wished for, until the end.
-pub(super) fn run(shared: &Shared) {
+pub(super) fn run(shared: &Shared, load: Load) {
+    let _watch = Watch(shared);
     loop {
         let mut queue = shared.queue();
         let block = loop {
@@ -105,7 +122,7 @@ pub(super) fn run(shared: &Shared) {
     }
 }
 
-fn load(shared: &Shared, number: u32) -> Result<Arc<Block>, WorldError> {
+pub(super) fn load(shared: &Shared, number: u32) -> Result<Arc<Block>, WorldError> {
     let entry = shared.world.entry(number);
     // The bytes, and the boxes before they stand in rows.
     let raw = Share::new(&shared.held, entry.bytes as usize + entry.polygons as usize * size_of::<Aabb>());

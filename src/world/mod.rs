@@ -15,7 +15,8 @@
 //!   view and not there yet is counted, never passed over in silence.
 //! * **Exact.** What a frame that waits sees is, polygon by polygon, what the same sessions in memory show.
 //! * **Whole or not at all.** The manifest is written after all blocks, in one step: without it there is no world.
-//! * **Bounded.** What a manifest or a block claims is held against its size before memory is reserved for it.
+//! * **Bounded.** What a manifest or a block claims is held against its size before memory is reserved for it, and no more of an
+//!   answer of a server is taken than was asked for.
 
 mod block;
 mod boxes;
@@ -24,6 +25,7 @@ mod error;
 mod flight;
 mod loaders;
 mod manifest;
+mod mark;
 mod open_world;
 mod order;
 mod place;

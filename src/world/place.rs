@@ -7,15 +7,27 @@ use object_store::{
 };
 
 #[cfg(feature = "worlds-cloud")]
-use object_store::{ClientOptions, ObjectStoreScheme, RetryConfig, aws::AmazonS3Builder, http::HttpBuilder};
+use futures_util::StreamExt;
+#[cfg(feature = "worlds-cloud")]
+use object_store::{
+    ClientOptions, GetOptions, GetResult, ObjectStoreScheme, RetryConfig, aws::AmazonS3Builder,
+    http::HttpBuilder,
+};
 
-use super::WorldError;
+use super::{
+    WorldError,
+    mark::{Mark, Marked},
+};
+use crate::small_file::check_regular;
 
 /// A server that does not answer is asked again so often, and for so long.
 #[cfg(feature = "worlds-cloud")]
 const MOST_RETRIES: usize = 3;
 #[cfg(feature = "worlds-cloud")]
 const LONGEST_RETRY: std::time::Duration = std::time::Duration::from_secs(20);
+/// Reserved at most for what a server says it will send; more as it comes. Larger than any block.
+#[cfg(feature = "worlds-cloud")]
+const RESERVED_BYTES: u64 = 1 << 20;
 
 /// A folder or an address that holds a world, or will.
 #[derive(Clone)]
@@ -23,6 +35,8 @@ pub struct Place {
     text: String,
     store: Arc<dyn ObjectStore>,
     prefix: Path,
+    /// Where it is no address.
+    folder: Option<PathBuf>,
     is_writable: bool,
     /// What the client of an address runs on. A folder needs none.
     #[cfg(feature = "worlds-cloud")]
@@ -84,6 +98,7 @@ impl Place {
             // What is written outlasts a power cut.
             store: Arc::new(store.with_fsync(true)),
             prefix: Path::default(),
+            folder: Some(path),
             is_writable: true,
             #[cfg(feature = "worlds-cloud")]
             runtime: None,
@@ -130,6 +145,7 @@ impl Place {
             text: text.to_owned(),
             store,
             prefix,
+            folder: None,
             is_writable: url.scheme() == "s3",
             runtime: Some(Arc::new(runtime.map_err(|error| problem(error.to_string()))?)),
         })
@@ -165,14 +181,42 @@ impl Place {
         WorldError::Object { object: self.name_of(object), problem: innermost(error) }
     }
 
+    /// Marks the place as one that a pack writes into, until the mark is dropped. `None` where nothing can be locked: behind an
+    /// address, or in a file system without locks.
+    pub(super) fn mark(&self) -> Result<Option<Mark>, WorldError> {
+        let Some(folder) = &self.folder else { return Ok(None) };
+        match Mark::set(folder).map_err(|error| self.unusable(&error.to_string()))? {
+            Marked::Set(mark) => Ok(Some(mark)),
+            Marked::Unknown => Ok(None),
+            Marked::Busy => Err(WorldError::Busy { place: self.text.clone() }),
+        }
+    }
+
+    /// A pipe in a folder would wait for a writer, a device might never end.
+    fn check_regular(&self, object: &str) -> Result<(), WorldError> {
+        let Some(folder) = &self.folder else { return Ok(()) };
+        match check_regular(&folder.join(object)) {
+            Err(error) if error.kind() == io::ErrorKind::InvalidInput => {
+                Err(WorldError::Object { object: self.name_of(object), problem: error.to_string() })
+            }
+            // All else is told when it is read.
+            _ => Ok(()),
+        }
+    }
+
     /// A whole object; `None` if there is none.
     pub(super) fn read(&self, object: &str, most_bytes: u64) -> Result<Option<Vec<u8>>, WorldError> {
+        self.check_regular(object)?;
         let path = self.path_of(object);
         let bytes = self.wait(async {
             let found = self.store.get(&path).await?;
             let bytes = found.meta.size;
             if bytes > most_bytes {
                 return Ok(Err(bytes));
+            }
+            #[cfg(feature = "worlds-cloud")]
+            if self.folder.is_none() {
+                return body(found, bytes).await.map(Ok);
             }
             found.bytes().await.map(|bytes| Ok(bytes.to_vec()))
         });
@@ -195,7 +239,15 @@ impl Place {
         object: &str,
         range: Range<u64>,
     ) -> Result<impl std::ops::Deref<Target = [u8]> + use<>, WorldError> {
+        self.check_regular(object)?;
         let path = self.path_of(object);
+        #[cfg(feature = "worlds-cloud")]
+        if self.folder.is_none() {
+            let most_bytes = range.end - range.start;
+            let options = GetOptions { range: Some(range.into()), ..GetOptions::default() };
+            let read = async { body(self.store.get_opts(&path, options).await?, most_bytes).await };
+            return self.wait(read).map(Into::into).map_err(|error| self.failed(object, &error));
+        }
         let found = self.wait(self.store.get_range(&path, range));
         found.map_err(|error| self.failed(object, &error))
     }
@@ -244,6 +296,22 @@ impl Place {
             Err(error) => Err(self.failed(object, &error)),
         }
     }
+}
+
+/// What a server answers, if it is not longer than this: its headers may say less than it sends.
+#[cfg(feature = "worlds-cloud")]
+async fn body(found: GetResult, most_bytes: u64) -> object_store::Result<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(most_bytes.min(RESERVED_BYTES) as usize);
+    let mut pieces = found.into_stream();
+    while let Some(piece) = pieces.next().await {
+        let piece = piece?;
+        if bytes.len() as u64 + piece.len() as u64 > most_bytes {
+            let source = format!("expected an answer of at most {most_bytes} bytes; found more").into();
+            return Err(object_store::Error::Generic { store: "HTTP", source });
+        }
+        bytes.extend_from_slice(&piece);
+    }
+    Ok(bytes)
 }
 
 /// What the system or the server said, without the words of the layers around it that repeat each other.

@@ -14,7 +14,7 @@ use quick_cache::{DefaultHashBuilder, OptionsBuilder, Weighter, sync::Cache, syn
 use super::{
     World, WorldError,
     block::{Block, Held},
-    loaders::{self, Queue},
+    loaders::{self, Load, Queue},
 };
 
 /// How much memory blocks may take, and who loads them.
@@ -86,6 +86,10 @@ impl std::fmt::Debug for Residents {
 
 impl Residents {
     pub(super) fn new(world: Arc<World>, config: ResidentConfig) -> Result<Self, WorldError> {
+        Self::with(world, config, loaders::load)
+    }
+
+    fn with(world: Arc<World>, config: ResidentConfig, load: Load) -> Result<Self, WorldError> {
         let threads = config.loaders.max(1);
         let blocks = world.manifest().blocks();
         let (mut largest, mut raw, mut all) = (0, 0, 0);
@@ -125,7 +129,7 @@ impl Residents {
             let shared = Arc::clone(&this.shared);
             let thread = std::thread::Builder::new()
                 .name(format!("blocks {number}"))
-                .spawn(move || loaders::run(&shared))
+                .spawn(move || loaders::run(&shared, load))
                 .map_err(|error| this.shared.world.unusable(&format!("a thread to load blocks: {error}")))?;
             this.threads.push(thread);
         }
@@ -197,7 +201,7 @@ impl Drop for Residents {
         self.shared.queue().end();
         self.shared.wishes.notify_all();
         for thread in self.threads.drain(..) {
-            // One that has panicked has said so.
+            // One that has panicked has said so, and left word for whoever waits.
             let _ = thread.join();
         }
     }
@@ -205,3 +209,37 @@ impl Drop for Residents {
 
 /// Wishes, the first ones first.
 pub(super) type Wishes = VecDeque<u32>;
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::{
+        recording::{SynthKind, synthesize},
+        scene::Scene,
+        world::{PackOrder, Place, Replacing, WorldWriter},
+    };
+
+    #[test]
+    fn a_thread_that_panics_is_an_error_for_whoever_waits_for_it() {
+        let (mut scene, mut changes) = (Scene::new(), Vec::new());
+        for event in synthesize(SynthKind::Scribble, 500, 1) {
+            scene.apply(&event.expect("an event"), &mut changes);
+            scene.let_go();
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let text = folder.path().to_str().expect("UTF-8");
+        let place = Place::to_write(text).expect("a folder");
+        let mut writer = WorldWriter::create(place, Replacing::Never, PackOrder::Space).expect("begun");
+        writer.add("session", &scene, &[Vec3::ZERO]).expect("blocks");
+        writer.finish().expect("packed");
+        let world = Arc::new(World::open(Place::to_read(text).expect("a folder")).expect("a world"));
+        let panics: Load = |_, number| panic!("block {number}: of the test");
+        let residents = Residents::with(world, ResidentConfig::default(), panics).expect("threads");
+        residents.wish(&[0], 1);
+        let error = residents.next().expect_err("nobody brings it").to_string();
+        assert!(error.ends_with("the thread that loads blocks has stopped: it panicked"), "{error}");
+        assert!(residents.check().is_err(), "a frame that does not wait is told, too");
+    }
+}

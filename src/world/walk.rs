@@ -150,9 +150,8 @@ impl Walk {
         Ok(frame)
     }
 
-    /// Asks for what is late, the nearest first, and then for what the view ahead needs. What this frame needs comes first in
-    /// `self.late`; of what does not fit into memory at once, a frame that does not wait asks for the nearest only, or blocks would
-    /// chase each other out.
+    /// Asks for what is late, the nearest first, then for what the view ahead needs. If all that is in view does not fit into memory,
+    /// a frame that does not wait asks for the nearest blocks alone; else blocks would push each other out in turns.
     fn wish(&mut self, view: &View, ahead: Option<&View>, awaited: usize) {
         let world = &self.world;
         let room_of = |block: u32| Block::room_for(world.entry(block).polygons as usize);

@@ -7,6 +7,7 @@ use super::{
     BLOCK_POLYGONS, BlockEntry, Manifest, PackOrder, Place, Source, WorldError,
     block::BlockBuilder,
     manifest::{MANIFEST, MOST_BYTES, ObjectEntry},
+    mark::Mark,
 };
 use crate::{
     math::Aabb,
@@ -41,7 +42,7 @@ pub struct Packed {
 }
 
 /// Packs finished sessions into a world. Nothing of it can be opened before [`WorldWriter::finish`]; the blocks of a pack that was
-/// stopped are removed by the next one into the same place. Memory: an object, and what it knows of each block.
+/// stopped are removed by the next one into the same place. In a folder, a second pack is refused while one runs. Memory: an object, and what it knows of each block.
 #[derive(Debug)]
 pub struct WorldWriter {
     place: Place,
@@ -54,6 +55,8 @@ pub struct WorldWriter {
     /// Numbers given out so far.
     ids: u64,
     refused: u64,
+    /// Where there are locks, no other pack writes meanwhile.
+    _mark: Option<Mark>,
 }
 
 impl WorldWriter {
@@ -63,11 +66,12 @@ impl WorldWriter {
     /// Begins a world.
     ///
     /// # Errors
-    /// [`WorldError::Exists`], or the place cannot be asked.
+    /// [`WorldError::Exists`], [`WorldError::Busy`], or the place cannot be asked.
     pub fn create(place: Place, replacing: Replacing, order: PackOrder) -> Result<Self, WorldError> {
         if replacing == Replacing::Never && place.holds(MANIFEST)? {
             return Err(WorldError::Exists { place: place.text().to_owned() });
         }
+        let mark = place.mark()?;
         Ok(Self {
             place,
             replacing,
@@ -78,6 +82,7 @@ impl WorldWriter {
             object_blocks: 0,
             ids: 0,
             refused: 0,
+            _mark: mark,
         })
     }
 
@@ -151,7 +156,8 @@ impl WorldWriter {
     /// Writes what is left, and last of all the manifest: from then on it is a world. Then removes blocks that belong to none.
     ///
     /// # Errors
-    /// Something cannot be written, or a world has appeared at the place meanwhile: [`WorldError::Exists`].
+    /// Something cannot be written, or a world has appeared at the place meanwhile: [`WorldError::Exists`]. Or blocks that were
+    /// written are gone, because another pack (behind an address nothing keeps it away) has ended here: then what is there stays.
     pub fn finish(mut self) -> Result<Packed, WorldError> {
         if self.block.polygons() > 0 {
             self.end_block()?;
@@ -163,11 +169,17 @@ impl WorldWriter {
         if manifest.len() as u64 > MOST_BYTES {
             return Err(self.place.unusable(&format!("expected a manifest of at most {MOST_BYTES} bytes")));
         }
+        let names: BTreeSet<String> = self.manifest.objects.iter().map(ObjectEntry::name).collect();
+        for name in &names {
+            if !self.place.holds(name)? {
+                let problem = "written, but gone: another pack or program has removed it".to_owned();
+                return Err(WorldError::Object { object: self.place.name_of(name), problem });
+            }
+        }
         match self.replacing {
             Replacing::Never => self.place.create(MANIFEST, manifest)?,
             Replacing::World => self.place.replace(MANIFEST, manifest)?,
         }
-        let names: BTreeSet<String> = self.manifest.objects.iter().map(ObjectEntry::name).collect();
         for left in self.place.list("blocks")? {
             if left.ends_with(".osp-blocks") && !names.contains(&left) {
                 self.place.remove(&left)?;

@@ -126,21 +126,51 @@ fn a_world_is_replaced_only_when_asked_and_only_by_a_whole_one() {
 }
 
 #[test]
-fn of_two_packs_into_one_place_the_first_to_end_stays() {
+fn while_a_pack_runs_no_other_begins_in_its_place() {
     let (room, scribble) = (session(SynthKind::Room, 2_000, 1), session(SynthKind::Scribble, 500, 1));
     let folder = temp();
-    let begin = |scene: &Scene| {
-        let place = place_to_write(folder.path());
-        let mut writer = WorldWriter::create(place, Replacing::Never, PackOrder::Space).expect("begun");
-        writer.add("session", scene, HERE).expect("blocks");
-        writer
+    let begin = |replacing: Replacing| {
+        WorldWriter::create(place_to_write(folder.path()), replacing, PackOrder::Space)
     };
-    let (first, second) = (begin(&room), begin(&scribble));
+    let mut first = begin(Replacing::World).expect("begun");
+    first.add("session", &room, HERE).expect("blocks");
+    for replacing in [Replacing::Never, Replacing::World] {
+        let refused = begin(replacing);
+        assert!(matches!(refused, Err(WorldError::Busy { .. })), "{refused:?}");
+    }
     first.finish().expect("packed");
-    let late = second.finish();
-    assert!(matches!(late, Err(WorldError::Exists { .. })), "{late:?}");
+    assert_eq!(
+        files(folder.path()).len(),
+        1 + open(folder.path()).manifest().object_count(),
+        "no mark is left"
+    );
+    // One that ended without a world keeps nobody away either.
+    drop(begin(Replacing::World).expect("begun"));
+    let mut second = begin(Replacing::World).expect("begun");
+    second.add("session", &scribble, HERE).expect("blocks");
+    second.finish().expect("packed");
+    assert_eq!(open(folder.path()).manifest().polygon_count(), scribble.counts().visible);
+}
+
+#[test]
+fn a_pack_whose_blocks_were_removed_replaces_nothing() {
+    let (room, scribble) = (session(SynthKind::Room, 6_000, 1), session(SynthKind::Scribble, 500, 1));
+    let folder = temp();
+    pack(folder.path(), PackOrder::Space, &[(&scribble, HERE)]).expect("packed");
+    let before = files(folder.path());
+    let place = place_to_write(folder.path());
+    let mut writer = WorldWriter::create(place, Replacing::World, PackOrder::Space).expect("begun");
+    // More than one object, so that some are written before it ends.
+    writer.add("room", &room, &[Vec3::ZERO; 60]).expect("blocks");
+    let written: Vec<String> =
+        files(folder.path()).into_keys().filter(|name| !before.contains_key(name)).collect();
+    let blocks: Vec<&String> = written.iter().filter(|name| name.ends_with(".osp-blocks")).collect();
+    assert!(!blocks.is_empty(), "{written:?}");
+    fs::remove_file(folder.path().join(blocks[0])).expect("removed");
+    let error = writer.finish().expect_err("blocks are gone").to_string();
+    assert!(error.contains(blocks[0].as_str()) && error.contains("written, but gone"), "{error}");
     let world = open(folder.path());
-    assert_eq!(world.manifest().polygon_count(), room.counts().visible);
+    assert_eq!(world.manifest().polygon_count(), scribble.counts().visible);
     for number in 0..world.manifest().blocks().len() as u32 {
         world.load(number).expect("a whole block");
     }

@@ -1,6 +1,6 @@
 #![expect(
     unsafe_code,
-    reason = "SIMD loads and stores; each is tested against the scalar kernel, in tests/simd.mjs of web/npm"
+    reason = "SIMD loads and stores; each is tested against the scalar kernel, in tests/simd.test.mjs of web/npm"
 )]
 
 use std::{arch::wasm32::*, mem::MaybeUninit};

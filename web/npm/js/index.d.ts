@@ -79,7 +79,7 @@ export class Osp {
   insert(ids: Uint32Array, boxes: Float32Array): void;
   /**
    * Gives ids that are in the index other boxes.
-   * @throws RangeError an id is not in the index or given twice; a box is not finite or has min > max
+   * @throws RangeError an id is not in the index or given twice; a box is not finite or has min > max; no memory is left
    */
   update(ids: Uint32Array, boxes: Float32Array): void;
   /**
@@ -89,7 +89,10 @@ export class Osp {
   remove(ids: Uint32Array): void;
   /** Takes all out; keeps the memory. */
   clear(): void;
-  /** Ends the changes of a frame: does a bounded share of upkeep. A query calls it where you have not. */
+  /**
+   * Ends the changes of a frame: does a bounded share of upkeep. A query calls it where you have not.
+   * @throws RangeError other objects have taken the memory that it needs since the changes were made; so does a query then
+   */
   commit(): void;
 
   /** Whether an id is in the index. */
@@ -98,8 +101,8 @@ export class Osp {
   box(id: number): Float32Array | undefined;
 
   /**
-   * The boxes that a camera may see: all that share a point with what the matrix shows, by its own double precision, and a few beside
-   * its corners. The matrix takes the world to clip space, sixteen numbers, column after column, as three.js, WebGL and WebGPU have
+   * The boxes that a camera may see: all that share a point with what the matrix shows (by its double precision), and perhaps a few
+   * near its edges. The matrix takes the world to clip space, sixteen numbers, column after column, as three.js, WebGL and WebGPU have
    * it; perspective or parallel.
    * @throws RangeError numbers that are not finite, a matrix without an inverse, occlusion that was built for another matrix
    */
@@ -170,7 +173,8 @@ export class DepthBuffer {
   /**
    * Fills the buffer for a frame: `corners` are x, y, z of the corners in order around each polygon, world space. How many of the
    * polygons hide something; those seen edge-on or before the near plane hide nothing.
-   * @throws RangeError a matrix that is no perspective, corners that are not finite, other numbers of corners; it is as it was then
+   * @throws RangeError a matrix that is no perspective, or knows its eye no better than to 10^-7 of the near distance; corners that are
+   * not finite, other numbers of corners; it is as it was then
    */
   build(clipFromWorld: Numbers, corners: Float32Array, options?: BuildOptions): number;
   /**

@@ -100,9 +100,7 @@ impl Depth {
     /// hide something. After a refusal the buffer is as it was.
     pub fn build(&mut self, is_webgl: bool) -> Outcome<usize> {
         let camera = Camera::new(&self.scratch.numbers, is_webgl)?;
-        let Some(window) = camera.view()?.window() else {
-            return refused("clipFromWorld: expected a perspective that shows something");
-        };
+        let window = camera.window()?;
         let (corners, counts) = (self.scratch.boxes.as_chunks::<3>().0, &self.scratch.ids);
         if let Some(at) = corners.iter().position(|corner| !Vec3::from_array(*corner).is_finite()) {
             return refused(&format!("corner {at}: expected finite numbers, found {:?}", corners[at]));

@@ -16,9 +16,8 @@ use crate::{
     views::{Camera, frustum_of_planes},
 };
 
-/// What a box takes in the index, where boxes come from everywhere and ids have few gaps; asked for before they come. Smaller:
-/// WebAssembly, which ends a program that asks for more memory than there is, might do so in the middle of a batch. Larger: memory
-/// that is asked for stays with the module.
+/// Memory asked for per box before a batch is taken. Too small: the module may run out of memory in the middle of a batch, which ends
+/// the program. Too large: memory that is asked for stays with the module.
 const BOX_BYTES: usize = 80;
 
 /// Ids that a query may write behind its answer.
@@ -32,6 +31,10 @@ const NEAREST_BYTES: usize = 64;
 pub struct Index {
     osp: Osp,
     is_committed: bool,
+    /// Boxes that came or moved since it was committed.
+    pending: usize,
+    /// [`room::asked`] when this index asked last.
+    asked: u64,
     /// Boxes for which there was memory when it was asked.
     room: usize,
     /// The highest id for which there was.
@@ -71,6 +74,8 @@ impl Index {
         Ok(Self {
             osp: Osp::new(&IndexConfig { root, capacity }),
             is_committed: true,
+            pending: 0,
+            asked: 0,
             room: 0,
             highest: 0,
             extent: Aabb::EMPTY,
@@ -151,6 +156,7 @@ impl Index {
         }
         self.extent = extent;
         self.is_committed &= count == 0;
+        self.pending += count;
         Ok(())
     }
 
@@ -162,12 +168,17 @@ impl Index {
         for at in 0..count {
             extent = extent.union(&self.scratch.checked(at)?);
         }
+        // Each is taken out and comes in somewhere else.
+        if !self.is_left(count) {
+            return refused(&format!("there is no memory left for {count} boxes at other places"));
+        }
         self.extent = extent;
         for at in 0..count {
             let (id, bounds) = (PolygonId(self.scratch.ids[at]), self.scratch.bounds(at));
             self.osp.update(id, &bounds).or_else(|error| refused(&sentence(error)))?;
         }
         self.is_committed &= count == 0;
+        self.pending += count;
         Ok(())
     }
 
@@ -189,10 +200,16 @@ impl Index {
         self.forget_extent();
     }
 
-    /// Ends a batch of changes. A query does it where it was not done.
-    pub fn commit(&mut self) {
+    /// Ends a batch of changes. A query does it where it was not done. Refused if others have taken the memory since the changes
+    /// were made that this may need.
+    pub fn commit(&mut self) -> Outcome<()> {
+        // Nobody has asked since: it is there.
+        if self.pending > 0 && !self.asked_last() && !self.is_left(0) {
+            return refused("there is no memory left for the changes since the last commit");
+        }
         self.osp.commit();
-        self.is_committed = true;
+        (self.is_committed, self.pending) = (true, 0);
+        Ok(())
     }
 
     /// Whether an id is in use; its box is then the six numbers measured.
@@ -206,14 +223,14 @@ impl Index {
     /// Finds what the matrix that was written may show; how many.
     pub fn cull(&mut self, is_webgl: bool) -> Outcome<usize> {
         let frustum = Camera::new(&self.scratch.numbers, is_webgl)?.frustum();
-        Ok(self.find(&frustum))
+        self.find(&frustum)
     }
 
     /// Finds what the matrix that was written may show and the occluders of a depth buffer do not hide; how many.
     pub fn cull_behind(&mut self, is_webgl: bool, depth: &Depth) -> Outcome<usize> {
         let camera = Camera::new(&self.scratch.numbers, is_webgl)?;
         depth.check_built_for(&camera)?;
-        self.commit_if_changed();
+        self.commit_if_changed()?;
         self.list.clear();
         depth.cull(&self.osp, &camera.frustum(), &mut self.list);
         Ok(self.scratch.answer(self.list.ids().iter().copied()))
@@ -223,7 +240,7 @@ impl Index {
     pub fn cull_planes(&mut self, planes: usize) -> Outcome<usize> {
         let numbers = &self.scratch.numbers[..4 * planes.min(6)];
         let frustum = frustum_of_planes(numbers, &self.extent)?;
-        Ok(self.find(&frustum))
+        self.find(&frustum)
     }
 
     /// Finds what shares a point with the box from the first three numbers to the next three; how many.
@@ -234,7 +251,7 @@ impl Index {
         if !min.iter().zip(&max).all(|(min, max)| min <= max) || !bounds.is_valid() {
             return refused("box: expected finite numbers and min <= max");
         }
-        self.commit_if_changed();
+        self.commit_if_changed()?;
         self.list.clear();
         self.osp.box_query(&bounds, self.list.ids_mut());
         Ok(self.scratch.answer(self.list.ids().iter().copied()))
@@ -250,7 +267,7 @@ impl Index {
         if !(radius >= 0.0 && around.radius_m.is_finite() && near.is_finite()) {
             return refused("sphere: expected a finite center, and a finite radius from 0 on");
         }
-        self.commit_if_changed();
+        self.commit_if_changed()?;
         self.list.clear();
         let osp = &self.osp;
         let mut is_within = |id: PolygonId| {
@@ -273,7 +290,7 @@ impl Index {
         if t_max.is_nan() || t_max < 0.0 {
             return refused("tMax: expected a number from 0 on");
         }
-        self.commit_if_changed();
+        self.commit_if_changed()?;
         let (ray, osp) = (Ray::new(origin, along), &self.osp);
         let hit = osp.ray_nearest(&ray, t_max, &mut |id| ray.enter_box(&osp.bounds(id)?, t_max));
         self.scratch.answer(hit.iter().map(|(id, _)| *id));
@@ -291,7 +308,7 @@ impl Index {
         if count.is_nan() || count < 0.0 {
             return refused(&format!("count: expected a number from 0 on, found {count}"));
         }
-        self.commit_if_changed();
+        self.commit_if_changed()?;
         // More than there are would only be reserved.
         let (osp, count) = (&self.osp, (count as usize).min(self.osp.len()));
         if !room::is_left(count.saturating_mul(NEAREST_BYTES)) {
@@ -310,43 +327,72 @@ impl Index {
 const SPHERE_ROUNDING: f64 = 1.0e-6;
 
 impl Index {
-    fn commit_if_changed(&mut self) {
-        if !self.is_committed {
-            self.commit();
+    fn commit_if_changed(&mut self) -> Outcome<()> {
+        if self.is_committed { Ok(()) } else { self.commit() }
+    }
+
+    /// Whether nobody has asked for memory since this index did, so that what was there is there still.
+    fn asked_last(&self) -> bool {
+        self.asked == room::asked()
+    }
+
+    /// Whether there is memory for so many boxes, and for the changes that are not committed.
+    fn is_left(&mut self, boxes: usize) -> bool {
+        let asked_last = self.asked_last();
+        let again = if asked_last { 0 } else { self.pending };
+        let is_left = room::is_left((boxes + again).saturating_mul(BOX_BYTES));
+        if asked_last || is_left {
+            self.asked = room::asked();
         }
+        // What was counted on before may be taken now.
+        self.room = self.osp.len();
+        is_left
     }
 
     /// Refuses boxes for which there is no memory, or for an answer that holds them all.
     fn make_room(&mut self, more: usize) -> Outcome<()> {
         let needed = self.osp.len() + more;
         let highest = self.scratch.ids.iter().fold(self.highest, |highest, &id| highest.max(id));
-        if needed <= self.room && highest <= self.highest {
+        let asked_last = self.asked_last();
+        if asked_last && needed <= self.room && highest <= self.highest {
             return Ok(());
+        }
+        let again = if asked_last { 0 } else { self.pending };
+        if !asked_last {
+            self.room = self.osp.len();
         }
         let of_sets = room::bytes_of_sets(&self.scratch.ids);
         // In larger steps, so that single boxes do not ask each time.
         for room in [needed.max(self.room + self.room / 2), needed] {
             self.list.clear();
             self.scratch.found.clear();
-            let bytes = (room - self.osp.len()).saturating_mul(BOX_BYTES);
+            let bytes = (room - self.osp.len() + again).saturating_mul(BOX_BYTES);
             let Some(trial) = room::take(bytes.saturating_add(of_sets)) else { continue };
             let is_there = self.list.ids_mut().try_reserve(room + BEHIND).is_ok()
                 && self.scratch.found.try_reserve(room).is_ok();
             drop(trial);
             if is_there {
+                self.asked = room::asked();
                 // With room to count on before it is asked again.
-                (self.room, self.highest) = (room, highest.saturating_add(highest / 2));
+                self.room = room;
+                if highest > self.highest {
+                    self.highest = highest.saturating_add(highest / 2);
+                }
                 return Ok(());
             }
+        }
+        if asked_last {
+            // Nothing was taken.
+            self.asked = room::asked();
         }
         no_memory(more)
     }
 
-    fn find(&mut self, frustum: &Frustum) -> usize {
-        self.commit_if_changed();
+    fn find(&mut self, frustum: &Frustum) -> Outcome<usize> {
+        self.commit_if_changed()?;
         self.list.clear();
         self.osp.frustum_cull(frustum, &mut self.list);
-        self.scratch.answer(self.list.ids().iter().copied())
+        Ok(self.scratch.answer(self.list.ids().iter().copied()))
     }
 
     /// Whether each id that was written is in the index, and given once.

@@ -2,7 +2,10 @@
 
 use osp::{glam::Vec3, math::Aabb, polygon::PolygonId};
 
-use crate::refusal::{Outcome, refused};
+use crate::{
+    refusal::{Outcome, refused},
+    room,
+};
 
 /// Numbers of a box.
 const BOX: usize = 6;
@@ -25,6 +28,9 @@ pub(crate) struct Scratch {
 /// Makes a list as long as asked; what is in it, JavaScript overwrites.
 fn resize<T: Clone>(list: &mut Vec<T>, len: usize, blank: T) -> Outcome<()> {
     list.truncate(len);
+    if list.capacity() < len {
+        room::note_taken();
+    }
     if list.try_reserve(len - list.len()).is_err() {
         *list = Vec::new();
         return refused("there is no memory left for so many numbers at once");

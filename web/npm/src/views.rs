@@ -3,7 +3,7 @@
 use osp::{
     glam::{DMat4, Vec3},
     math::{Aabb, Frustum, Plane},
-    view::{ClipDepth, View},
+    view::{ClipDepth, ViewWindow},
 };
 
 use crate::refusal::{Outcome, refused};
@@ -41,13 +41,13 @@ impl Camera {
         Frustum::from_double_matrix(&self.matrix(), if self.is_webgl { -1.0 } else { 0.0 })
     }
 
-    /// The view of a perspective projection.
-    pub(crate) fn view(&self) -> Outcome<View> {
+    /// What a perspective projection shows, from its own eye in double precision.
+    pub(crate) fn window(&self) -> Outcome<ViewWindow> {
         let depth = if self.is_webgl { ClipDepth::MinusOneToOne } else { ClipDepth::ZeroToOne };
-        match View::from_matrix(&self.matrix().as_mat4(), depth) {
-            Some(view) => Ok(view),
+        match ViewWindow::from_double_matrix(&self.matrix(), depth) {
+            Some(window) => Ok(window),
             None => refused(
-                "clipFromWorld: expected a perspective without shear, whose eye is known to a quarter of the near distance",
+                "clipFromWorld: expected a perspective without shear, whose eye is known to 10^-7 of the near distance",
             ),
         }
     }

@@ -33,6 +33,40 @@ test("a wall hides what is behind it, and nothing beside or before it", () => {
   depth.free();
 });
 
+test("far from the origin, what shows beside an edge by a little is not hidden", () => {
+  const next = random(19);
+  const depth = new DepthBuffer({ width: 1024, height: 1024 });
+  let [hidden, beside] = [0, 0];
+  for (const far of [1e4, 1e5]) {
+    for (let round = 0; round < 300; round++) {
+      // A wall half a unit before the eye, whose edge is a number of single precision; the eye is none.
+      const [x, y, z] = [0, 1, 2].map(() => Math.fround(far * (1 + next())));
+      const eye = [x + (next() - 0.5) * 0.2, y + (next() - 0.5) * 0.2, z + 0.5 + (next() - 0.5) * 0.2];
+      const clip = perspective(eye, [eye[0], eye[1], eye[2] - 1], { far: 500 });
+      depth.build(clip, Float32Array.from(wall(x - 5, x, y - 5, y + 5, z)), { cornersOf: Uint32Array.of(4) });
+      // Points on a line 100 units behind: by how far does each show beside the edge, or not.
+      for (let k = 0; k < 40; k++) {
+        const p = [x, y, z - 100].map(Math.fround);
+        const edge = eye[0] + ((Math.fround(x) - eye[0]) * (p[2] - eye[2])) / (Math.fround(z) - eye[2]);
+        p[0] = Math.fround(edge + (next() - 0.6) * 4);
+        const [isHidden] = depth.hidden(Float32Array.from([...p, ...p]));
+        if (p[0] > edge) {
+          beside += 1;
+          assert.equal(isHidden, 0, `${p[0] - edge} beside the edge at ${far}`);
+        } else hidden += isHidden;
+      }
+    }
+  }
+  assert.ok(hidden > 3000 && beside > 3000, `${hidden} hidden, ${beside} beside`);
+  // So far that double precision does not know the eye well enough, it says so.
+  const clip = perspective([1e9, 0, 0], [1e9, 0, -1]);
+  assert.throws(() => depth.build(clip, new Float32Array(0)), {
+    name: "RangeError",
+    message: "clipFromWorld: expected a perspective without shear, whose eye is known to 10^-7 of the near distance",
+  });
+  depth.free();
+});
+
 test("nothing hidden can be seen: rays from the eye to it all meet an occluder first", () => {
   const next = random(9);
   const depth = new DepthBuffer({ width: 640, height: 400 }),

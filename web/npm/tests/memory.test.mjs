@@ -131,19 +131,97 @@ function withMostPages(bytes, most) {
   }
 }
 
+let modules = 0;
+
+/** A module of its own with little memory, and how to give its indexes a batch. */
+async function smallModule(pages = 1024) {
+  const bytes = await readFile(new URL("../wasm/osp_culling_bg.wasm", import.meta.url));
+  // Its own copy of the glue: the other tests have theirs.
+  const glue = await import(`../wasm/osp_culling.js?${modules++}`);
+  const { memory } = glue.initSync({ module: withMostPages(bytes, pages) });
+  const write = (index, how, ids, boxes) => {
+    index.room(boxes.length, ids.length);
+    new Float32Array(memory.buffer, index.boxes_at(), boxes.length).set(boxes);
+    new Uint32Array(memory.buffer, index.ids_at(), ids.length).set(ids);
+    index[how]();
+  };
+  const ask = (index, ...numbers) => new Float64Array(memory.buffer, index.numbers_at(), numbers.length).set(numbers);
+  return { glue, write, ask };
+}
+
+const noMemory = { name: "RangeError", message: /there is no memory left for/ };
+const EVERYWHERE = [-1e9, -1e9, -1e9, 1e9, 1e9, 1e9];
+
+for (const each of [1, 300]) {
+  test(`where memory ends, two indexes in turns are refused, and both work on: ${each} at a time`, async () => {
+    const { glue, write, ask } = await smallModule(2048);
+    const [a, b] = [new glue.Index(0, 0, 0, 64, 0), new glue.Index(0, 0, 0, 64, 0)];
+    const boxes = randomBoxes(each, 3);
+    const fill = (index, most) => {
+      for (let held = index.len(); held < most; held += each) {
+        for (let i = 0; i < boxes.length; i += 3) boxes[i] += 0.01;
+        write(index, "insert", idsUpTo(each, held), boxes);
+      }
+    };
+    // The first one has asked for more than it holds; the second one takes that; the first one goes on, and so on.
+    fill(a, 350_000);
+    assert.throws(() => fill(b, 3e6), noMemory);
+    assert.throws(() => fill(a, 3e6), noMemory);
+    assert.throws(() => fill(b, 3e6), noMemory);
+    for (const index of [a, b]) {
+      const held = index.len();
+      assert.ok(held >= 10_000, `${held}`);
+      // Changes that nobody has committed may need what the other one has taken: then they are refused, too.
+      try {
+        ask(index, ...EVERYWHERE);
+        assert.equal(index.in_box(), held);
+      } catch (error) {
+        assert.equal(error.message, "there is no memory left for the changes since the last commit");
+      }
+    }
+    b.free();
+    ask(a, ...EVERYWHERE);
+    assert.equal(a.in_box(), a.len());
+  });
+}
+
+test("where memory ends, boxes that move are refused, or move", async () => {
+  const { glue, write, ask } = await smallModule();
+  const index = new glue.Index(0, 0, 0, 64, 0);
+  const each = 500,
+    boxes = randomBoxes(each, 3);
+  let held = 0;
+  assert.throws(() => {
+    for (; held < 3e6; held += each) {
+      for (let i = 0; i < boxes.length; i += 3) boxes[i] += 0.01;
+      write(index, "insert", idsUpTo(each, held), boxes);
+    }
+  }, noMemory);
+  index.commit();
+  let [moved, refused] = [0, 0];
+  for (let round = 0; round < 3; round++) {
+    for (let first = 0; first < held; first += each) {
+      // Far from all others, each time somewhere else.
+      const far = randomBoxes(each, first + round, 1e6);
+      try {
+        write(index, "update", idsUpTo(each, first), far);
+        index.commit();
+        moved += each;
+      } catch (error) {
+        assert.ok(error instanceof RangeError && noMemory.message.test(error.message), error);
+        refused += each;
+      }
+    }
+  }
+  assert.equal(moved + refused, 3 * held);
+  assert.equal(index.len(), held);
+  ask(index, ...EVERYWHERE);
+  assert.equal(index.in_box(), held);
+});
+
 for (const each of [1, 37, 700, 20_000]) {
   test(`where memory ends, there is an exception, and the index works on: ${each} at a time`, async () => {
-    const bytes = await readFile(new URL("../wasm/osp_culling_bg.wasm", import.meta.url));
-    // Its own copy of the glue: the other tests have theirs.
-    const glue = await import(`../wasm/osp_culling.js?${each}`);
-    const { memory } = glue.initSync({ module: withMostPages(bytes, 1024) });
-    const write = (index, ids, boxes) => {
-      index.room(boxes.length, ids.length);
-      new Float32Array(memory.buffer, index.boxes_at(), boxes.length).set(boxes);
-      new Uint32Array(memory.buffer, index.ids_at(), ids.length).set(ids);
-      index.insert();
-    };
-    const noMemory = { name: "RangeError", message: /there is no memory left for/ };
+    const { glue, write, ask } = await smallModule();
     assert.throws(() => new glue.Index(0, 0, 0, 64, 1e8), noMemory);
     const index = new glue.Index(0, 0, 0, 64, 0);
     assert.throws(() => index.room(1e8, 1e8), noMemory);
@@ -153,14 +231,14 @@ for (const each of [1, 37, 700, 20_000]) {
       for (; held < 3e6; held += each) {
         // Somewhere else each time.
         for (let i = 0; i < boxes.length; i += 3) boxes[i] += 0.01;
-        write(index, idsUpTo(each, held), boxes);
+        write(index, "insert", idsUpTo(each, held), boxes);
         if (each > 1 || held % 50 === 0) index.commit();
       }
     };
     assert.throws(fill, noMemory);
     assert.ok(held >= 100_000, `${held} boxes in 64 MiB`);
     assert.equal(index.len(), held);
-    new Float64Array(memory.buffer, index.numbers_at(), 6).set([-1e9, -1e9, -1e9, 1e9, 1e9, 1e9]);
+    ask(index, ...EVERYWHERE);
     assert.equal(index.in_box(), held);
     assert.throws(() => new glue.Depth(8192, 8192), noMemory);
     assert.equal(index.len(), held);
