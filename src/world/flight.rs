@@ -14,6 +14,8 @@ const ASPECT: f32 = 16.0 / 9.0;
 const NEAR_M: f32 = 0.02;
 /// The generator's own default stream, written out so that it cannot change with the library.
 const STREAM: u128 = 0x0a02_bdbf_7bb3_c0a7_ac28_fa16_a64a_bf96;
+/// Cosine of the angle by which the eye turns at once in a frame; of a larger one it takes a part.
+const QUICK_TURN: f64 = 0.95;
 
 /// A smooth flight through a world, the same for the same box and seed on every machine: a Catmull-Rom spline (E. Catmull, R. Rom, "A
 /// Class of Local Interpolating Splines", 1974) through points at random. The eye looks where it goes.
@@ -26,6 +28,8 @@ pub struct Flight {
     points: [DVec3; 4],
     /// Between the second and the third point, from 0 to 1.
     along: f64,
+    /// Where the last frame looked.
+    forward: Option<DVec3>,
 }
 
 impl Flight {
@@ -42,6 +46,7 @@ impl Flight {
             random: Pcg64::new(u128::from(seed), STREAM),
             points: [DVec3::ZERO; 4],
             along: 0.0,
+            forward: None,
         };
         this.points = std::array::from_fn(|_| this.point());
         this
@@ -72,7 +77,14 @@ impl Iterator for Flight {
     fn next(&mut self) -> Option<View> {
         let (eye, direction) = self.at();
         let eye_in_world = eye.as_vec3();
-        let forward = direction.normalize_or(DVec3::NEG_Z).as_vec3();
+        let ahead = direction.normalize_or(DVec3::NEG_Z);
+        // Where the path turns back, it does so within a step: the eye takes several frames for it.
+        let forward = match self.forward {
+            Some(last) if last.dot(ahead) < QUICK_TURN => (last * 3.0 + ahead).normalize_or(ahead),
+            _ => ahead,
+        };
+        self.forward = Some(forward);
+        let forward = forward.as_vec3();
         let near_m = NEAR_M.min(self.far_m * 1.0e-3);
         let projection = Projection::symmetric(FOV_DEGREES, ASPECT, near_m, self.far_m);
         // The target is a metre ahead of the origin, not of the eye: far away that would round.
