@@ -125,10 +125,8 @@ impl Own {
                     before.extend([Some(begin), last].into_iter().flatten());
                 }
             }
-            Event::End { stroke, .. } => {
-                if self.interrupted.remove(&own_number(stroke.0)).is_some() {
-                    return None;
-                }
+            Event::End { stroke, .. } if self.interrupted.remove(&own_number(stroke.0)).is_some() => {
+                return None;
             }
             Event::Polygon { stroke: Some(stroke), .. } => {
                 let n = own_number(stroke.0);
