@@ -17,7 +17,7 @@ const LAYERS: [(&str, &[&str]); 17] = [
     ("scene", &["math", "polygon", "brush", "recording", "stroke"]),
     ("live", &["recording", "small_file"]),
     ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
-    ("world", &["math", "polygon", "index", "view", "scene", "replay"]),
+    ("world", &["math", "polygon", "index", "view", "scene", "replay", "small_file"]),
     ("rivals", &["math", "polygon", "index"]),
     (
         "render",
