@@ -1,8 +1,12 @@
+mod recorded;
+
 use std::{
     io,
     path::{Path, PathBuf},
     sync::Arc,
 };
+
+use recorded::Recorded;
 
 use crate::{
     export::PolygonTimes,
@@ -41,22 +45,6 @@ struct Snapshot {
 impl Snapshot {
     fn frames(&self) -> u64 {
         self.state.moment.frame
-    }
-}
-
-/// The events of a session, cut into frames.
-#[derive(Debug)]
-struct Recorded {
-    events: Vec<Event>,
-    /// Where in `events` each frame ends.
-    frame_ends: Vec<usize>,
-}
-
-impl Recorded {
-    fn of(&self, frame: u64) -> &[Event] {
-        let at = frame as usize;
-        let start = if at == 0 { 0 } else { self.frame_ends[at - 1] };
-        &self.events[start..self.frame_ends[at]]
     }
 }
 
@@ -334,17 +322,7 @@ impl Player {
     /// may run on another thread, and stops when it is told to.
     pub fn polygon_times(&self) -> impl FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send + use<> {
         let (recorded, end) = (Arc::clone(&self.recorded), self.position());
-        move |goes_on| {
-            let (mut state, mut times) = (SessionState::keeping_groups_whole(), PolygonTimes::default());
-            let mut changes = Vec::new();
-            for frame in (0..end).take_while(|_| goes_on()) {
-                changes.clear();
-                state.scene.let_go();
-                state.play(recorded.of(frame), &mut changes);
-                times.note(recorded.of(frame), &state.scene);
-            }
-            times
-        }
+        move |goes_on| recorded.polygon_times(end, goes_on)
     }
 
     /// The model as it is after the last frame.

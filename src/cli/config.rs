@@ -2,7 +2,7 @@
 
 use std::{fs, io::Write, path::Path};
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use clap::{Args, Command, Subcommand};
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value, value};
 
@@ -73,21 +73,21 @@ pub(super) fn run(args: &ConfigArgs, mut program: Command) -> anyhow::Result<Out
         What::Path => say(&path.display().to_string())?,
         What::Show => show(&program, &path)?,
         What::Set { key, values } => {
-            let parts = key_parts(key)?;
+            let (commands, option) = key_parts(key)?;
             change(
                 &path,
-                |document| set(document, &parts, values),
+                |document| set(document, &commands, option, values),
                 |found| {
                     found
                         .iter()
-                        .filter(|one| one.key == parts)
+                        .filter(|one| one.tables() == commands && one.option() == option)
                         .try_for_each(|one| defaults::check(&program, &path, one))
                 },
             )?;
             say(&format!("{key} = {} in {}", values.join(" "), path.display()))?;
         }
         What::Unset { key } => {
-            change(&path, |document| unset(document, &key_parts(key)?, key), |_| Ok(()))?;
+            change(&path, |document| unset(document, key), |_| Ok(()))?;
             say(&format!("{key} removed from {}", path.display()))?;
         }
     }
@@ -133,14 +133,14 @@ fn change(
     Ok(())
 }
 
-fn key_parts(key: &str) -> anyhow::Result<Vec<&str>> {
-    let parts: Vec<&str> = key.split('.').collect();
-    ensure!(parts.iter().all(|part| !part.is_empty()), "{key}: expected OPTION or COMMAND.OPTION");
-    Ok(parts)
+/// The names on the way to a command, and that of an option of it.
+fn key_parts(key: &str) -> anyhow::Result<(Vec<&str>, &str)> {
+    let mut parts: Vec<&str> = key.split('.').collect();
+    let option = parts.pop().filter(|option| !option.is_empty() && parts.iter().all(|part| !part.is_empty()));
+    Ok((parts, option.with_context(|| format!("{key}: expected OPTION or COMMAND.OPTION"))?))
 }
 
-fn set(document: &mut DocumentMut, key: &[&str], values: &[String]) -> anyhow::Result<()> {
-    let Some((option, commands)) = key.split_last() else { bail!("expected OPTION or COMMAND.OPTION") };
+fn set(document: &mut DocumentMut, commands: &[&str], option: &str, values: &[String]) -> anyhow::Result<()> {
     let mut table: &mut dyn TableLike = document.as_table_mut();
     for command in commands {
         let below = table.entry(command).or_insert_with(|| Item::Table(Table::new()));
@@ -171,8 +171,8 @@ fn typed(text: &str) -> Value {
     }
 }
 
-fn unset(document: &mut DocumentMut, key: &[&str], named: &str) -> anyhow::Result<()> {
-    let Some((option, commands)) = key.split_last() else { bail!("expected OPTION or COMMAND.OPTION") };
+fn unset(document: &mut DocumentMut, named: &str) -> anyhow::Result<()> {
+    let (commands, option) = key_parts(named)?;
     let mut table: &mut dyn TableLike = document.as_table_mut();
     for command in commands {
         let below = table.get_mut(command).and_then(Item::as_table_like_mut);

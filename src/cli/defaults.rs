@@ -6,6 +6,7 @@
 use std::{
     env,
     ffi::OsString,
+    fs, io,
     path::{Path, PathBuf},
 };
 
@@ -36,12 +37,12 @@ pub(super) struct UserDefault {
 
 impl UserDefault {
     /// The name of the option, without dashes.
-    fn option(&self) -> &str {
+    pub(super) fn option(&self) -> &str {
         self.key.last().map_or("", String::as_str)
     }
 
     /// The commands that the default is for: the names on the way to a command, or none for all.
-    fn tables(&self) -> &[String] {
+    pub(super) fn tables(&self) -> &[String] {
         &self.key[..self.key.len().saturating_sub(1)]
     }
 }
@@ -60,13 +61,17 @@ pub(super) fn path() -> Option<PathBuf> {
 /// The text of the file; empty if there is none.
 pub(super) fn text(path: &Path) -> anyhow::Result<String> {
     match read_text(path, MOST_BYTES) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(String::new()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(String::new()),
         text => text.with_context(|| path.display().to_string()),
     }
 }
 
 /// Adds the file's defaults to the words of a command line, as words behind the names of its command.
 pub(super) fn added(program: &Command, words: &[OsString]) -> anyhow::Result<Vec<OsString>> {
+    let is_there = |path: &PathBuf| {
+        fs::metadata(path).map_or_else(|error| error.kind() != io::ErrorKind::NotFound, |_| true)
+    };
+    let Some(path) = path().filter(is_there) else { return Ok(words.to_vec()) };
     // Only to know the command and what is given: whether the words can be understood is seen later.
     let Ok(matches) = program.clone().ignore_errors(true).try_get_matches_from(words) else {
         return Ok(words.to_vec());
@@ -77,9 +82,9 @@ pub(super) fn added(program: &Command, words: &[OsString]) -> anyhow::Result<Vec
         names.push(name);
         below = matches;
     }
-    let Some(path) = path().filter(|_| names.first().is_some_and(|name| !WITHOUT.contains(name))) else {
+    if names.first().is_none_or(|name| WITHOUT.contains(name)) {
         return Ok(words.to_vec());
-    };
+    }
     let text = text(&path)?;
     let found = read(&path, &text)?;
     let mut built = program.clone();
