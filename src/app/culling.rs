@@ -1,12 +1,14 @@
+mod plan;
+
 use std::{sync::Arc, time::Duration};
 
 use glam::Vec3;
 
 use super::{document::meet_polygon, draw_cost::DrawCost, spans::Part};
 use crate::{
-    frame::{AutoBasis, FrameRecord, OcclusionPass, PassConfig, Pipeline, StageClock},
-    index::{IndexConfig, SpatialIndex},
-    lab::pvs::{Pvs, PvsPass},
+    frame::{AutoBasis, FrameRecord, OcclusionPass, Pipeline, StageClock},
+    index::SpatialIndex,
+    lab::pvs::Pvs,
     math::{Aabb, Ray},
     occlusion::{NodeTest, Occlusion, Score, ShadowVolume},
     polygon::{Change, PolygonId, VisibleBlocks},
@@ -15,6 +17,8 @@ use crate::{
     scene::{Scene, Stroke},
     view::View,
 };
+
+pub use plan::{CullingPlan, Indexed};
 
 /// Whether a stage of culling takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +42,8 @@ pub struct Reindexed {
     pub polygons: u64,
     /// Time.
     pub took: Duration,
+    /// Another thread than the window's has inserted them.
+    pub beside: bool,
 }
 
 /// Results and times of picking with rays since the beginning.
@@ -67,13 +73,7 @@ pub struct ReachCounts {
 /// The culling of a frame, with switches that can be turned while it runs.
 #[derive(Debug)]
 pub struct Culling {
-    kind: IndexKind,
-    occlusion: Occlusion,
-    occluders: Option<usize>,
-    node_test: NodeTest,
-    score: Score,
-    pvs: Option<Arc<Pvs>>,
-    auto_basis: AutoBasis,
+    plan: CullingPlan,
     root: Aabb,
     pipeline: Pipeline,
     clock: StageClock,
@@ -91,19 +91,13 @@ pub struct Culling {
 impl Culling {
     /// Culling with an empty index.
     pub fn new(kind: IndexKind) -> Self {
-        let clock = StageClock::default();
-        let root = root_for(&Aabb::EMPTY);
+        let plan = CullingPlan::new(kind, Occlusion::None);
+        let (root, pipeline) = plan.index_nothing();
         Self {
-            kind,
-            occlusion: Occlusion::None,
-            occluders: None,
-            node_test: NodeTest::Box,
-            score: Score::default(),
-            pvs: None,
-            auto_basis: AutoBasis::default(),
+            plan,
             root,
-            pipeline: create(kind, PassConfig::new(Occlusion::None), root, 0, clock),
-            clock,
+            pipeline,
+            clock: StageClock::default(),
             stages: Stages::default(),
             reindexed: None,
             picks: PickCounts::default(),
@@ -116,12 +110,12 @@ impl Culling {
 
     /// The index in use.
     pub fn kind(&self) -> IndexKind {
-        self.kind
+        self.plan.kind
     }
 
     /// The method of occlusion culling.
     pub fn occlusion(&self) -> Occlusion {
-        self.occlusion
+        self.plan.occlusion
     }
 
     /// The index, with what is filed beside it.
@@ -156,23 +150,23 @@ impl Culling {
 
     /// Changes the most occluders of a view.
     pub fn set_occluders(&mut self, occluders: Option<usize>) {
-        self.occluders = occluders;
+        self.plan.occluders = occluders;
         self.pipeline.set_occluders(occluders);
     }
 
     /// Says how occlusion culling tests nodes and scores occluders; from the next [`Culling::reindex`] on.
     pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
-        (self.node_test, self.score) = (node_test, score);
+        (self.plan.node_test, self.plan.score) = (node_test, score);
     }
 
     /// Says what `auto` compares to find the cheapest method; from the next [`Culling::reindex`] on.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
-        self.auto_basis = basis;
+        self.plan.auto_basis = basis;
     }
 
     /// How occlusion culling tests nodes and scores occluders.
     pub fn tests(&self) -> (NodeTest, Score) {
-        (self.node_test, self.score)
+        (self.plan.node_test, self.plan.score)
     }
 
     /// The shadows of the first view's occluders in the last frame, the eye being the origin.
@@ -184,12 +178,12 @@ impl Culling {
     /// Takes potentially visible sets, for [`Occlusion::Pvs`]. They cull only while the model is the one that they were
     /// computed for.
     pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
-        self.pvs = Some(pvs);
+        self.plan.pvs = Some(pvs);
     }
 
     /// Whether there are such sets.
     pub fn has_pvs(&self) -> bool {
-        self.pvs.is_some()
+        self.plan.pvs.is_some()
     }
 
     /// Time of the last change of the index.
@@ -207,23 +201,32 @@ impl Culling {
         self.reaches
     }
 
+    /// How it culls now, and whatever index is made next.
+    pub fn plan(&self) -> &CullingPlan {
+        &self.plan
+    }
+
     /// Inserts the whole model into another index, or anew into the same. Changes of the scene that no frame has taken
     /// yet must not be given to the next frame: the model that is inserted here has them.
     pub fn reindex(&mut self, kind: IndexKind, occlusion: Occlusion, scene: &Scene, bounds: &Aabb) {
-        let start = self.clock.start();
-        let root = root_for(bounds);
-        let (node_test, score) = (self.node_test, self.score);
-        let pass = PassConfig { node_test, score, basis: self.auto_basis, ..PassConfig::new(occlusion) };
-        let mut pipeline = create(kind, pass, root, scene.polygon_count(), self.clock);
-        if let Some(pvs) = self.pvs.as_ref().filter(|_| occlusion == Occlusion::Pvs) {
-            pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
+        let plan = CullingPlan { kind, occlusion, ..self.plan.clone() };
+        self.take(plan.index(scene, bounds), false);
+    }
+
+    /// Goes on with a model that another thread has inserted, or without one, or if that was done by another plan, inserts
+    /// it.
+    pub fn meet(&mut self, indexed: Option<Indexed>, scene: &Scene, bounds: &Aabb) {
+        match indexed.filter(|indexed| indexed.plan.is(&self.plan)) {
+            Some(indexed) => self.take(indexed, true),
+            None => self.take(self.plan.clone().index(scene, bounds), false),
         }
-        pipeline.set_occluders(self.occluders);
-        pipeline.load(scene);
-        let took = Duration::from_nanos(self.clock.since(start).ns);
+    }
+
+    fn take(&mut self, indexed: Indexed, beside: bool) {
+        let Indexed { plan, root, pipeline, took } = indexed;
         let polygons = pipeline.polygon_count() as u64;
-        (self.kind, self.occlusion, self.root, self.pipeline) = (kind, occlusion, root, pipeline);
-        self.reindexed = Some(Reindexed { kind, polygons, took });
+        self.reindexed = Some(Reindexed { kind: plan.kind, polygons, took, beside });
+        (self.plan, self.root, self.pipeline) = (plan, root, pipeline);
     }
 
     /// Applies changes to the index without a frame.
@@ -370,20 +373,4 @@ impl Culling {
         let near = self.found.iter().copied().filter(is_near);
         near.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
     }
-}
-
-/// The usual root cube if everything is in it, else one around everything.
-fn root_for(bounds: &Aabb) -> Aabb {
-    let usual = IndexConfig::default().root;
-    if bounds.is_empty() || usual.contains(bounds) {
-        return usual;
-    }
-    Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.25)
-}
-
-fn create(kind: IndexKind, pass: PassConfig, root: Aabb, polygons: usize, clock: StageClock) -> Pipeline {
-    // Twice the size, so that the model can grow without new root levels within a frame.
-    let capacity = IndexConfig::default().capacity.max(polygons * 2);
-    let pipeline = Pipeline::new(kind.create(&IndexConfig { root, capacity }), capacity, clock);
-    pipeline.with_occlusion(pass)
 }

@@ -1,122 +1,91 @@
+mod drawn;
 mod opening;
 
-use std::{collections::BTreeSet, io, path::Path};
+use std::{collections::BTreeSet, io, path::Path, sync::Arc};
 
-use super::journal::{Journal, SaveError, Unwritten};
+use super::journal::{Journal, Lines, SaveError, Unwritten};
 use crate::{
     export::PolygonTimes,
     math::{Aabb, Ray},
+    platform,
     polygon::{Change, PolygonId},
-    recording::{
-        AUTHORS_FORMAT, Author, Event, EventSource, Header, Limits, RecordingError, StrokeId, Tally,
-    },
+    recording::{AUTHORS_FORMAT, Author, Event, EventSource, Header, Limits, RecordingError, StrokeId},
     scene::{GroupNode, Scene},
 };
+use drawn::Drawn;
 
 pub use opening::{Access, OpenError, Opened, Opening};
 
 /// Events of a file that the model takes at once.
 const PIECE: usize = 1024;
+/// Bytes of their lines: more than ordinary lines take.
+const PIECE_BYTES: usize = 1 << 18;
+/// So many such pieces may wait until the journal has taken them.
+const PIECES_AHEAD: usize = 4;
 
 /// A session being drawn: the model, and its file, to which every event is written before the next one.
 #[derive(Debug)]
 pub struct Document {
-    scene: Scene,
-    /// Since [`Document::take_changes`] was last called.
-    changes: Vec<Change>,
-    bounds: Aabb,
-    times: PolygonTimes,
+    drawn: Drawn,
     journal: Journal,
-    next_stroke: u32,
-    last_secs: f64,
-    events: u64,
-    /// What a reader of its file will count.
-    tally: Tally,
     refused: u64,
     news: Vec<String>,
 }
 
 impl Document {
     fn around(journal: Journal) -> Self {
-        Self {
-            scene: Scene::keeping_groups_whole(),
-            changes: Vec::new(),
-            bounds: Aabb::EMPTY,
-            times: PolygonTimes::default(),
-            journal,
-            next_stroke: 0,
-            last_secs: 0.0,
-            events: 0,
-            tally: Tally::default(),
-            refused: 0,
-            news: Vec::new(),
-        }
+        Self { drawn: Drawn::default(), journal, refused: 0, news: Vec::new() }
     }
 
-    /// Applies the events of a file, piece by piece. The window inserts the whole model when it opens a session, so the
-    /// changes on the way are dropped.
+    /// Reads the events of a file, piece by piece. Meanwhile one thread applies them to the model, and another one packs their
+    /// lines for the journal.
     fn read(
         &mut self,
         events: &mut dyn EventSource,
         go_on: &dyn Fn(u64) -> bool,
     ) -> Result<(), RecordingError> {
-        let mut piece = Vec::with_capacity(PIECE);
-        while let Some(event) = events.next_event()? {
-            self.journal.note(&event)?;
-            piece.push(event);
-            if piece.len() == PIECE {
-                self.note_piece(&piece);
-                piece.clear();
-                if !go_on(self.events) {
-                    let path = self.journal.path();
-                    return Err(RecordingError::io(path, io::ErrorKind::Interrupted.into()));
+        let Self { drawn, journal, .. } = self;
+        let path = journal.path().to_owned();
+        let mut read = |to_journal: &mut dyn FnMut(Arc<Lines>) -> bool,
+                        to_model: &mut dyn FnMut(Arc<Lines>) -> bool| {
+            let mut count = 0;
+            loop {
+                let mut piece = Lines::default();
+                let outcome = read_piece(events, &mut piece);
+                count += piece.events().len() as u64;
+                let piece = Arc::new(piece);
+                // What the journal refuses ends the reading.
+                if !(to_journal(Arc::clone(&piece)) && to_model(piece) && outcome?) {
+                    return Ok(());
+                }
+                if !go_on(count) {
+                    return Err(RecordingError::io(&path, io::ErrorKind::Interrupted.into()));
                 }
             }
-        }
-        self.note_piece(&piece);
-        Ok(())
-    }
-
-    fn note_piece(&mut self, events: &[Event]) {
-        self.note(events);
-        self.changes.clear();
-        self.scene.let_go();
+        };
+        let note = |piece: Arc<Lines>| journal.note(&piece);
+        let apply = |piece: Arc<Lines>| {
+            drawn.apply_read(piece.events());
+            Ok(())
+        };
+        let ((read, applied), noted) = platform::hand_over(PIECES_AHEAD, note, |to_journal| {
+            platform::hand_over(PIECES_AHEAD, apply, |to_model| read(to_journal, to_model))
+        });
+        noted.and(applied).and(read)
     }
 
     /// A crash leaves strokes and steps without an end; this ends them. The ends are written to the file together with the first event
     /// that somebody draws.
     fn end_open_strokes(&mut self) {
-        let t = self.last_secs;
-        let open =
-            self.scene.strokes().iter().filter(|stroke| stroke.is_open()).filter_map(|stroke| stroke.id());
-        let ends: Vec<Event> = open.map(|stroke| Event::End { t, stroke }).collect();
-        let step = self.scene.is_step_open().then_some(Event::Step { author: Author::SOLE, t, edits: 0 });
+        let Drawn { scene, last_secs: t, .. } = &self.drawn;
+        let open = scene.strokes().iter().filter(|stroke| stroke.is_open()).filter_map(|stroke| stroke.id());
+        let ends: Vec<Event> = open.map(|stroke| Event::End { t: *t, stroke }).collect();
+        let step = scene.is_step_open().then_some(Event::Step { author: Author::SOLE, t: *t, edits: 0 });
         for event in ends.into_iter().chain(step) {
             // Neither is ever too long for a line.
-            if self.journal.note(&event).is_ok() {
-                self.note(std::slice::from_ref(&event));
+            if self.journal.push(&event).is_ok() {
+                self.drawn.apply(std::slice::from_ref(&event));
             }
-        }
-    }
-
-    /// Applies events to the model.
-    fn note(&mut self, events: &[Event]) {
-        for event in events {
-            self.last_secs = self.last_secs.max(event.time_secs());
-            if let Event::Begin { stroke, author, .. } | Event::Polygon { stroke: Some(stroke), author, .. } =
-                event
-                && author.is_sole()
-            {
-                self.next_stroke = self.next_stroke.max(stroke.0.saturating_add(1));
-            }
-        }
-        self.events += events.len() as u64;
-        events.iter().for_each(|event| self.tally.add(event));
-        let first = self.changes.len();
-        self.scene.apply_all(events, &mut self.changes);
-        self.times.note(events, &self.scene);
-        for &change in &self.changes[first..] {
-            self.bounds = self.bounds.union(&self.scene.bounds_of_change(change));
         }
     }
 
@@ -144,18 +113,18 @@ impl Document {
         });
         if !events.is_empty() {
             self.journal.write_pending();
-            self.note(events);
+            self.drawn.apply(events);
         }
     }
 
     /// The first limit that a reader of its file will find passed, and its name.
     pub(super) fn excess(&self, limits: &Limits) -> Option<(u64, &'static str)> {
-        self.tally.excess(limits)
+        self.drawn.tally.excess(limits)
     }
 
     /// [`Document::excess`] after more events.
     pub(super) fn excess_with(&self, events: &[Event], limits: &Limits) -> Option<(u64, &'static str)> {
-        let mut tally = self.tally.clone();
+        let mut tally = self.drawn.tally.clone();
         events.iter().for_each(|event| tally.add(event));
         tally.excess(limits)
     }
@@ -173,16 +142,16 @@ impl Document {
         // Where there were several authors, each has numbers of its own: those of the window are the first.
         let is_shared = self.header().format >= AUTHORS_FORMAT;
         let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
-        self.next_stroke &= last;
+        self.drawn.next_stroke &= last;
         // A session may have used the last number that there is: then those that it left out are next.
         for _ in 0..last {
-            if !self.scene.is_used(StrokeId(self.next_stroke)) {
+            if !self.drawn.scene.is_used(StrokeId(self.drawn.next_stroke)) {
                 break;
             }
-            self.next_stroke = self.next_stroke.wrapping_add(1) & last;
+            self.drawn.next_stroke = self.drawn.next_stroke.wrapping_add(1) & last;
         }
-        let id = StrokeId(self.next_stroke);
-        self.next_stroke = self.next_stroke.wrapping_add(1) & last;
+        let id = StrokeId(self.drawn.next_stroke);
+        self.drawn.next_stroke = self.drawn.next_stroke.wrapping_add(1) & last;
         id
     }
 
@@ -193,33 +162,33 @@ impl Document {
 
     /// The model.
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.drawn.scene
     }
 
     /// The groups of the model as a tree.
     pub fn group_tree(&mut self) -> Vec<GroupNode> {
-        self.scene.group_tree()
+        self.drawn.scene.group_tree()
     }
 
     /// The changes since [`Document::take_changes`] was last called.
     pub fn changes(&self) -> &[Change] {
-        &self.changes
+        &self.drawn.changes
     }
 
     /// Appends the changes since the last call to `out`.
     pub fn take_changes(&mut self, out: &mut Vec<Change>) {
-        self.scene.let_go();
-        out.append(&mut self.changes);
+        self.drawn.scene.let_go();
+        out.append(&mut self.drawn.changes);
     }
 
     /// Box of everything that was ever drawn.
     pub fn bounds(&self) -> Aabb {
-        self.bounds
+        self.drawn.bounds
     }
 
     /// When its polygons were drawn.
     pub fn polygon_times(&self) -> &PolygonTimes {
-        &self.times
+        &self.drawn.times
     }
 
     /// The session's header.
@@ -246,12 +215,12 @@ impl Document {
 
     /// Time stamp of its last event, seconds: new events continue from there.
     pub fn last_secs(&self) -> f64 {
-        self.last_secs
+        self.drawn.last_secs
     }
 
     /// Events so far.
     pub fn event_count(&self) -> u64 {
-        self.events
+        self.drawn.events
     }
 
     /// Events that no session can hold (a position that is not a number), left out.
@@ -273,11 +242,8 @@ impl Document {
     /// There is no memory to read it again; nothing has changed.
     pub fn discard(&mut self) -> Result<(), RecordingError> {
         let events = self.journal.discard()?;
-        (self.scene, self.bounds) = (Scene::keeping_groups_whole(), Aabb::EMPTY);
-        (self.next_stroke, self.last_secs, self.events) = (0, 0.0, 0);
-        (self.tally, self.times) = (Tally::default(), PolygonTimes::default());
-        events.chunks(PIECE).for_each(|piece| self.note_piece(piece));
-        self.changes.clear();
+        self.drawn = Drawn::default();
+        events.chunks(PIECE).for_each(|piece| self.drawn.apply_read(piece));
         self.end_open_strokes();
         Ok(())
     }
@@ -289,6 +255,15 @@ impl Document {
     pub fn close(self) -> Result<(), Unwritten> {
         self.journal.close()
     }
+}
+
+/// Reads a piece's events; those before an error stay in it. Returns whether there may be more.
+fn read_piece(events: &mut dyn EventSource, piece: &mut Lines) -> Result<bool, RecordingError> {
+    while piece.events().len() < PIECE && piece.bytes() < PIECE_BYTES {
+        let Some(event) = events.next_event()? else { return Ok(false) };
+        piece.push(event, events.line());
+    }
+    Ok(true)
 }
 
 /// The parameter at which a ray hits a polygon, from either side.

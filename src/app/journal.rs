@@ -28,6 +28,7 @@ use crate::{
 use history::History;
 
 pub use autosaves::Autosaves;
+pub(super) use history::Lines;
 pub use lock::OpenElsewhere;
 pub(super) use lock::{NotTaken, SessionLock};
 pub(super) use session_file::SessionFile;
@@ -158,9 +159,12 @@ impl Journal {
         Self::new(None, path.to_owned(), header, autosaves)
     }
 
-    /// Adds an event that was read from the session's file, or one that is to be written together with the first new event.
-    pub(super) fn note(&mut self, event: &Event) -> Result<(), RecordingError> {
-        self.history.push(event)
+    /// Adds events that were read from the session's file.
+    ///
+    /// # Errors
+    /// No recording can hold one of them.
+    pub(super) fn note(&mut self, lines: &Lines) -> Result<(), RecordingError> {
+        self.history.push_read(lines)
     }
 
     /// The events so far are those that the session had when it was opened; its file holds them, if it has

@@ -59,7 +59,7 @@ mod working;
 
 pub use altering::Altering;
 pub use command::Command;
-pub use culling::{Culling, PickCounts, ReachCounts, Reindexed, Stages};
+pub use culling::{Culling, CullingPlan, Indexed, PickCounts, ReachCounts, Reindexed, Stages};
 pub use document::{Access, Document, OpenError, Opened, Opening};
 pub use drawing_aids::Aids;
 pub use fingers::Fingers;

@@ -198,7 +198,7 @@ fn replay(studio: &mut Studio, path: &Path) -> Result<(), String> {
     for remark in player.remarks() {
         studio.say(remark.clone());
     }
-    studio.replace(Subject::Replay(Box::new(player)));
+    studio.replace(Subject::Replay(Box::new(player)), None);
     studio.command(Command::Play(true));
     Ok(())
 }

@@ -209,7 +209,7 @@ impl Studio {
     }
 
     fn begin(&mut self) {
-        self.replace(Subject::Sketch(Box::new(Document::new(&self.autosaves))));
+        self.replace(Subject::Sketch(Box::new(Document::new(&self.autosaves))), None);
     }
 
     fn open_or_ask(&mut self, path: &Path, how: Opening) {
@@ -332,6 +332,6 @@ impl Studio {
             Err(error) => self.say(error.to_string()),
         }
         self.take_up_time();
-        self.meet_subject();
+        self.meet_subject(None);
     }
 }

@@ -8,7 +8,7 @@ use glam::{Quat, Vec2, Vec3};
 
 use super::{
     altering::{Clip, Replaced},
-    culling::Culling,
+    culling::{Culling, Indexed},
     document::{OpenError, Opened},
     drawing_aids::{Aids, Twins},
     frames::FrameWriter,
@@ -211,12 +211,12 @@ impl Studio {
             unread: None,
             unwritten: None,
         };
-        studio.meet_subject();
+        studio.meet_subject(None);
         studio
     }
 
-    /// Inserts a new subject's model into the index, and shows all of it.
-    pub(super) fn meet_subject(&mut self) {
+    /// Inserts a new subject's model into the index, unless that was done, and shows all of it.
+    pub(super) fn meet_subject(&mut self, indexed: Option<Indexed>) {
         // The whole model is inserted at once: the changes that led to it are not needed.
         if let Subject::Sketch(document) = &mut self.subject {
             document.take_changes(&mut Vec::new());
@@ -230,8 +230,7 @@ impl Studio {
         self.gestures = Gestures::default();
         self.frozen = None;
         let bounds = self.subject.bounds();
-        let (kind, occlusion) = (self.culling.kind(), self.culling.occlusion());
-        self.culling.reindex(kind, occlusion, self.subject.scene(), &bounds);
+        self.culling.meet(indexed, self.subject.scene(), &bounds);
         self.navigator = Navigator::default();
         self.navigator.show_all(&bounds);
         if let Subject::Sketch(document) = &self.subject
@@ -241,7 +240,7 @@ impl Studio {
         }
     }
 
-    pub(super) fn replace(&mut self, subject: Subject) {
+    pub(super) fn replace(&mut self, subject: Subject, indexed: Option<Indexed>) {
         self.finish_gestures();
         if let Subject::Sketch(old) = std::mem::replace(&mut self.subject, subject) {
             let journal = old.journal();
@@ -254,7 +253,7 @@ impl Studio {
             }
         }
         self.take_up_time();
-        self.meet_subject();
+        self.meet_subject(indexed);
     }
 
     /// The session's time goes on from its last event.
@@ -300,8 +299,10 @@ impl Studio {
 
     /// When a frame is due even without input: a tracker's stroke may have to be ended, work beside the window may be done.
     pub fn next_frame_in(&self) -> Option<Duration> {
-        let soon = self.is_working() || self.gestures.resting.is_some();
-        soon.then_some(Duration::from_millis(50))
+        let is_resting = self.gestures.resting.is_some();
+        is_resting
+            .then_some(Duration::from_millis(50))
+            .or(self.is_working().then_some(Duration::from_millis(250)))
             .or(self.hands.is_drawing().then_some(Duration::from_millis(300)))
     }
 

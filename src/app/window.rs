@@ -44,6 +44,8 @@ const MAX_RECOVERIES: u32 = 5;
 
 /// How often the session's file is looked after while nothing happens.
 const TEND: Duration = Duration::from_millis(500);
+/// The same while something is done beside the window: it is shown as soon as it is done.
+const TEND_WORK: Duration = Duration::from_millis(20);
 /// Time between frames while nothing but paint moves.
 const ANIMATION_STEP: Duration = Duration::from_millis(33);
 
@@ -226,10 +228,11 @@ impl ApplicationHandler<Wake> for App {
         let Some(live) = &mut self.live else { return };
         let now = Instant::now();
         if live.tend_at <= now {
-            live.tend_at = now + TEND;
-            if self.studio.as_mut().is_some_and(Studio::tend) {
+            let Some(studio) = &mut self.studio else { return };
+            if studio.tend() {
                 live.window.request_redraw();
             }
+            live.tend_at = now + if studio.is_working() { TEND_WORK } else { TEND };
         }
         if live.repaint_at.is_some_and(|at| at <= now) {
             live.repaint_at = None;

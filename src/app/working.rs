@@ -11,6 +11,7 @@ use std::{
 };
 
 use super::{
+    culling::{CullingPlan, Indexed},
     document::{Document, OpenError, Opened, Opening},
     journal::Autosaves,
     player::Player,
@@ -47,11 +48,19 @@ impl Progress {
     }
 }
 
+/// A session to draw on.
+#[derive(Debug)]
+struct ReadSession {
+    document: Document,
+    opened: Opened,
+    indexed: Indexed,
+}
+
 /// What came of it.
 #[derive(Debug)]
 enum Done {
     Played { path: PathBuf, outcome: Result<Box<Player>, RecordingError> },
-    Opened { path: PathBuf, how: Opening, is_new: bool, outcome: Result<Box<(Document, Opened)>, OpenError> },
+    Opened { path: PathBuf, how: Opening, is_new: bool, outcome: Result<Box<ReadSession>, OpenError> },
     Exported { path: PathBuf, outcome: Result<GltfCounts, ExportError> },
 }
 
@@ -96,12 +105,17 @@ impl Working {
 pub struct Reading(Working);
 
 impl Reading {
-    /// Starts to read a session to draw on it.
+    /// Starts to read a session to draw on it, and to insert its model by this plan.
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn to_draw(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Self, String> {
-        Working::start(reading(path), Kind::Reading, read(path, autosaves, how)).map(Self)
+    pub fn to_draw(
+        path: &Path,
+        autosaves: &Autosaves,
+        how: Opening,
+        plan: CullingPlan,
+    ) -> Result<Self, String> {
+        Working::start(reading(path), Kind::Reading, read(path, autosaves, how, plan)).map(Self)
     }
 
     /// Starts to read a session to play it, or with `plays` false to stand before its first frame.
@@ -135,7 +149,7 @@ impl Reading {
         };
         match done {
             Ok(Done::Opened { outcome, .. }) => {
-                Waited::Read(outcome.map(|both| (Subject::Sketch(Box::new(both.0)), both.1)))
+                Waited::Read(outcome.map(|read| (Subject::Sketch(Box::new(read.document)), read.opened)))
             }
             Ok(Done::Played { outcome, .. }) => {
                 Waited::Read(outcome.map_err(OpenError::Recording).map(|player| {
@@ -163,12 +177,21 @@ fn reading(path: &Path) -> String {
     format!("reading {}", path.display())
 }
 
-fn read(path: &Path, autosaves: &Autosaves, how: Opening) -> impl FnOnce(&Progress) -> Done + Send + use<> {
+fn read(
+    path: &Path,
+    autosaves: &Autosaves,
+    how: Opening,
+    plan: CullingPlan,
+) -> impl FnOnce(&Progress) -> Done + Send + use<> {
     let (path, autosaves) = (path.to_owned(), autosaves.clone());
     move |progress| {
         let is_new = !platform::fs::is_there(&path);
         let opened = Document::open_watched(&path, &autosaves, how, &|done| progress.note(done));
-        Done::Opened { path, how, is_new, outcome: opened.map(Box::new) }
+        let outcome = opened.map(|(document, opened)| {
+            let indexed = plan.index(document.scene(), &document.bounds());
+            Box::new(ReadSession { document, opened, indexed })
+        });
+        Done::Opened { path, how, is_new, outcome }
     }
 }
 
@@ -236,8 +259,8 @@ impl Studio {
                 self.working = None;
                 match done {
                     // It was read to its end before it heard of that.
-                    Done::Opened { path, outcome: Ok(opened), .. } if is_cancelled => {
-                        let closed = opened.0.close();
+                    Done::Opened { path, outcome: Ok(read), .. } if is_cancelled => {
+                        let closed = read.document.close();
                         debug_assert!(closed.is_ok(), "nothing was drawn in it");
                         self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
                     }
@@ -264,8 +287,8 @@ impl Studio {
             work.progress.is_cancelled.store(true, Relaxed);
         }
         match work.done.recv() {
-            Ok(Done::Opened { outcome: Ok(opened), .. }) => {
-                opened.0.close().map_err(|error| error.to_string())
+            Ok(Done::Opened { outcome: Ok(read), .. }) => {
+                read.document.close().map_err(|error| error.to_string())
             }
             Ok(Done::Opened { .. } | Done::Played { .. }) => Ok(()),
             Ok(Done::Exported { path, outcome }) => {
@@ -294,7 +317,7 @@ impl Studio {
             Done::Opened { path, how, is_new, outcome } => self.take_opened(&path, how, is_new, outcome),
             Done::Played { outcome: Ok(player), .. } => {
                 player.remarks().iter().for_each(|remark| self.say(remark.clone()));
-                self.replace(Subject::Replay(player));
+                self.replace(Subject::Replay(player), None);
                 self.tell_of_file(Ok(String::new()));
             }
             Done::Played { outcome: Err(error), .. } => self.end_unread(error.into()),
@@ -325,7 +348,8 @@ impl Studio {
         let t = self.now_secs();
         self.hands.stop(t, &mut self.events);
         self.apply_events();
-        let read = read(path, &self.autosaves, Opening { limits: self.limits, ..how });
+        let how = Opening { limits: self.limits, ..how };
+        let read = read(path, &self.autosaves, how, self.culling.plan().clone());
         self.start(reading(path), Kind::Reading, read);
     }
 
@@ -334,13 +358,13 @@ impl Studio {
         path: &Path,
         how: Opening,
         is_new: bool,
-        outcome: Result<Box<(Document, Opened)>, OpenError>,
+        outcome: Result<Box<ReadSession>, OpenError>,
     ) {
         match outcome {
-            Ok(both) => {
-                let (document, opened) = *both;
+            Ok(read) => {
+                let ReadSession { document, opened, indexed } = *read;
                 self.tell(opened);
-                self.replace(Subject::Sketch(Box::new(document)));
+                self.replace(Subject::Sketch(Box::new(document)), Some(indexed));
                 let text = if is_new {
                     format!("{}: there was no such file: an empty session begins there", path.display())
                 } else {

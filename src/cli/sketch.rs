@@ -19,8 +19,8 @@ use super::{
 };
 use crate::{
     app::{
-        Access, Autosaves, Command, Document, OpenElsewhere, OpenError, Opened, Opening, Question, Reading,
-        Room, Settings, Studio, Subject, Waited, WindowOptions, run as run_window,
+        Access, Autosaves, Command, CullingPlan, Document, OpenElsewhere, OpenError, Opened, Opening,
+        Question, Reading, Room, Settings, Studio, Subject, Waited, WindowOptions, run as run_window,
         tracker::{TrackerAddress, TrackerKey, TrackerOptions},
     },
     occlusion::Occlusion,
@@ -139,7 +139,8 @@ impl SketchArgs {
             (false, false) => Access::Write,
         };
         let how = Opening { access, lenient: self.lenient, limits: self.limits.limits() };
-        let reading = Reading::to_draw(path, autosaves, how).map_err(anyhow::Error::msg)?;
+        let reading =
+            Reading::to_draw(path, autosaves, how, self.window.culling()).map_err(anyhow::Error::msg)?;
         match reading.wait(Some(BEFORE_THE_WINDOW)) {
             Waited::Read(Ok((subject, opened))) => Ok(Start { subject, opened, held: None, reading: None }),
             Waited::Read(Err(OpenError::Held(held))) => {
@@ -176,6 +177,12 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl WindowArgs {
+    /// How the window culls until somebody changes it.
+    fn culling(&self) -> CullingPlan {
+        let plan = CullingPlan::new(self.index, self.occlusion);
+        plan.with_tests(self.tests.node_test(), self.tests.score())
+    }
+
     /// Refuses a trace that would replace a file of another kind.
     fn check_trace(&self, session: Option<&PathBuf>, tracker: Option<&TrackerAddress>) -> anyhow::Result<()> {
         let rig = self.rig.file();

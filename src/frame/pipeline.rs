@@ -165,12 +165,29 @@ impl Pipeline {
     /// also lets large occluders be joined across small polygons
     /// ([`OccluderPool::join_walls`](crate::occlusion::OccluderPool::join_walls), up to 130 ms).
     pub fn load(&mut self, geometry: &dyn Geometry) {
-        let ids = (0..geometry.id_end() as u32).map(PolygonId);
-        let all: Vec<Change> = ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect();
+        let all = present(geometry);
         self.apply(geometry, &all, &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
             pass.load(geometry, &all);
         }
+    }
+
+    /// [`Pipeline::load`] on two threads, one for the index and one for the pass; where there are no threads, one after the
+    /// other.
+    pub fn load_on_threads(&mut self, geometry: &(dyn Geometry + Sync)) {
+        if cfg!(target_arch = "wasm32") {
+            self.load(geometry);
+            return;
+        }
+        let all = present(geometry);
+        let mut pass = self.pass.take();
+        std::thread::scope(|scope| {
+            if let Some(pass) = &mut pass {
+                scope.spawn(|| pass.load(geometry, &all));
+            }
+            self.apply(geometry, &all, &mut FrameRecord::default());
+        });
+        self.pass = pass;
     }
 
     /// Ends a row of calls of [`Pipeline::skip`]: makes the index ready for queries.
@@ -367,4 +384,10 @@ impl Pipeline {
     pub fn refused(&self) -> u64 {
         self.refused
     }
+}
+
+/// Everything that is present, as changes.
+fn present(geometry: &dyn Geometry) -> Vec<Change> {
+    let ids = (0..geometry.id_end() as u32).map(PolygonId);
+    ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect()
 }

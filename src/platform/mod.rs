@@ -92,6 +92,33 @@ pub(crate) fn beside(name: &str, work: impl FnOnce() + Send + 'static) -> std::i
     std::thread::Builder::new().name(name.to_owned()).spawn(work).map(drop)
 }
 
+/// Lets `make` hand over what it makes, and `take` take it in the same order on a thread of its own; on a page, which has
+/// none, at once. At most `ahead` wait. Handing over gives false once `take` has failed: nothing is taken any more.
+#[cfg(feature = "window")]
+pub(crate) fn hand_over<T: Send, E: Send, R>(
+    ahead: usize,
+    mut take: impl FnMut(T) -> Result<(), E> + Send,
+    make: impl FnOnce(&mut dyn FnMut(T) -> bool) -> R,
+) -> (R, Result<(), E>) {
+    if cfg!(target_arch = "wasm32") {
+        let mut taken = Ok(());
+        let made = make(&mut |thing| {
+            if taken.is_ok() {
+                taken = take(thing);
+            }
+            taken.is_ok()
+        });
+        return (made, taken);
+    }
+    std::thread::scope(|scope| {
+        let (send, things) = std::sync::mpsc::sync_channel(ahead);
+        let taking = scope.spawn(move || things.into_iter().try_for_each(take));
+        let made = make(&mut |thing| send.send(thing).is_ok());
+        drop(send);
+        (made, taking.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })
+}
+
 /// Waits for a future, or on a page, which cannot wait, goes on and hands its outcome over later.
 #[cfg(feature = "window")]
 pub(crate) fn when_done<T: 'static>(work: impl Future<Output = T> + 'static, then: impl FnOnce(T) + 'static) {
@@ -122,4 +149,22 @@ pub(crate) fn host_name() -> String {
     return gethostname::gethostname().to_string_lossy().into_owned();
     #[cfg(target_arch = "wasm32")]
     "this browser".to_owned()
+}
+
+#[cfg(all(test, feature = "window"))]
+mod tests {
+    use super::hand_over;
+
+    #[test]
+    fn things_are_taken_in_their_order_until_one_is_refused() {
+        let mut taken = Vec::new();
+        let take = |n: u32| {
+            taken.push(n);
+            if n == 700 { Err(n) } else { Ok(()) }
+        };
+        let (made, outcome) = hand_over(3, take, |give| (0..1000).take_while(|&n| give(n)).count());
+        assert_eq!(outcome, Err(700));
+        assert!((701..=705).contains(&made), "{made}: it stops soon after that");
+        assert!(taken.iter().copied().eq(0..=700));
+    }
 }

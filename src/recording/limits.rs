@@ -182,6 +182,10 @@ impl EventSource for Limited {
         Ok(Some(event))
     }
 
+    fn line(&self) -> Option<&str> {
+        self.source.line()
+    }
+
     fn notes(&self) -> Notes {
         let mut notes = self.source.notes();
         notes.skipped += u64::from(self.warning.is_some());

@@ -277,6 +277,10 @@ impl<R: BufRead + Send> EventSource for RonReader<R> {
         }
     }
 
+    fn line(&self) -> Option<&str> {
+        std::str::from_utf8(&self.buffer).ok().map(str::trim_ascii)
+    }
+
     fn notes(&self) -> Notes {
         self.notes.clone()
     }

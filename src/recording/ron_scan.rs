@@ -21,57 +21,108 @@ pub(super) fn scan(line: &str) -> Option<Event> {
     scan.rest.is_empty().then_some(event)
 }
 
+/// A number as it is written.
+struct Number<'a> {
+    text: &'a str,
+    /// How many digits it has, and their value without a point; beyond [`Number::MOST_DIGITS`] it means nothing.
+    digits: usize,
+    mantissa: u64,
+    /// Digits behind the point.
+    decimals: usize,
+    has_exponent: bool,
+}
+
+impl Number<'_> {
+    /// Every whole number of so many digits is an f64, and so is every such power of ten: their quotient is rounded once.
+    const MOST_DIGITS: usize = 15;
+    const POWERS: [f64; 16] =
+        [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
+
+    /// Takes at least one digit; returns where they end.
+    #[inline]
+    fn digits(&mut self, bytes: &[u8], first: usize) -> Option<usize> {
+        let mut at = first;
+        while let Some(digit) = bytes.get(at).map(|byte| byte.wrapping_sub(b'0')).filter(|digit| *digit < 10)
+        {
+            self.mantissa = self.mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
+            at += 1;
+        }
+        self.digits += at - first;
+        (at > first).then_some(at)
+    }
+
+    /// The number that the standard library reads, unless that takes more than a division.
+    fn to_f64(&self) -> Option<f64> {
+        if self.has_exponent || self.digits > Self::MOST_DIGITS {
+            return None;
+        }
+        let value = self.mantissa as f64 / Self::POWERS[self.decimals];
+        Some(if self.text.starts_with('-') { -value } else { value })
+    }
+
+    /// As [`Number::to_f64`].
+    fn to_f32(&self) -> Option<f32> {
+        let value = self.to_f64()?;
+        // A number halfway between two f32 has been rounded already: which of the two is nearer is not known any more.
+        const BELOW_F32: u64 = (1 << 29) - 1;
+        let is_halfway = value.to_bits() & BELOW_F32 == 1 << 28;
+        let is_usual = value == 0.0 || value.abs() >= f64::from(f32::MIN_POSITIVE);
+        (is_usual && !is_halfway).then_some(value as f32)
+    }
+}
+
 struct Scan<'a> {
     rest: &'a str,
 }
 
 impl<'a> Scan<'a> {
+    #[inline(always)]
     fn literal(&mut self, text: &str) -> Option<()> {
         self.rest = self.rest.strip_prefix(text)?;
         Some(())
     }
 
     /// A separator and at most one space after it.
+    #[inline(always)]
     fn separator(&mut self, text: &str) -> Option<()> {
         self.literal(text)?;
         self.rest = self.rest.strip_prefix(' ').unwrap_or(self.rest);
         Some(())
     }
 
+    #[inline(always)]
     fn field(&mut self, name: &str) -> Option<()> {
         self.literal(name)?;
         self.separator(":")
     }
 
     /// `-?digits(.digits)?(e-?digits)?`; what follows it is the caller's to check.
-    fn number(&mut self) -> Option<&'a str> {
-        fn digits(bytes: &[u8], mut at: usize) -> Option<usize> {
-            let first = at;
-            while bytes.get(at).is_some_and(u8::is_ascii_digit) {
-                at += 1;
-            }
-            (at > first).then_some(at)
-        }
+    fn number(&mut self) -> Option<Number<'a>> {
         let bytes = self.rest.as_bytes();
-        let mut at = digits(bytes, usize::from(bytes.first() == Some(&b'-')))?;
+        let mut number = Number { text: "", digits: 0, mantissa: 0, decimals: 0, has_exponent: false };
+        let mut at = number.digits(bytes, usize::from(bytes.first() == Some(&b'-')))?;
         if bytes.get(at) == Some(&b'.') {
-            at = digits(bytes, at + 1)?;
+            let first = at + 1;
+            at = number.digits(bytes, first)?;
+            number.decimals = at - first;
         }
         if bytes.get(at) == Some(&b'e') {
-            at = digits(bytes, at + 1 + usize::from(bytes.get(at + 1) == Some(&b'-')))?;
+            at = number.digits(bytes, at + 1 + usize::from(bytes.get(at + 1) == Some(&b'-')))?;
+            number.has_exponent = true;
         }
-        let (number, rest) = self.rest.split_at(at);
-        self.rest = rest;
+        (number.text, self.rest) = self.rest.split_at(at);
         Some(number)
     }
 
     fn float(&mut self) -> Option<f32> {
-        self.number()?.parse().ok()
+        let number = self.number()?;
+        number.to_f32().or_else(|| number.text.parse().ok())
     }
 
     fn time(&mut self) -> Option<f64> {
         self.field("t")?;
-        self.number()?.parse().ok()
+        let number = self.number()?;
+        number.to_f64().or_else(|| number.text.parse().ok())
     }
 
     fn stroke(&mut self) -> Option<StrokeId> {
@@ -80,7 +131,7 @@ impl<'a> Scan<'a> {
     }
 
     fn whole(&mut self) -> Option<u32> {
-        let number = self.number()?;
+        let number = self.number()?.text;
         // A leading zero may start a notation of RON's own.
         if number.len() > 1 && number.starts_with('0') {
             return None;
@@ -142,5 +193,60 @@ impl<'a> Scan<'a> {
         }
         self.literal(")")?;
         Some(Event::Point { t, stroke, p, q, pressure })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::Scan;
+
+    fn same(text: &str) {
+        let f32_bits = Scan { rest: text }.float().map(f32::to_bits);
+        assert_eq!(f32_bits, text.parse().ok().map(f32::to_bits), "{text}");
+        let number = Scan { rest: text }.number().expect("a number");
+        if let Some(value) = number.to_f64() {
+            assert_eq!(value.to_bits(), text.parse::<f64>().expect("a number").to_bits(), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_have_the_bits_that_the_standard_library_reads() {
+        // Halfway between two f32, and beside that by less than an f64 tells apart; the smallest; the longest.
+        let halfway = [
+            "16777217",
+            "16777217.000000000001",
+            "16777216.9999999",
+            "0.500000029802322",
+            "1.00000005960464",
+        ];
+        let others = [
+            "0",
+            "-0.0",
+            "0.1",
+            "-123456.789012345",
+            "999999999999999",
+            "1e-3",
+            "0.00000000000001",
+            "00012.5",
+        ];
+        halfway.iter().chain(&others).for_each(|text| same(text));
+        same(&format!("0.{}", "1".repeat(60)));
+        same(&"9".repeat(25));
+    }
+
+    proptest! {
+        #[test]
+        fn any_number_has_those_bits(bits: u32, whole in 0u64..1_000_000_000_000_000, decimals in 0usize..16, plain: f32) {
+            let value = f32::from_bits(bits);
+            if value.is_finite() {
+                same(&format!("{value:?}"));
+            }
+            same(&format!("{plain}"));
+            let digits = format!("{whole:016}");
+            let (before, after) = digits.split_at(16 - decimals);
+            same(&if after.is_empty() { before.to_owned() } else { format!("{before}.{after}") });
+        }
     }
 }

@@ -74,6 +74,20 @@ impl<W: Write> RonWriter<W> {
         self.push_line(check, |line| write_event(line, event))
     }
 
+    /// Writes an event as the line that a reader has read it from; the header's format must be that of the line's file, or
+    /// a later one.
+    ///
+    /// # Errors
+    /// The output fails.
+    #[cfg(feature = "window")]
+    pub(crate) fn write_line(&mut self, line: &str) -> Result<(), RecordingError> {
+        self.push_line(Ok(()), |pending| {
+            pending.push_str(line);
+            pending.push('\n');
+            Ok(())
+        })
+    }
+
     /// Hands everything to the output and flushes it.
     ///
     /// # Errors

@@ -11,6 +11,12 @@ pub trait EventSource: Send {
     /// The file is damaged at this place (and the source was not opened as lenient).
     fn next_event(&mut self) -> Result<Option<Event>, RecordingError>;
 
+    /// The line that the last event was read from, without its ending, if the file is a recording in lines. A writer whose
+    /// header has the same format may write it again as it is.
+    fn line(&self) -> Option<&str> {
+        None
+    }
+
     /// The remarks so far; complete once `next_event` has given `None`.
     fn notes(&self) -> Notes {
         Notes::default()

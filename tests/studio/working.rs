@@ -5,9 +5,10 @@ use std::{fmt::Write, fs, path::PathBuf, time::Duration};
 use glam::Vec2;
 use osp::{
     app::{
-        Answer, Autosaves, Button, Command, Document, Opening, Player, Reading, Studio, Subject, Waited,
-        tracker::TrackerOptions,
+        Answer, Autosaves, Button, Command, CullingPlan, Document, Opening, Player, Reading, Studio, Subject,
+        Waited, tracker::TrackerOptions,
     },
+    occlusion::Occlusion,
     recording::{OpenOptions, Pace},
     replay::CameraChoice,
     rivals::IndexKind,
@@ -108,6 +109,33 @@ fn reading_is_ended_by_a_command_and_nothing_is_held_after_it() {
     assert!(table.studio.question().is_none());
 }
 
+fn plan() -> CullingPlan {
+    CullingPlan::new(IndexKind::Osp, Occlusion::Auto)
+}
+
+#[test]
+fn a_session_is_inserted_beside_the_window_by_the_windows_plan() {
+    // By another one it is inserted anew.
+    for (of_window, is_its_own) in [(Occlusion::Auto, true), (Occlusion::None, false)] {
+        let mut table = Table::new();
+        let path = long_session(&table, 20_000);
+        let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
+        table.studio.command(Command::Occlusion(of_window));
+        let reading = Reading::to_draw(&path, &autosaves, Opening::default(), plan()).expect("a thread");
+        table.studio.take_over(reading);
+        wait_until("the session", || {
+            table.studio.tend();
+            !table.studio.is_working()
+        });
+        let culling = table.studio.culling();
+        let inserted = culling.reindexed().expect("inserted");
+        assert_eq!((inserted.kind, culling.occlusion()), (IndexKind::Osp, of_window));
+        assert_eq!(inserted.polygons, table.studio.scene().counts().visible);
+        assert_eq!(inserted.beside, is_its_own, "by the window's thread, or before it");
+        assert!(table.visible() > 0);
+    }
+}
+
 #[test]
 fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
     let table = Table::new();
@@ -125,7 +153,7 @@ fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
         });
         studio
     };
-    let reading = Reading::to_draw(&path, &autosaves(), Opening::default()).expect("a thread");
+    let reading = Reading::to_draw(&path, &autosaves(), Opening::default(), plan()).expect("a thread");
     let Waited::GoesOn(reading) = reading.wait(Some(Duration::ZERO)) else { panic!("it was read at once") };
     let mut studio = empty();
     studio.take_over(reading);
@@ -151,7 +179,7 @@ fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
     assert!(!player.is_playing() && player.position() == 0);
     // A session that cannot be read is no end of the program.
     fs::write(&path, "nonsense").expect("written");
-    let reading = Reading::to_draw(&path, &autosaves(), Opening::default()).expect("a thread");
+    let reading = Reading::to_draw(&path, &autosaves(), Opening::default(), plan()).expect("a thread");
     assert!(matches!(reading.wait(None), Waited::Read(Err(_))));
 }
 

@@ -46,8 +46,32 @@ impl History {
     /// # Errors
     /// No recording can hold it; the history is as it was.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.append(event, |lines| lines.write(event))
+    }
+
+    /// Appends events that were read, in the words of their file where it has any.
+    ///
+    /// # Errors
+    /// No recording can hold one of them; those before it were appended.
+    pub(super) fn push_read(&mut self, lines: &Lines) -> Result<(), RecordingError> {
+        let mut start = 0;
+        for (event, &end) in lines.events.iter().zip(&lines.ends) {
+            match &lines.text[start..end] {
+                "" => self.push(event)?,
+                line => self.append(event, |lines| lines.write_line(line))?,
+            }
+            start = end;
+        }
+        Ok(())
+    }
+
+    fn append(
+        &mut self,
+        event: &Event,
+        write: impl FnOnce(&mut RonWriter<Text>) -> Result<(), RecordingError>,
+    ) -> Result<(), RecordingError> {
         let start = self.bytes();
-        self.lines.write(event)?;
+        write(&mut self.lines)?;
         let end = self.bytes();
         match event {
             Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } => {
@@ -138,6 +162,34 @@ impl History {
     pub(super) fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
         let reader = TextReader { pieces: self.pieces(0), piece: Cow::Borrowed(&[]), read: 0 };
         RonReader::new(reader, "the session", OpenOptions::default())
+    }
+}
+
+/// Events that were read from a file, and their lines if it has lines.
+#[derive(Debug, Default)]
+pub(in crate::app) struct Lines {
+    events: Vec<Event>,
+    text: String,
+    /// Where each event's line ends in the text; one without a line takes no bytes of it.
+    ends: Vec<usize>,
+}
+
+impl Lines {
+    /// Adds an event, and the line that it was read from.
+    pub(in crate::app) fn push(&mut self, event: Event, line: Option<&str>) {
+        self.events.push(event);
+        self.text.push_str(line.unwrap_or_default());
+        self.ends.push(self.text.len());
+    }
+
+    /// Bytes of the lines.
+    pub(in crate::app) fn bytes(&self) -> usize {
+        self.text.len()
+    }
+
+    /// The events.
+    pub(in crate::app) fn events(&self) -> &[Event] {
+        &self.events
     }
 }
 

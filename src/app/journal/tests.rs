@@ -170,6 +170,26 @@ fn a_session_has_one_writer() {
     }
 }
 
+#[test]
+fn a_copy_has_the_lines_of_its_file_as_they_are() {
+    let desk = Desk::new();
+    let path = desk.path("a.ron");
+    // More than are read at once, and not as osp would write them.
+    let lines: Vec<String> =
+        (0..5000).map(|n| format!("Head(t: {n}.50, p:(1e0 ,0,0),q:(0,0,0,1)) // head {n}")).collect();
+    let header = "Header(format:1,name:\"a\",source:\"by hand\")";
+    fs::write(&path, format!("{header}\r\n// a remark\r\n  {}", lines.join("\r\n"))).expect("written");
+    let (mut copy, _) =
+        Document::open_as(&path, &desk.autosaves(), Opening::with(Access::Copy)).expect("readable");
+    draw(&mut copy, 1);
+    let text = fs::read_to_string(copy.journal().path()).expect("a file");
+    let copied: Vec<&str> = text.lines().skip(1).collect();
+    assert_eq!(copied.len(), 5001);
+    assert!(copied[..5000] == lines, "{:?}", &copied[..3]);
+    assert_eq!(events_in(copy.journal().path()), 5001);
+    copy.close().expect("written");
+}
+
 #[cfg(unix)]
 #[test]
 fn another_name_of_the_file_is_no_way_around() {

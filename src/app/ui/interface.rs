@@ -360,10 +360,10 @@ fn flight(ui: &Ui) -> Vec3 {
 fn work(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let Some(shown) = studio.work_shown() else { return };
     ui.horizontal(|ui| {
-        match shown.part {
-            Some(part) => ui.add(egui::ProgressBar::new(part).desired_width(120.0).show_percentage()),
-            None => ui.spinner(),
-        };
+        // No spinner: it asks for frame after frame, and they take the time that the work needs.
+        if let Some(part) = shown.part {
+            ui.add(egui::ProgressBar::new(part).desired_width(120.0).show_percentage());
+        }
         if ui.button("Cancel").clicked() {
             wishes.commands.push(Command::CancelWork);
         }
