@@ -34,7 +34,7 @@ pub(crate) use quad::QUAD_FLATNESS;
 #[cfg(feature = "session")]
 pub(crate) use quad::is_flat_and_convex;
 pub use ray::Ray;
-pub(crate) use ray::is_no_later;
+pub(crate) use ray::{is_no_later, latest};
 pub(crate) use rotation::rotate_exactly;
 pub use rotation::{rotate, unit};
 pub(crate) use solid_angle::triangle_solid_angle_sr;

@@ -83,7 +83,13 @@ impl Ray {
 /// Whether what is entered at `near` is entered no later than `far`, but for rounding: that can move both by a few units
 /// in the last place, or by the last that there is.
 pub(crate) fn is_no_later(near: f32, far: f32) -> bool {
-    near <= far * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
+    near <= latest(far)
+}
+
+/// The largest `near` that [`is_no_later`] accepts.
+#[inline(always)]
+pub(crate) fn latest(far: f32) -> f32 {
+    far * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
 }
 
 /// Where a ray enters and leaves the space between two planes square to an axis; `None` if it runs beside them. For what

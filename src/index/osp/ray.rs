@@ -2,6 +2,7 @@
 //! bucket, a page or a run together.
 
 use glam::Vec3;
+use smallvec::SmallVec;
 
 use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
@@ -11,7 +12,7 @@ use crate::{
         simd::{Boxes, Kernel, WithKernel},
         waiting::Waiting,
     },
-    math::{Ray, is_no_later},
+    math::{Ray, latest},
     polygon::PolygonId,
 };
 
@@ -28,7 +29,7 @@ enum Place {
 /// What is looked for, nearest first: the hits of a ray, or the neighbours of a point.
 trait Search {
     /// How far the boxes of the lanes in `used` are, and which of them are still of interest.
-    fn reach<const N: usize>(&self, boxes: &Boxes<N>, used: u32) -> Reached<N>;
+    fn reach<K: Kernel, const N: usize>(&self, kernel: K, boxes: &Boxes<N>, used: u32) -> Reached<N>;
 
     /// Whether what is so far is still of interest.
     fn wants(&self, t: f32) -> bool;
@@ -44,8 +45,8 @@ struct AlongRay<'a, 'h> {
 
 impl Search for AlongRay<'_, '_> {
     #[inline(always)]
-    fn reach<const N: usize>(&self, boxes: &Boxes<N>, used: u32) -> Reached<N> {
-        enter(self.ray, boxes, used, self.nearest.reach())
+    fn reach<K: Kernel, const N: usize>(&self, kernel: K, boxes: &Boxes<N>, used: u32) -> Reached<N> {
+        enter(kernel, self.ray, boxes, used, self.nearest.reach())
     }
 
     #[inline(always)]
@@ -61,8 +62,8 @@ impl Search for AlongRay<'_, '_> {
 
 impl Search for &mut NearestPolygons<'_> {
     #[inline(always)]
-    fn reach<const N: usize>(&self, boxes: &Boxes<N>, used: u32) -> Reached<N> {
-        distances(self.point(), boxes, used, self.reach_m())
+    fn reach<K: Kernel, const N: usize>(&self, kernel: K, boxes: &Boxes<N>, used: u32) -> Reached<N> {
+        distances(kernel, self.point(), boxes, used, self.reach_m())
     }
 
     #[inline(always)]
@@ -79,28 +80,44 @@ impl Search for &mut NearestPolygons<'_> {
 impl Osp {
     /// Asks `nearest` about the polygons along a ray, near nodes first.
     pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
-        self.backend.run(Walk::new(self, AlongRay { ray, nearest }));
+        self.backend.run(Nearby { osp: self, search: AlongRay { ray, nearest } });
     }
 
     /// Asks `nearest` about the polygons around its point, near nodes first.
     pub(super) fn ask_around(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
-        self.backend.run(Walk::new(self, nearest))
+        self.backend.run(Nearby { osp: self, search: nearest })
+    }
+}
+
+/// A search that is to run.
+struct Nearby<'a, S> {
+    osp: &'a Osp,
+    search: S,
+}
+
+impl<S: Search> WithKernel for Nearby<'_, S> {
+    type Output = WorkCounts;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> WorkCounts {
+        let Self { osp, search } = self;
+        Walk { kernel, osp, search, stack: SmallVec::new(), work: WorkCounts::default() }.run()
     }
 }
 
 /// A walk to what is nearest; compiled for each instruction set, so that the loops over lanes use it.
-struct Walk<'a, S> {
+struct Walk<'a, S, K> {
+    kernel: K,
     osp: &'a Osp,
     search: S,
-    stack: Vec<Waiting<Place>>,
+    /// Few walks need more: those stay off the heap.
+    stack: SmallVec<[Waiting<Place>; 64]>,
     work: WorkCounts,
 }
 
-impl<S: Search> WithKernel for Walk<'_, S> {
-    type Output = WorkCounts;
-
+impl<S: Search, K: Kernel> Walk<'_, S, K> {
     #[inline(always)]
-    fn run<K: Kernel>(mut self, _kernel: K) -> WorkCounts {
+    fn run(mut self) -> WorkCounts {
         let osp = self.osp;
         if osp.is_linear {
             self.blocks();
@@ -123,17 +140,11 @@ impl<S: Search> WithKernel for Walk<'_, S> {
         }
         self.work
     }
-}
-
-impl<'a, S: Search> Walk<'a, S> {
-    fn new(osp: &'a Osp, search: S) -> Self {
-        Self { osp, search, stack: Vec::with_capacity(64), work: WorkCounts::default() }
-    }
 
     #[inline(always)]
     fn reach<const N: usize>(&mut self, boxes: &Boxes<N>, used: u32) -> Reached<N> {
         self.work.boxes += u64::from(used.count_ones());
-        self.search.reach(boxes, used)
+        self.search.reach(self.kernel, boxes, used)
     }
 
     #[inline(always)]
@@ -257,8 +268,16 @@ impl<const N: usize> Reached<N> {
 
 /// [`Ray::enter_box`] of the lanes in `used`, with the same answers. Emptied places have no box.
 #[inline(always)]
-fn enter<const N: usize>(ray: &Ray, boxes: &Boxes<N>, used: u32, reach: f32) -> Reached<N> {
-    let (mut near, mut far, mut is_odd) = ([0.0f32; N], [reach; N], [0u32; N]);
+fn enter<K: Kernel, const N: usize>(
+    kernel: K,
+    ray: &Ray,
+    boxes: &Boxes<N>,
+    used: u32,
+    reach: f32,
+) -> Reached<N> {
+    // NaN where a number is no number or infinite, else 0.
+    let mut odd = [0.0f32; N];
+    let (mut near, mut far) = ([0.0f32; N], [reach; N]);
     for axis in 0..3 {
         let (low, high) = (&boxes.rows[axis], &boxes.rows[axis + 3]);
         let (origin, inverse) = (ray.origin[axis], ray.inverse()[axis]);
@@ -267,16 +286,15 @@ fn enter<const N: usize>(ray: &Ray, boxes: &Boxes<N>, used: u32, reach: f32) -> 
             let (first, last) = if a < b { (a, b) } else { (b, a) };
             near[i] = if first > near[i] { first } else { near[i] };
             far[i] = if last < far[i] { last } else { far[i] };
-            is_odd[i] |= u32::from(!(a.abs() < f32::INFINITY && b.abs() < f32::INFINITY));
+            odd[i] += (a - a) + (b - b);
         }
     }
-    let (mut odd, mut mask) = (0, 0);
+    let mut later = [0.0f32; N];
     for i in 0..N {
-        odd |= is_odd[i] << i;
-        mask |= u32::from(is_no_later(near[i], far[i])) << i;
+        later[i] = latest(far[i]) - near[i];
     }
-    odd &= used;
-    mask &= used & !odd;
+    let odd = used & !kernel.not_negative(&odd);
+    let mut mask = used & !odd & kernel.not_negative(&later);
     // What these numbers cannot decide: a ray along an axis, or no box.
     let mut left = odd;
     while left != 0 {
@@ -293,7 +311,13 @@ fn enter<const N: usize>(ray: &Ray, boxes: &Boxes<N>, used: u32, reach: f32) -> 
 
 /// [`Aabb::distance_squared`](crate::math::Aabb::distance_squared), its root, of the lanes in `used`.
 #[inline(always)]
-fn distances<const N: usize>(point: Vec3, boxes: &Boxes<N>, used: u32, reach_m: f32) -> Reached<N> {
+fn distances<K: Kernel, const N: usize>(
+    kernel: K,
+    point: Vec3,
+    boxes: &Boxes<N>,
+    used: u32,
+    reach_m: f32,
+) -> Reached<N> {
     let mut squared = [0.0f32; N];
     for axis in 0..3 {
         let (low, high) = (&boxes.rows[axis], &boxes.rows[axis + 3]);
@@ -304,11 +328,14 @@ fn distances<const N: usize>(point: Vec3, boxes: &Boxes<N>, used: u32, reach_m: 
             squared[i] += beside * beside;
         }
     }
-    let mut mask = 0;
+    // An emptied place has no box.
+    let (mut within, mut size) = ([0.0f32; N], [0.0f32; N]);
     for (i, distance_m) in squared.iter_mut().enumerate() {
-        // A root: the square of a short distance may be too small for an `f32`. An emptied place has no box.
+        // A root: the square of a short distance may be too small for an `f32`.
         *distance_m = distance_m.sqrt();
-        mask |= u32::from(*distance_m <= reach_m && boxes.rows[0][i] <= boxes.rows[3][i]) << i;
+        // Where even the root is infinite, only a search without a limit looks.
+        within[i] = reach_m - if *distance_m < f32::MAX { *distance_m } else { f32::MAX };
+        size[i] = boxes.rows[3][i] - boxes.rows[0][i];
     }
-    Reached { t: squared, mask: mask & used }
+    Reached { t: squared, mask: used & kernel.not_negative(&within) & kernel.not_negative(&size) }
 }

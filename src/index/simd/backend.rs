@@ -44,6 +44,12 @@ pub(crate) trait Kernel: Copy {
     /// Writes the numbers of `mask`'s lanes to the front of `out` (what follows is clobbered); returns how many.
     fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 
+    /// The lanes of 8 or 16 whose number is 0 or more; not those of NaN.
+    #[inline(always)]
+    fn not_negative<const N: usize>(self, numbers: &[f32; N]) -> u32 {
+        numbers.iter().enumerate().fold(0, |lanes, (i, &number)| lanes | u32::from(number >= 0.0) << i)
+    }
+
     /// The lanes that lie wholly beyond a plane by their slack, and those wholly before it by theirs. The plane has a unit
     /// normal and this distance from the eye.
     #[inline(always)]

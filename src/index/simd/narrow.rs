@@ -75,6 +75,14 @@ impl<V: Four> Kernel for Narrow<V> {
     }
 
     #[inline(always)]
+    fn not_negative<const N: usize>(self, numbers: &[f32; N]) -> u32 {
+        numbers.as_chunks::<4>().0.chunks_exact(2).enumerate().fold(0, |lanes, (part, pair)| {
+            let [low, high] = [&pair[0], &pair[1]].map(|four| V::load(four).not_negative());
+            lanes | V::bits(low, high) << (8 * part)
+        })
+    }
+
+    #[inline(always)]
     fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32 {
         let mut behind = [0, 4, 8, 12].map(|at| Self::far(&planes[0], boxes, at));
         let bits = |b: &[V::Mask; 4]| V::bits(b[0], b[1]) | V::bits(b[2], b[3]) << 8;

@@ -13,6 +13,7 @@ use crate::math::{Aabb, Frustum, Plane};
 struct Said {
     behind: [u32; 6],
     behind_any: u32,
+    not_negative: [u32; 2],
     sides: [(u32, u32); 12],
     sides_of_eight: [(u32, u32); 6],
     ids: Vec<u32>,
@@ -62,6 +63,10 @@ impl WithKernel for &Case {
         Said {
             behind: std::array::from_fn(|i| kernel.behind(&self.planes[i], &self.boxes)),
             behind_any: kernel.behind_any(&self.planes, &self.boxes),
+            not_negative: [
+                kernel.not_negative(&self.boxes.rows[0]),
+                kernel.not_negative(self.boxes.rows[1][4..].first_chunk::<8>().expect("twelve")),
+            ],
             sides: std::array::from_fn(|i| kernel.sides(&self.planes[i / 2], &self.boxes, i % 2 * 8)),
             sides_of_eight: std::array::from_fn(|i| kernel.sides(&self.planes[i], &eight, 0)),
             ids: written(write(&mut |out| kernel.write_ids(self.first, self.mask, out))),

@@ -73,6 +73,18 @@ impl Kernel for Avx512 {
     }
 
     #[inline(always)]
+    fn not_negative<const N: usize>(self, numbers: &[f32; N]) -> u32 {
+        (0..N / 8).fold(0, |lanes, part| {
+            // SAFETY: the token proves AVX-512VL; the load lies within the N numbers.
+            let outcome = unsafe {
+                let part = _mm256_loadu_ps(numbers.as_ptr().add(8 * part));
+                _mm256_cmp_ps_mask::<_CMP_GE_OQ>(part, _mm256_setzero_ps())
+            };
+            lanes | u32::from(outcome) << (8 * part)
+        })
+    }
+
+    #[inline(always)]
     fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32 {
         let mut behind = 0;
         for pair in planes.chunks_exact(2) {
