@@ -63,6 +63,13 @@ pub trait SpatialIndex: Send + Sync {
     /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
 
+    /// Gives polygons new boxes: the same as [`SpatialIndex::update`] with one after the other, so of an id that comes more than
+    /// once the last counts. Appends why updates were refused to `refused`, in their order. A call of `update` for each, unless
+    /// an index does better for neighbours that follow each other.
+    fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
+        refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
+    }
+
     /// Whether the index needs the corners of a polygon, not only its box (only `Bsp` does). Then call
     /// [`SpatialIndex::shape`] for every polygon that was inserted or updated.
     fn wants_shapes(&self) -> bool {
