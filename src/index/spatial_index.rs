@@ -24,6 +24,15 @@ pub enum IndexError {
     IdBeyondLimit(PolygonId),
 }
 
+impl IndexError {
+    /// The polygon that the change was about.
+    pub fn polygon(self) -> PolygonId {
+        match self {
+            Self::InvalidBounds(id) | Self::Duplicate(id) | Self::Unknown(id) | Self::IdBeyondLimit(id) => id,
+        }
+    }
+}
+
 /// A structure that holds polygons by their boxes and answers visibility queries.
 ///
 /// Contracts, tested for every implementation against [`super::BruteForce`]:
