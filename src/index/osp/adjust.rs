@@ -1,7 +1,13 @@
 //! Polygons that change where they are: the last ones of a stroke that is being smoothed, things that move. What moves together
 //! lies in the same runs, so a run is given all of its new boxes at once, and is put elsewhere as a whole.
 
-use super::{grid, index::Osp, layout::Run, tuning::RUN_STRETCH};
+use super::{
+    announce::{LEAST, TOGETHER},
+    grid,
+    index::Osp,
+    layout::Run,
+    tuning::RUN_STRETCH,
+};
 use crate::{
     index::{IndexError, simd::Wide},
     math::Aabb,
@@ -26,8 +32,22 @@ impl Moved {
 }
 
 impl Osp {
+    /// [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all) in the tree.
+    pub(super) fn update_blocks(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
+        let blocks = || updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16);
+        // The memory of many blocks is asked for at once, ahead of its use.
+        let mut firsts = blocks().filter_map(|updates| updates.first()).map(|(id, _)| id.0);
+        let is_worth_it = updates.len() >= LEAST;
+        for (at, updates) in blocks().enumerate() {
+            if is_worth_it && at.is_multiple_of(TOGETHER) {
+                self.ask_for_blocks(firsts.by_ref().take(TOGETHER));
+            }
+            self.update_block(updates, refused);
+        }
+    }
+
     /// Gives polygons of one block, whose last update counts, new boxes; appends what is refused.
-    pub(super) fn update_block(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
+    fn update_block(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let Some(&(PolygonId(first), _)) = updates.first() else { return };
         let block = first / 16;
         let (filed, open) = (self.ids.filed(block), self.open_lanes(block));

@@ -303,11 +303,10 @@ impl SpatialIndex for Osp {
 
     /// O(polygons) for the boxes, O(1) for each run that they are in, and O(depth) for a run that leaves its leaf.
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
-        for updates in updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16) {
-            match updates {
-                [_, _, ..] if !self.is_linear => self.update_block(updates, refused),
-                _ => refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err())),
-            }
+        if self.is_linear {
+            refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
+        } else {
+            self.update_blocks(updates, refused);
         }
     }
 
