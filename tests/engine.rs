@@ -129,3 +129,64 @@ fn every_structure_may_be_shared_between_threads() {
     shared::<View>();
     shared::<ViewWindow>();
 }
+
+/// Boxes in the room ahead, of which each frame moves many: some to where they were refused, some back, some told of twice.
+fn moved(world: &mut World, frame: u32) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for id in 0..world.0.len() as u32 {
+        let is_moved = (id / 40 + frame).is_multiple_of(3);
+        let bounds = match (id * 7 + frame) % 90 {
+            0 => Aabb::new(Vec3::ZERO, Vec3::new(1.0, f32::NAN, 1.0)),
+            1 => Aabb::EMPTY,
+            _ => {
+                let way = Vec3::new((id % 40) as f32, (id / 40 % 30) as f32, -((id / 1200) as f32)) * 0.2;
+                let by = Vec3::new((frame + id / 16) as f32, frame as f32, 0.0).map(f32::sin);
+                Aabb::cube(way + by - Vec3::new(4.0, 3.0, 4.0), 0.15)
+            }
+        };
+        match (id * 31 + frame * 17) % 101 {
+            0 if world.0[id as usize].take().is_some() => changes.push(Change::Remove(PolygonId(id))),
+            _ if world.0[id as usize].is_none() => {
+                world.0[id as usize] = Some(Thing::Mesh(bounds));
+                changes.push(Change::Insert(PolygonId(id)));
+            }
+            n if is_moved => {
+                world.0[id as usize] = Some(Thing::Mesh(bounds));
+                changes.push(Change::Update(PolygonId(id)));
+                changes.extend((n == 1).then_some(Change::Update(PolygonId(id))));
+            }
+            _ => {}
+        }
+    }
+    changes
+}
+
+#[test]
+fn what_moves_in_a_frame_is_filed_as_if_told_of_one_by_one() {
+    let pipeline = |index: Box<dyn SpatialIndex>| Pipeline::new(index, 4000, StageClock::default());
+    let config = IndexConfig::default();
+    let osp = || Box::new(Osp::new(&config));
+    let mut together = [pipeline(osp()), pipeline(Box::<BruteForce>::default())];
+    let mut of_each = [pipeline(osp()), pipeline(Box::<BruteForce>::default())];
+    let mut world = World((0..4000).map(|_| None).collect());
+    let view = ahead();
+    let mut most_refused = 0;
+    for frame in 0..24 {
+        let changes = moved(&mut world, frame);
+        for (together, of_each) in together.iter_mut().zip(&mut of_each) {
+            let record = together.frame(&world, &changes, &view);
+            let updates = changes.iter().filter(|change| matches!(change, Change::Update(_))).count();
+            assert_eq!(record.updated, updates as u64);
+            changes.iter().for_each(|change| of_each.skip(&world, std::slice::from_ref(change)));
+            of_each.frame(&world, &[], &view);
+            assert_eq!(together.index().validate(), Ok(()), "frame {frame}");
+            assert_eq!(together.draw_list(), of_each.draw_list(), "frame {frame}");
+            assert_eq!(together.polygon_count(), of_each.polygon_count(), "frame {frame}");
+            assert_eq!(together.refused(), of_each.refused(), "frame {frame}");
+            assert!(!together.draw_list().is_empty(), "frame {frame}");
+            most_refused = most_refused.max(together.refused());
+        }
+        assert_eq!(together[0].draw_list(), together[1].draw_list(), "frame {frame}");
+    }
+    assert!(most_refused > 500, "boxes are refused: {most_refused}");
+}

@@ -17,6 +17,10 @@ static NOTHING: VisibleBlocks = VisibleBlocks::new();
 /// Changes that an index is given at once.
 const ANNOUNCED: usize = 16;
 
+/// Updates that an index is handed at once at most, and at least: fewer are told one by one.
+const MOST_TOGETHER: usize = 256;
+const LEAST_TOGETHER: usize = 4;
+
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
@@ -34,6 +38,9 @@ pub struct Pipeline {
     /// Whether the last frame was culled by occlusion.
     occluded: bool,
     clock: StageClock,
+    /// Updates that go to the index together, and those of them that it refused; kept for their memory.
+    together: Vec<(PolygonId, Aabb)>,
+    not_taken: Vec<IndexError>,
     refused: u64,
     frame: u64,
 }
@@ -62,6 +69,8 @@ impl Pipeline {
             pass: None,
             occluded: false,
             clock,
+            together: Vec::with_capacity(MOST_TOGETHER),
+            not_taken: Vec::with_capacity(MOST_TOGETHER),
             refused: 0,
             frame: 0,
         }
@@ -202,10 +211,20 @@ impl Pipeline {
     /// inserted once its box is finite again.
     fn apply(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let wants_shapes = self.index.wants_shapes();
-        for (i, &change) in changes.iter().enumerate() {
-            if i.is_multiple_of(ANNOUNCED) {
-                self.index.announce(geometry, &changes[i..changes.len().min(i + ANNOUNCED)]);
+        let (mut at, mut announced) = (0, 0);
+        while let Some(&change) = changes.get(at) {
+            let together = if wants_shapes { 0 } else { leading_updates(&changes[at..]) };
+            if together >= LEAST_TOGETHER {
+                record.updated += together as u64;
+                self.follow_all(geometry, &changes[at..at + together]);
+                at += together;
+                continue;
             }
+            if at >= announced {
+                announced = changes.len().min(at + ANNOUNCED);
+                self.index.announce(geometry, &changes[at..announced]);
+            }
+            at += 1;
             let outcome = match change {
                 Change::Insert(id) => {
                     record.inserted += 1;
@@ -241,6 +260,25 @@ impl Pipeline {
             }
             self.refused += u64::from(outcome.is_err());
         }
+    }
+
+    /// Follows updates: those of polygons in the index together, which comes to the same as one after the other.
+    fn follow_all(&mut self, geometry: &dyn Geometry, updates: &[Change]) {
+        self.together.clear();
+        for &update in updates {
+            let Change::Update(id) = update else { continue };
+            if self.spaces.holds(id) || geometry.space(id).is_some() {
+                self.refused += u64::from(self.follow(geometry, id).is_err());
+            } else {
+                self.together.push((id, geometry.bounds(id)));
+            }
+        }
+        let mut not_taken = std::mem::take(&mut self.not_taken);
+        self.index.update_all(&self.together, &mut not_taken);
+        for why in not_taken.drain(..) {
+            self.refused += u64::from(self.follow(geometry, why.polygon()).is_err());
+        }
+        self.not_taken = not_taken;
     }
 
     fn follow(&mut self, geometry: &dyn Geometry, id: PolygonId) -> Result<(), IndexError> {
@@ -390,4 +428,9 @@ impl Pipeline {
 fn present(geometry: &dyn Geometry) -> Vec<Change> {
     let ids = (0..geometry.id_end() as u32).map(PolygonId);
     ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect()
+}
+
+/// How many updates come first, as far as an index is handed them at once.
+fn leading_updates(changes: &[Change]) -> usize {
+    changes.iter().take(MOST_TOGETHER).take_while(|change| matches!(change, Change::Update(_))).count()
 }

@@ -24,6 +24,15 @@ pub enum IndexError {
     IdBeyondLimit(PolygonId),
 }
 
+impl IndexError {
+    /// The polygon that the change was about.
+    pub fn polygon(self) -> PolygonId {
+        match self {
+            Self::InvalidBounds(id) | Self::Duplicate(id) | Self::Unknown(id) | Self::IdBeyondLimit(id) => id,
+        }
+    }
+}
+
 /// A structure that holds polygons by their boxes and answers visibility queries.
 ///
 /// Contracts, tested for every implementation against [`super::BruteForce`]:
@@ -62,6 +71,13 @@ pub trait SpatialIndex: Send + Sync {
     /// # Errors
     /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
+
+    /// Gives polygons new boxes: the same as [`SpatialIndex::update`] with one after the other, so of an id that comes more than
+    /// once the last counts. Appends why updates were refused to `refused`, in their order. A call of `update` for each, unless
+    /// an index does better for neighbours that follow each other.
+    fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
+        refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
+    }
 
     /// Whether the index needs the corners of a polygon, not only its box (only `Bsp` does). Then call
     /// [`SpatialIndex::shape`] for every polygon that was inserted or updated.

@@ -1,5 +1,6 @@
 //! Every index against brute force: every scene, every order of changes, validated after each step.
 
+mod batches;
 #[path = "../support/boxes.rs"]
 mod boxes;
 mod check;

@@ -22,6 +22,8 @@ enum Change {
     Insert(u32, Aabb),
     Remove(u32),
     Update(u32, Aabb),
+    /// Ids may come again, and may not be there.
+    UpdateAll(Vec<(u32, Aabb)>),
     /// A whole stroke: ids from here upwards, along a line.
     InsertRow(u32, u32, Aabb, Vec3),
     RemoveRow(u32, u32),
@@ -60,6 +62,10 @@ fn change() -> impl Strategy<Value = Change> {
         4 => (0..IDS, bounds()).prop_map(|(id, b)| Change::Insert(id, b)),
         3 => (0..IDS).prop_map(Change::Remove),
         3 => (0..IDS, bounds()).prop_map(|(id, b)| Change::Update(id, b)),
+        3 => vec((0..2 * IDS, bounds()), 0..40).prop_map(Change::UpdateAll),
+        2 => (0..IDS, 1..60u32).prop_flat_map(|(first, n)| vec(bounds(), n as usize).prop_map(move |all| {
+            Change::UpdateAll((first..).zip(all).collect())
+        })),
         2 => (0..IDS, 1..60u32, bounds(), step).prop_map(|(id, n, b, by)| Change::InsertRow(id, n, b, by)),
         1 => (0..IDS, 1..60u32).prop_map(|(id, n)| Change::RemoveRow(id, n)),
         1 => Just(Change::Clear),
@@ -118,6 +124,7 @@ fn run(subject: &Subject, config: &IndexConfig, changes: &[Change], seed: u64) {
                     twin.set(id, b);
                 }
             }
+            Change::UpdateAll(updates) => update_all(&mut *index, &mut twin, updates, name),
             Change::Clear => {
                 index.clear();
                 twin.index.clear();
@@ -134,4 +141,18 @@ fn run(subject: &Subject, config: &IndexConfig, changes: &[Change], seed: u64) {
         }
         assert_eq!(index.len(), twin.index.len(), "{name}, after {change:?}");
     }
+}
+
+/// All at once, and the twin one after the other.
+fn update_all(index: &mut dyn SpatialIndex, twin: &mut BruteForceTwin, updates: &[(u32, Aabb)], name: &str) {
+    let updates: Vec<_> = updates.iter().map(|&(id, b)| (PolygonId(id), b)).collect();
+    let (mut refused, mut expected) = (Vec::new(), Vec::new());
+    index.update_all(&updates, &mut refused);
+    for (id, b) in &updates {
+        match twin.index.update(*id, b) {
+            Ok(()) => twin.set(*id, b),
+            Err(why) => expected.push(why),
+        }
+    }
+    assert_eq!(refused, expected, "{name}");
 }

@@ -1,61 +1,178 @@
-//! Polygons that change a little where they are: the last ones of a stroke that is being smoothed, things that move slowly.
+//! Polygons that change where they are: the last ones of a stroke that is being smoothed, things that move. What moves together
+//! lies in the same runs, so a run is given all of its new boxes at once, and is put elsewhere as a whole.
 
-use super::{grid, index::Osp, tuning::RUN_STRETCH};
-use crate::{index::simd::Wide, polygon::PolygonId};
+use super::{
+    announce::{LEAST, TOGETHER},
+    grid,
+    index::Osp,
+    layout::Run,
+    tuning::RUN_STRETCH,
+};
+use crate::{
+    index::{IndexError, simd::Wide},
+    math::Aabb,
+    polygon::PolygonId,
+};
+
+/// New boxes for polygons of one block of sixteen ids.
+#[derive(Clone, Copy)]
+struct Moved {
+    /// The polygons that have one.
+    lanes: u16,
+    boxes: [Wide; 16],
+}
+
+impl Moved {
+    const NONE: Self = Self { lanes: 0, boxes: [Wide::EMPTY; 16] };
+
+    fn set(&mut self, lane: usize, bounds: Wide) {
+        self.lanes |= 1 << lane;
+        self.boxes[lane % 16] = bounds;
+    }
+}
 
 impl Osp {
-    /// Gives a polygon in the tree another box without taking it out of its run. False, and nothing is changed, if the
-    /// run with that box would be put in another leaf, or would be longer than [`RUN_STRETCH`] allows a new one to be.
-    pub(super) fn adjust(&mut self, id: PolygonId, bounds: Wide) -> bool {
-        let Some(place) = self.ids.place(id.0) else { return false };
-        let (page_number, lane) = (place / 16, place as usize % 16);
-        let (run, _) = self.pages.run(page_number, lane);
-        let mut run_box = bounds;
-        if !run.is_exact() {
-            let others = run.lanes() & !(1 << (id.0 % 16));
-            let boxes = self.ids.boxes(run.store);
-            run_box = run_box.union(Wide::from_box(&boxes.around(u32::from(others))));
-            let mut most_m = bounds.length();
-            let mut left = others;
-            while left != 0 {
-                most_m += Wide::from_box(&boxes.get(left.trailing_zeros() as usize)).length();
-                left &= left - 1;
+    /// [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all) in the tree.
+    pub(super) fn update_blocks(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
+        let blocks = || updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16);
+        // The memory of many blocks is asked for at once, ahead of its use.
+        let mut firsts = blocks().filter_map(|updates| updates.first()).map(|(id, _)| id.0);
+        let is_worth_it = updates.len() >= LEAST;
+        for (at, updates) in blocks().enumerate() {
+            if is_worth_it && at.is_multiple_of(TOGETHER) {
+                self.ask_for_blocks(firsts.by_ref().take(TOGETHER));
             }
-            if run_box.length() > most_m * RUN_STRETCH {
-                return false;
+            self.update_block(updates, refused);
+        }
+    }
+
+    /// Gives polygons of one block, whose last update counts, new boxes; appends what is refused.
+    fn update_block(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
+        let Some(&(PolygonId(first), _)) = updates.first() else { return };
+        let block = first / 16;
+        let (filed, open) = (self.ids.filed(block), self.open_lanes(block));
+        let mut moved = Moved::NONE;
+        for &(id, ref bounds) in updates {
+            let (lane, wide) = (id.index() % 16, Wide::from_box(bounds));
+            if (filed | open) >> lane & 1 == 0 {
+                refused.push(IndexError::Unknown(id));
+            } else if !wide.is_valid() {
+                refused.push(IndexError::InvalidBounds(id));
+            } else if open >> lane & 1 == 1 {
+                self.update_open(lane, wide);
+            } else {
+                moved.set(lane, wide);
             }
         }
-        let bucket_number = self.pages[page_number].bucket;
-        let head = self.chain_head(bucket_number);
-        if self.leaf_for(run_box) != Some(head) {
-            return false;
+        self.move_block(block, &moved);
+    }
+
+    /// Gives a polygon that is kept in the open block a new box.
+    pub(super) fn update_open(&mut self, lane: usize, bounds: Wide) {
+        self.open.add(lane, bounds);
+        self.removals += 1;
+        self.upkeep.filed += 1;
+    }
+
+    /// Gives one polygon in a run a new box.
+    pub(super) fn move_one(&mut self, id: PolygonId, bounds: Wide) {
+        let mut moved = Moved::NONE;
+        moved.set(id.index() % 16, bounds);
+        self.move_block(id.0 / 16, &moved);
+    }
+
+    /// Gives polygons that are in runs new boxes, run by run.
+    fn move_block(&mut self, block: u32, moved: &Moved) {
+        let mut left = moved.lanes;
+        while left != 0 {
+            let first = block * 16 + left.trailing_zeros();
+            let Some(place) = self.ids.place(first) else { return };
+            let (run, _) = self.pages.run(place / 16, place as usize % 16);
+            let lanes = left & run.lanes();
+            left &= !lanes;
+            if !self.move_run(place, run, lanes, &moved.boxes) {
+                self.refile(block, lanes, &moved.boxes);
+            }
         }
+    }
+
+    /// Gives the polygons `lanes` of a run new boxes: where the run is, or with the whole run put in another leaf. False, and
+    /// nothing is changed, if the run would be longer than a new one may be.
+    fn move_run(&mut self, place: u32, run: Run, lanes: u16, boxes: &[Wide; 16]) -> bool {
+        let Some(bounds) = self.run_box_with(run, lanes, boxes) else { return false };
         if !run.is_exact() {
-            self.ids.boxes_mut(run.store).set_wide(id.index() % 16, bounds);
+            let store = self.ids.boxes_mut(run.store);
+            for_each_lane(lanes, |lane| store.set_wide(lane, boxes[lane]));
         }
         self.upkeep.boxes += 1;
-        let loose = self.pages[page_number].loose & (1 << lane);
-        self.pages.set_run(page_number, lane, run, &run_box.to_box());
-        // A run that has only one polygon left still waits to be made one.
-        self.pages[page_number].loose |= loose;
-        let at = usize::from(self.pages[page_number].at);
-        let bucket = &mut self.buckets[bucket_number];
-        if bucket.boxes.widen(at, &run_box.to_box()) {
-            bucket.refresh();
-            let widened = bucket.bounds.to_box();
-            self.widen_above(head, &widened);
-            self.upkeep.boxes += 1;
+        let count = lanes.count_ones();
+        self.removals += count;
+        let head = self.chain_head(self.pages[place / 16].bucket);
+        let way = self.way(bounds);
+        let top = &self.nodes[self.top];
+        let is_inside = self.is_flat || grid::same_cell(&top.key, &way.key, top.shift);
+        if is_inside && way.bucket == head {
+            self.upkeep.adjusted += u64::from(count);
+            self.set_run_box(place, head, bounds);
+            return true;
         }
-        // The boxes above may be too wide now.
-        self.queue_page(page_number);
-        self.removals += 1;
+        self.upkeep.filed += u64::from(count);
+        (self.is_quiet, self.changes) = (false, self.changes + 1);
+        let is_loose = self.pages[place / 16].loose >> (place % 16) & 1 == 1;
+        self.take_run_out(place, run, head);
+        let place = self.file(run, bounds, way);
+        // A run that has only one polygon left still waits to be made one.
+        if is_loose {
+            self.mark_loose(place);
+        }
         true
     }
 
-    /// The leaf, or list of straddlers, where a run with this box would be put, if it is there.
-    fn leaf_for(&self, bounds: Wide) -> Option<u32> {
-        let top = &self.nodes[self.top];
-        let is_inside = self.is_flat || grid::same_cell(&top.key, &self.grid.key(bounds), top.shift);
-        is_inside.then(|| self.way(bounds).bucket)
+    /// The box of a run some of whose polygons have new boxes; `None` if it is longer than [`RUN_STRETCH`] allows.
+    fn run_box_with(&self, run: Run, lanes: u16, boxes: &[Wide; 16]) -> Option<Wide> {
+        let (mut around, mut most_m) = (Wide::EMPTY, 0.0);
+        for_each_lane(lanes, |lane| {
+            around = around.union(boxes[lane]);
+            most_m += boxes[lane].length();
+        });
+        let others = run.lanes() & !lanes;
+        if others != 0 {
+            let store = self.ids.boxes(run.store);
+            around = around.union(Wide::from_box(&store.around(u32::from(others))));
+            for_each_lane(others, |lane| most_m += Wide::from_box(&store.get(lane)).length());
+        }
+        let is_short = run.is_exact() || around.length() <= most_m * RUN_STRETCH;
+        is_short.then_some(around)
+    }
+
+    /// Gives a run that stays in its leaf another box. The boxes above may be too wide then, so its page is queued.
+    fn set_run_box(&mut self, place: u32, head: u32, bounds: Wide) {
+        let narrow = bounds.to_box();
+        self.pages.set_box(place / 16, place as usize % 16, &narrow);
+        let page = &self.pages[place / 16];
+        if self.buckets[page.bucket].widen(usize::from(page.at), &narrow) {
+            self.widen_above(head, &narrow);
+            self.upkeep.boxes += 1;
+        }
+        self.queue_page(place / 16);
+    }
+
+    /// Takes polygons out of their runs and puts them into the open block.
+    fn refile(&mut self, block: u32, lanes: u16, boxes: &[Wide; 16]) {
+        for_each_lane(lanes, |lane| {
+            self.upkeep.filed += 1;
+            self.take_out(PolygonId(block * 16 + lane as u32));
+            self.put(block, lane, boxes[lane]);
+        });
+    }
+}
+
+/// Calls `act` with the number of each bit that is set.
+#[inline(always)]
+fn for_each_lane(mask: u16, mut act: impl FnMut(usize)) {
+    let mut left = mask;
+    while left != 0 {
+        act(left.trailing_zeros() as usize % 16);
+        left &= left - 1;
     }
 }

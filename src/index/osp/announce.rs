@@ -7,11 +7,11 @@ use crate::{
     polygon::{Change, Geometry, PolygonId},
 };
 
-/// Changes that are looked at together.
-const TOGETHER: usize = 16;
+/// Changes, or blocks of them, that are looked at together.
+pub(super) const TOGETHER: usize = 16;
 
 /// Fewer are not worth it.
-const LEAST: usize = 4;
+pub(super) const LEAST: usize = 4;
 
 impl Osp {
     /// Asks for what these changes will touch, if they lie far apart: those of a stroke that is drawn are few lines that
@@ -58,6 +58,23 @@ impl Osp {
                     }
                 }
             }
+        }
+    }
+
+    /// Asks for what updates of these blocks will touch; of each the first id tells where most of it lies.
+    pub(super) fn ask_for_blocks(&self, firsts: impl Iterator<Item = u32>) {
+        let mut places = [NONE; TOGETHER];
+        for (place, id) in places.iter_mut().zip(firsts) {
+            let is_filed = self.ids.filed(id / 16) >> (id % 16) & 1 == 1;
+            *place = self.ids.place(id).filter(|_| is_filed).unwrap_or(NONE);
+            self.ids.prefetch_boxes(id / 16);
+            self.pages.prefetch_all(*place / 16);
+        }
+        for place in places.into_iter().filter(|&place| place != NONE) {
+            let page = &self.pages[place / 16];
+            let bucket = &self.buckets[page.bucket];
+            prefetch_lines::<3, _>(&raw const *bucket);
+            prefetch_lines::<3, _>(Halves::half_of(&raw const bucket.boxes, usize::from(page.at)));
         }
     }
 

@@ -18,7 +18,7 @@ pub(super) type TakenRun = (Run, Aabb, bool);
 /// Where a run belongs.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Way {
-    key: Key,
+    pub(super) key: Key,
     level: u32,
     /// The lowest node on the way.
     node: u32,
@@ -68,7 +68,7 @@ impl Osp {
     }
 
     /// Inserts a run at its place; returns that.
-    fn file(&mut self, run: Run, bounds: Wide, way: Way) -> u32 {
+    pub(super) fn file(&mut self, run: Run, bounds: Wide, way: Way) -> u32 {
         let way = if self.is_beside(&way.key) && self.grow_to(&way.key) { self.way(bounds) } else { way };
         let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
         let wider = !self.buckets[head].bounds.contains(bounds);

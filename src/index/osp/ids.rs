@@ -4,7 +4,7 @@ use super::{
     open::OpenBlock,
     pool::{NONE, Pool, Pooled},
 };
-use crate::index::simd::{Boxes, prefetch};
+use crate::index::simd::{Boxes, prefetch, prefetch_lines};
 
 /// Where every polygon is. Sixteen consecutive ids are a block; a shelf holds 256 blocks and is recycled when its last
 /// polygon is gone, so that ids which only ever grow do not grow the memory.
@@ -180,6 +180,12 @@ impl IdMap {
             prefetch(&raw const shelf.place[at]);
             prefetch(&raw const shelf.filed[at]);
         }
+    }
+
+    /// Asks for a block's exact boxes, if it has any.
+    #[inline]
+    pub(super) fn prefetch_boxes(&self, block: u32) {
+        prefetch_lines::<6, _>(self.stores.place(self.store(block)));
     }
 
     /// Asks for what [`IdMap::set_place`] will read then.

@@ -58,7 +58,7 @@ pub struct Osp {
     /// Preallocated cells that were not looked at for leaves to pack since something came or went.
     pub(super) unpacked_cells: usize,
     /// Whether nothing has come or gone since the last commit.
-    is_quiet: bool,
+    pub(super) is_quiet: bool,
     /// Blocks closed since the room was looked at.
     pub(super) changes: u32,
     /// Polygons taken out since the last commit.
@@ -187,8 +187,23 @@ impl Osp {
         self.open.close();
     }
 
+    /// The polygons of a block that are kept in the open one.
+    #[inline]
+    pub(super) fn open_lanes(&self, block: u32) -> u16 {
+        if self.open.is(block) { self.open.lanes() } else { 0 }
+    }
+
+    /// Puts a polygon that is not in the tree into the open block.
+    pub(super) fn put(&mut self, block: u32, lane: usize, bounds: Wide) {
+        if !self.open.is(block) {
+            self.open_block(block);
+        }
+        self.open.add(lane, bounds);
+        self.len += 1;
+    }
+
     /// Takes a polygon out that is known to be in the tree.
-    fn take_out(&mut self, id: PolygonId) {
+    pub(super) fn take_out(&mut self, id: PolygonId) {
         let (block, lane) = (id.0 / 16, id.index() % 16);
         self.len -= 1;
         self.removals += 1;
@@ -277,14 +292,22 @@ impl SpatialIndex for Osp {
             self.upkeep.adjusted += 1;
             return Ok(());
         }
-        let is_open = self.open.is(id.0 / 16) && self.open.lanes() >> (id.0 % 16) & 1 == 1;
-        if !is_open && self.adjust(id, wide) {
-            self.upkeep.adjusted += 1;
-            return Ok(());
+        let lane = id.index() % 16;
+        if self.open_lanes(id.0 / 16) >> lane & 1 == 1 {
+            self.update_open(lane, wide);
+        } else {
+            self.move_one(id, wide);
         }
-        self.upkeep.filed += 1;
-        self.take_out(id);
-        self.insert(id, bounds)
+        Ok(())
+    }
+
+    /// O(polygons) for the boxes, O(1) for each run that they are in, and O(depth) for a run that leaves its leaf.
+    fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
+        if self.is_linear {
+            refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
+        } else {
+            self.update_blocks(updates, refused);
+        }
     }
 
     fn commit(&mut self) {

@@ -2,7 +2,10 @@ use super::{
     grid::Key,
     pool::{NONE, Pooled},
 };
-use crate::index::simd::{Boxes, Halves, Wide};
+use crate::{
+    index::simd::{Boxes, Halves, Wide},
+    math::Aabb,
+};
 
 /// Sixteen runs: what they hold. Their boxes are kept apart ([`PageBoxes`]), because a page that is inside every plane
 /// is read without them.
@@ -181,6 +184,20 @@ impl Bucket {
     #[inline]
     pub(super) fn last_at(&self) -> usize {
         (self.page_count as usize).wrapping_sub(1) % 16
+    }
+
+    /// Makes the box of a page hold `bounds`; false if it did already.
+    #[inline]
+    pub(super) fn widen(&mut self, at: usize, bounds: &Aabb) -> bool {
+        if !self.boxes.widen(at, bounds) {
+            return false;
+        }
+        let wide = Wide::from_box(bounds);
+        self.bounds = self.bounds.union(wide);
+        if at == self.last_at() {
+            self.last_bounds = self.last_bounds.union(wide);
+        }
+        true
     }
 
     /// Recomputes what is kept twice, after pages have changed.

@@ -82,6 +82,12 @@ impl Pages {
         page.loose &= !(1 << lane);
     }
 
+    /// Gives a run another box.
+    #[inline]
+    pub(super) fn set_box(&mut self, number: u32, lane: usize, bounds: &Aabb) {
+        self.boxes[number].boxes.set(lane, bounds);
+    }
+
     /// Appends a run, which counts as tight, to a page that is not full; returns its lane.
     #[inline]
     pub(super) fn push_run(&mut self, number: u32, run: Run, bounds: &Aabb) -> usize {

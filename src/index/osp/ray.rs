@@ -286,7 +286,7 @@ fn enter<K: Kernel, const N: usize>(
             let (first, last) = if a < b { (a, b) } else { (b, a) };
             near[i] = if first > near[i] { first } else { near[i] };
             far[i] = if last < far[i] { last } else { far[i] };
-            odd[i] += (a - a) + (b - b);
+            odd[i] += a * 0.0 + b * 0.0;
         }
     }
     let mut later = [0.0f32; N];

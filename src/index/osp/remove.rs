@@ -44,7 +44,16 @@ impl Osp {
         }
     }
 
-    /// Removes an empty run; the page's last one takes its lane.
+    /// Takes a whole run of a leaf out, whose polygons stay filed until it is filed again.
+    pub(super) fn take_run_out(&mut self, place: u32, run: Run, head: u32) {
+        let leaf = &mut self.buckets[head];
+        leaf.polygons -= run.mask.count_ones();
+        leaf.runs -= 1;
+        self.drop_run(place / 16, place as usize % 16);
+        self.queue_page(place / 16);
+    }
+
+    /// Removes a run; the page's last one takes its lane.
     fn drop_run(&mut self, page_number: u32, lane: usize) {
         let page = &mut self.pages[page_number];
         page.runs -= 1;

@@ -1,5 +1,5 @@
 //! Moving things: one, ten and a hundred per cent of the polygons move in every frame, in pieces or as a group, or as
-//! instances of one mesh. Every structure is told the box of each of them; a group index
+//! instances of one mesh. Every structure is told the boxes of all of them at once; a group index
 //! ([`crate::index::groups::GroupIndex`]) is told where the groups are.
 //!
 //! Each structure runs beside the reference, frame by frame. All structures have to see the same polygons. The group index,

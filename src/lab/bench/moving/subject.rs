@@ -6,7 +6,7 @@ use super::world::World;
 use crate::{
     index::IndexConfig,
     index::{
-        SpatialIndex, Upkeep, WorkCounts,
+        IndexError, SpatialIndex, Upkeep, WorkCounts,
         groups::{CullScratch, GroupIndex, NodeId, Polygons},
     },
     lab::bench::Contender,
@@ -62,25 +62,25 @@ pub(super) trait Subject {
 /// A structure of single polygons.
 pub(super) struct EachPolygon {
     pub(super) index: Box<dyn SpatialIndex>,
+    refused: Vec<IndexError>,
     visible: VisibleBlocks,
 }
 
 impl EachPolygon {
     pub(super) fn new(kind: Contender, world: &World<'_>) -> Self {
-        Self { index: world.filled(kind), visible: VisibleBlocks::with_capacity(world.len()) }
+        let visible = VisibleBlocks::with_capacity(world.len());
+        Self { index: world.filled(kind), refused: Vec::new(), visible }
     }
 }
 
 impl Subject for EachPolygon {
     fn frame(&mut self, step: &Step<'_>) -> Took {
         let start = Instant::now();
-        for (at, (id, bounds)) in step.moved.iter().enumerate() {
-            // The polygons are filed and their boxes finite.
-            let updated = self.index.update(*id, bounds);
-            debug_assert_eq!(updated, Ok(()));
-            if let Some(shapes) = step.shapes {
-                self.index.shape(*id, &shapes[at]);
-            }
+        self.index.update_all(step.moved, &mut self.refused);
+        // The polygons are filed and their boxes finite.
+        debug_assert_eq!(self.refused, []);
+        for ((id, _), shape) in step.moved.iter().zip(step.shapes.unwrap_or_default()) {
+            self.index.shape(*id, shape);
         }
         self.index.commit();
         let move_ns = start.elapsed().as_nanos() as f64 + step.boxes_ns;

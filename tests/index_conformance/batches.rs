@@ -1,0 +1,155 @@
+//! Updates that are told together come to the same as one after the other: the same answers, the same refusals in the same order,
+//! whatever comes and goes in between.
+
+use super::{
+    Pair,
+    boxes::{Rng, drawn},
+    scenes::frusta,
+    subjects::{Subject, subjects},
+};
+use glam::Vec3;
+use osp::{
+    index::{IndexConfig, SpatialIndex},
+    math::{Aabb, Frustum},
+    polygon::PolygonId,
+};
+
+/// An index that is told together, one that is told of each, and brute force.
+struct Trio<'a> {
+    pair: Pair<'a>,
+    of_each: Box<dyn SpatialIndex>,
+    random: Rng,
+}
+
+impl<'a> Trio<'a> {
+    fn new(subject: &Subject, boxes: &[Aabb], frusta: &'a [Frustum]) -> Self {
+        let config = IndexConfig { capacity: 64, ..IndexConfig::default() };
+        let mut pair = Pair::new(subject, &config, frusta, format!("{}, batches", subject.name));
+        let mut of_each = (subject.make)(&config);
+        for (id, bounds) in boxes.iter().enumerate() {
+            pair.insert(id, bounds);
+            assert_eq!(of_each.insert(PolygonId(id as u32), bounds), Ok(()));
+        }
+        Self { pair, of_each, random: Rng(7) }
+    }
+
+    fn update_all(&mut self, updates: &[(PolygonId, Aabb)]) {
+        let (mut refused, mut expected, mut of_each) = (Vec::new(), Vec::new(), Vec::new());
+        self.pair.index.update_all(updates, &mut refused);
+        for (id, bounds) in updates {
+            of_each.extend(self.of_each.update(*id, bounds).err());
+            match self.pair.twin.index.update(*id, bounds) {
+                Ok(()) => self.pair.twin.set(*id, bounds),
+                Err(why) => expected.push(why),
+            }
+        }
+        assert_eq!(refused, expected, "{}", self.pair.place);
+        assert_eq!(of_each, expected, "{}", self.pair.place);
+        let valid = self.pair.index.validate();
+        assert_eq!(valid, Ok(()), "{}, before the commit", self.pair.place);
+    }
+
+    /// Takes some out, and lets some that are gone come back.
+    fn come_and_go(&mut self, boxes: &[Aabb]) {
+        for _ in 0..boxes.len() / 40 {
+            let id = self.random.below(boxes.len());
+            let polygon = PolygonId(id as u32);
+            if self.of_each.remove(polygon).is_ok() {
+                self.pair.remove(id);
+            } else {
+                assert_eq!(self.of_each.insert(polygon, &boxes[id]), Ok(()));
+                self.pair.insert(id, &boxes[id]);
+            }
+        }
+    }
+
+    fn check(&mut self, step: &str) {
+        self.pair.check(step);
+        self.of_each.commit();
+        super::check(&*self.of_each, &self.pair.twin, self.pair.frusta, &format!("of each, {step}"));
+    }
+}
+
+/// Moves a stretch of polygons by the same way.
+fn stretch(random: &mut Rng, boxes: &[Aabb], by_m: f32) -> Vec<(PolygonId, Aabb)> {
+    let first = random.below(boxes.len());
+    let by = random.direction() * by_m;
+    let some = boxes.iter().enumerate().skip(first).take(1 + random.below(200));
+    some.map(|(id, b)| (PolygonId(id as u32), Aabb::new(b.min + by, b.max + by))).collect()
+}
+
+/// What one frame tells: stretches that keep together, polygons that scatter, boxes that are refused, ids that come again or are
+/// not there.
+fn batch(random: &mut Rng, boxes: &[Aabb], frame: usize) -> Vec<(PolygonId, Aabb)> {
+    let mut updates = Vec::new();
+    for by_m in [0.001, 0.05, 1.5, 40.0] {
+        updates.extend(stretch(random, boxes, by_m));
+    }
+    for _ in 0..boxes.len() / 30 {
+        let id = PolygonId(random.below(boxes.len() + 20) as u32);
+        let bounds = match random.below(8) {
+            0 => Aabb::EMPTY,
+            1 => Aabb::new(Vec3::ZERO, Vec3::new(1.0, f32::NAN, 1.0)),
+            2 => Aabb::new(Vec3::ZERO, Vec3::INFINITY),
+            3 => Aabb::cube(Vec3::ZERO, f32::MAX),
+            _ => boxes[random.below(boxes.len())],
+        };
+        updates.push((id, bounds));
+    }
+    if frame % 3 == 1 {
+        updates.sort_by_key(|(id, _)| *id);
+    }
+    // Some come again, at once or much later.
+    let again: Vec<_> = updates.iter().step_by(5).map(|&(id, b)| (id, Aabb::new(b.max, b.max))).collect();
+    updates.extend(again);
+    let twice: Vec<_> = updates.iter().take(60).flat_map(|&(id, b)| [(id, Aabb::EMPTY), (id, b)]).collect();
+    updates.extend(twice);
+    updates
+}
+
+fn run(subject: &Subject, boxes: &[Aabb], frames: usize) {
+    let frusta: Vec<Frustum> = frusta(&boxes[..100]).into_iter().step_by(4).collect();
+    let mut trio = Trio::new(subject, boxes, &frusta);
+    trio.check("filled");
+    for frame in 0..frames {
+        let updates = batch(&mut trio.random, boxes, frame);
+        trio.update_all(&updates);
+        if frame % 2 == 1 {
+            trio.come_and_go(boxes);
+            let updates = batch(&mut trio.random, boxes, frame);
+            trio.update_all(&updates);
+        }
+        trio.check(&format!("frame {frame}"));
+    }
+    // All at once, there and back.
+    let by = Vec3::new(0.31, -0.17, 0.05);
+    let all = |by: Vec3| -> Vec<_> {
+        let moved = boxes.iter().map(|b| Aabb::new(b.min + by, b.max + by));
+        (0..).map(PolygonId).zip(moved).collect()
+    };
+    for (step, by) in [("all moved", by), ("all back", Vec3::ZERO)] {
+        trio.update_all(&all(by));
+        trio.check(step);
+    }
+    trio.update_all(&[]);
+    trio.check("nothing moved");
+}
+
+#[test]
+fn every_index_takes_updates_together_as_one_after_the_other() {
+    let boxes = drawn(900, 3);
+    for subject in &subjects() {
+        run(subject, &boxes, 4);
+    }
+}
+
+/// So many that there are leaves, which runs leave as wholes.
+#[test]
+fn runs_of_a_large_tree_move_between_its_leaves() {
+    let boxes = drawn(12_000, 4);
+    for subject in
+        subjects().iter().filter(|subject| subject.name.starts_with("osp") && !subject.name.contains("paper"))
+    {
+        run(subject, &boxes, 12);
+    }
+}
