@@ -20,7 +20,7 @@ pub use opening::{Access, OpenError, Opened, Opening};
 const PIECE: usize = 1024;
 /// Bytes of their lines: more than ordinary lines take.
 const PIECE_BYTES: usize = 1 << 18;
-/// So many such pieces may wait until the journal has taken them.
+/// So many such pieces may wait for the journal, and for the model.
 const PIECES_AHEAD: usize = 4;
 
 /// A session being drawn: the model, and its file, to which every event is written before the next one.

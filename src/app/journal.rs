@@ -455,7 +455,10 @@ impl Journal {
         while history.events() < self.first_events
             && let Some(event) = reader.next_event()?
         {
-            history.push(&event)?;
+            // In the same words, so that the history is as long as what the file holds of it.
+            let mut read = Lines::default();
+            read.push(event.clone(), reader.line());
+            history.push_read(&read)?;
             events.push(event);
         }
         self.history = history;

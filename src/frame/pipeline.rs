@@ -1,4 +1,7 @@
-use std::any::Any;
+use std::{
+    any::Any,
+    sync::{Mutex, PoisonError},
+};
 
 use crate::{
     frame::{
@@ -17,7 +20,7 @@ static NOTHING: VisibleBlocks = VisibleBlocks::new();
 /// Changes that an index is given at once.
 const ANNOUNCED: usize = 16;
 
-/// Updates that an index is handed at once at most, and at least: fewer are told one by one.
+/// Most updates that an index is handed at once, and fewest: fewer than these are handed over one by one.
 const MOST_TOGETHER: usize = 256;
 const LEAST_TOGETHER: usize = 4;
 
@@ -181,7 +184,7 @@ impl Pipeline {
         }
     }
 
-    /// [`Pipeline::load`] on two threads, one for the index and one for the pass; where there are no threads, one after the
+    /// [`Pipeline::load`] on two threads, one for the index and one for the pass; where the system gives none, one after the
     /// other.
     pub fn load_on_threads(&mut self, geometry: &(dyn Geometry + Sync)) {
         if cfg!(target_arch = "wasm32") {
@@ -189,14 +192,21 @@ impl Pipeline {
             return;
         }
         let all = present(geometry);
-        let mut pass = self.pass.take();
-        std::thread::scope(|scope| {
-            if let Some(pass) = &mut pass {
-                scope.spawn(|| pass.load(geometry, &all));
+        let pass = Mutex::new(self.pass.take());
+        let load = || {
+            if let Some(pass) = &mut *pass.lock().unwrap_or_else(PoisonError::into_inner) {
+                pass.load(geometry, &all);
             }
+        };
+        let has_thread = std::thread::scope(|scope| {
+            let has_thread = std::thread::Builder::new().spawn_scoped(scope, load).is_ok();
             self.apply(geometry, &all, &mut FrameRecord::default());
+            has_thread
         });
-        self.pass = pass;
+        if !has_thread {
+            load();
+        }
+        self.pass = pass.into_inner().unwrap_or_else(PoisonError::into_inner);
     }
 
     /// Ends a row of calls of [`Pipeline::skip`]: makes the index ready for queries.

@@ -92,15 +92,34 @@ pub(crate) fn beside(name: &str, work: impl FnOnce() + Send + 'static) -> std::i
     std::thread::Builder::new().name(name.to_owned()).spawn(work).map(drop)
 }
 
-/// Lets `make` hand over what it makes, and `take` take it in the same order on a thread of its own; on a page, which has
-/// none, at once. At most `ahead` wait. Handing over gives false once `take` has failed: nothing is taken any more.
+/// Lets `make` hand over what it makes, and `take` take it in the same order on a thread of its own; where the system gives
+/// none, as on a page, at once. At most `ahead` wait. Handing over gives false once `take` has failed: nothing is taken any more.
 #[cfg(feature = "window")]
 pub(crate) fn hand_over<T: Send, E: Send, R>(
     ahead: usize,
-    mut take: impl FnMut(T) -> Result<(), E> + Send,
+    take: impl FnMut(T) -> Result<(), E> + Send,
     make: impl FnOnce(&mut dyn FnMut(T) -> bool) -> R,
 ) -> (R, Result<(), E>) {
-    if cfg!(target_arch = "wasm32") {
+    use std::sync::{Mutex, PoisonError, mpsc::sync_channel};
+
+    let take = Mutex::new(take);
+    std::thread::scope(|scope| {
+        let (send, things) = sync_channel(ahead);
+        let of_thread = &take;
+        let work = move || {
+            let mut take = of_thread.lock().unwrap_or_else(PoisonError::into_inner);
+            things.into_iter().try_for_each(&mut *take)
+        };
+        let thread = match cfg!(target_arch = "wasm32") {
+            true => None,
+            false => std::thread::Builder::new().spawn_scoped(scope, work).ok(),
+        };
+        if let Some(taking) = thread {
+            let made = make(&mut |thing| send.send(thing).is_ok());
+            drop(send);
+            return (made, taking.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        }
+        let mut take = take.lock().unwrap_or_else(PoisonError::into_inner);
         let mut taken = Ok(());
         let made = make(&mut |thing| {
             if taken.is_ok() {
@@ -108,14 +127,7 @@ pub(crate) fn hand_over<T: Send, E: Send, R>(
             }
             taken.is_ok()
         });
-        return (made, taken);
-    }
-    std::thread::scope(|scope| {
-        let (send, things) = std::sync::mpsc::sync_channel(ahead);
-        let taking = scope.spawn(move || things.into_iter().try_for_each(take));
-        let made = make(&mut |thing| send.send(thing).is_ok());
-        drop(send);
-        (made, taking.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+        (made, taken)
     })
 }
 

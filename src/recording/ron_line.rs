@@ -76,7 +76,7 @@ pub(super) fn parse_event(line: &str) -> Result<Event, BadEvent> {
     }
 }
 
-/// Reads one event that this crate has written; none from any other line.
+/// Reads one event from a line that this crate has written or read before.
 #[cfg(any(feature = "live", feature = "window"))]
 pub(crate) fn read_event(line: &str) -> Option<Event> {
     parse_event(line.trim_end()).ok()

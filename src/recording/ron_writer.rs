@@ -22,8 +22,8 @@ pub enum Flush {
     AtEnd,
 }
 
-/// Writes a recording: the header, then one event a line. Every number is written with the fewest digits that read
-/// back to the same bits, so a session written twice gives the same bytes.
+/// Writes a recording: the header, then one event a line. Every number of an event is written with the fewest digits that
+/// read back to the same bits, so a session written twice gives the same bytes.
 #[derive(Debug)]
 pub struct RonWriter<W: Write> {
     out: W,
@@ -74,8 +74,7 @@ impl<W: Write> RonWriter<W> {
         self.push_line(check, |line| write_event(line, event))
     }
 
-    /// Writes an event as the line that a reader has read it from; the header's format must be that of the line's file, or
-    /// a later one.
+    /// Writes an event as the line that a reader has read it from, see [`EventSource::line`](super::EventSource::line).
     ///
     /// # Errors
     /// The output fails.

@@ -13,10 +13,12 @@ use crate::{
 
 /// Bytes of text that are compressed at once: about a quarter of a millisecond on the window's thread.
 const BLOCK_BYTES: usize = 1 << 16;
+/// Longest line that is kept in the words of its file, bytes.
+const KEPT_LINE_BYTES: usize = 512;
 /// The fastest of those that compress a session to less than half.
 const COMPRESSION_LEVEL: i32 = 1;
 
-/// A session's whole text in memory, the same as in its file. If the file is lost or damaged, the session can
+/// The lines of all of a session's events in memory, the same as in its file. If the file is lost or damaged, the session can
 /// be written again from it.
 #[derive(Debug)]
 pub(super) struct History {
@@ -172,19 +174,23 @@ pub(in crate::app) struct Lines {
     text: String,
     /// Where each event's line ends in the text; one without a line takes no bytes of it.
     ends: Vec<usize>,
+    /// Bytes of the lines that were read.
+    bytes: usize,
 }
 
 impl Lines {
-    /// Adds an event, and the line that it was read from.
+    /// Adds an event, and the line that it was read from. A line that is longer than most is written anew: it may hold nothing
+    /// but a remark, which no limit counts.
     pub(in crate::app) fn push(&mut self, event: Event, line: Option<&str>) {
         self.events.push(event);
-        self.text.push_str(line.unwrap_or_default());
+        self.bytes += line.map_or(0, str::len);
+        self.text.push_str(line.filter(|line| line.len() <= KEPT_LINE_BYTES).unwrap_or_default());
         self.ends.push(self.text.len());
     }
 
-    /// Bytes of the lines.
+    /// Bytes of the lines that were read.
     pub(in crate::app) fn bytes(&self) -> usize {
-        self.text.len()
+        self.bytes
     }
 
     /// The events.

@@ -46,7 +46,7 @@ impl Osp {
         }
     }
 
-    /// Gives polygons of one block, whose last update counts, new boxes; appends what is refused.
+    /// Gives polygons of one block new boxes; of several updates of a polygon the last one counts. Appends what is refused.
     fn update_block(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let Some(&(PolygonId(first), _)) = updates.first() else { return };
         let block = first / 16;
@@ -89,7 +89,8 @@ impl Osp {
             let Some(place) = self.ids.place(first) else { return };
             let (run, _) = self.pages.run(place / 16, place as usize % 16);
             let lanes = left & run.lanes();
-            left &= !lanes;
+            // Its own lane is among them.
+            left &= !(lanes | 1 << left.trailing_zeros());
             if !self.move_run(place, run, lanes, &moved.boxes) {
                 self.refile(block, lanes, &moved.boxes);
             }
@@ -120,11 +121,7 @@ impl Osp {
         (self.is_quiet, self.changes) = (false, self.changes + 1);
         let is_loose = self.pages[place / 16].loose >> (place % 16) & 1 == 1;
         self.take_run_out(place, run, head);
-        let place = self.file(run, bounds, way);
-        // A run that has only one polygon left still waits to be made one.
-        if is_loose {
-            self.mark_loose(place);
-        }
+        self.file(run, bounds, way, is_loose);
         true
     }
 

@@ -43,7 +43,7 @@ impl Osp {
         }
         for (way, (run, bounds)) in ways.iter().zip(runs) {
             let way = if self.shape == shape { *way } else { self.way(*bounds) };
-            self.file(*run, *bounds, way);
+            self.file(*run, *bounds, way, false);
         }
     }
 
@@ -67,12 +67,16 @@ impl Osp {
         Way { key, level, node, bucket }
     }
 
-    /// Inserts a run at its place; returns that.
-    pub(super) fn file(&mut self, run: Run, bounds: Wide, way: Way) -> u32 {
+    /// Inserts a run at its place. A loose one waits there to be made one of single polygons.
+    pub(super) fn file(&mut self, run: Run, bounds: Wide, way: Way, is_loose: bool) {
         let way = if self.is_beside(&way.key) && self.grow_to(&way.key) { self.way(bounds) } else { way };
         let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
         let wider = !self.buckets[head].bounds.contains(bounds);
         let place = self.append(head, run, bounds, way.level);
+        if is_loose {
+            // Before a split, which moves the run on.
+            self.mark_loose(place);
+        }
         if wider {
             self.widen_above(head, &bounds.to_box());
         }
@@ -83,7 +87,6 @@ impl Osp {
                 self.try_split(head);
             }
         }
-        place
     }
 
     /// Inserts all runs anew, now that they are too many to be kept at the top.
@@ -93,10 +96,7 @@ impl Osp {
         let head = std::mem::replace(&mut self.nodes[self.top].own, NONE);
         self.take_apart(head, |osp, (run, bounds, loose)| {
             let bounds = Wide::from_box(&bounds);
-            let place = osp.file(run, bounds, osp.way(bounds));
-            if loose {
-                osp.mark_loose(place);
-            }
+            osp.file(run, bounds, osp.way(bounds), loose);
         });
     }
 
@@ -247,7 +247,7 @@ impl Osp {
         let is_single = run.is_exact() && (bucket.counts[at] == 1 || bucket.single >> at & 1 == 1);
         bucket.single = bucket.single & !(1 << at) | u16::from(is_single) << at;
         bucket.runs += 1;
-        bucket.movable += u32::from(level < bucket.shift);
+        bucket.movable = bucket.movable.saturating_add(u32::from(level < bucket.shift));
         bucket.polygons += run.mask.count_ones();
         if !bucket.last_bounds.contains(bounds) {
             bucket.last_bounds = bucket.last_bounds.union(bounds);
@@ -321,7 +321,7 @@ impl Osp {
         let Bucket { slot, shift, runs, movable, .. } = self.buckets[head];
         if slot == OWN || shift == 0 {
             self.buckets[head].split_at = u32::MAX;
-        } else if movable * 2 >= runs {
+        } else if movable >= runs - runs / 2 {
             self.split(head);
         } else if runs <= LEAF_RUNS * 2 {
             self.buckets[head].split_at = LEAF_RUNS * 2;

@@ -59,9 +59,9 @@ pub struct Osp {
     pub(super) unpacked_cells: usize,
     /// Whether nothing has come or gone since the last commit.
     pub(super) is_quiet: bool,
-    /// Blocks closed since the room was looked at.
+    /// Blocks closed, and runs moved, since the room was looked at.
     pub(super) changes: u32,
-    /// Polygons taken out since the last commit.
+    /// Polygons taken out or moved since the last commit.
     pub(super) removals: u32,
     pub(super) len: usize,
     /// What following the changes took; see [`SpatialIndex::upkeep`].

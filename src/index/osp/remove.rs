@@ -3,7 +3,7 @@
 //!
 //! Removal clears a bit of the run's mask, and queues the page each time a run has lost half of its polygons: until then
 //! its box, at most sixteen neighbours wide, may be a little too wide. A commit works off as many pages as polygons were taken
-//! out, and a few more, so upkeep costs a fixed share of what caused it and never piles up.
+//! out or moved, and a few more, so upkeep costs a fixed share of what caused it and never piles up.
 
 use super::{
     file::TakenRun,
@@ -44,7 +44,7 @@ impl Osp {
         }
     }
 
-    /// Takes a whole run of a leaf out, whose polygons stay filed until it is filed again.
+    /// Takes a whole run out of its leaf, to be put into another one. Its polygons count as being in the tree meanwhile.
     pub(super) fn take_run_out(&mut self, place: u32, run: Run, head: u32) {
         let leaf = &mut self.buckets[head];
         leaf.polygons -= run.mask.count_ones();
