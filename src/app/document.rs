@@ -198,13 +198,13 @@ impl Document {
         id
     }
 
-    /// A group number that was not used yet, if there is one.
-    pub fn new_group(&mut self) -> Option<GroupId> {
+    /// So many group numbers that were not used yet, or as many as there are.
+    pub fn new_groups(&mut self, count: usize) -> Vec<GroupId> {
         #[cfg(feature = "live")]
         if let Some(shared) = &mut self.shared {
-            return Some(GroupId(shared.new_number()));
+            return (0..count).map(|_| GroupId(shared.new_number())).collect();
         }
-        self.drawn.scene.free_group()
+        self.drawn.scene.free_groups().take(count).collect()
     }
 
     /// Whether the session is read-only.

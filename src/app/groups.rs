@@ -77,7 +77,7 @@ impl Studio {
             return;
         }
         let group = match &mut self.subject {
-            Subject::Sketch(document) => document.new_group(),
+            Subject::Sketch(document) => document.new_groups(1).pop(),
             Subject::Replay(_) => None,
         };
         let Some(group) = group else { return };
