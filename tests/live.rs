@@ -16,6 +16,10 @@ mod cable;
 #[path = "live/failing.rs"]
 mod failing;
 
+#[cfg(feature = "window")]
+#[path = "live/sketch.rs"]
+mod sketch;
+
 #[path = "live/strangers.rs"]
 mod strangers;
 

@@ -353,7 +353,10 @@ impl Studio {
             copies.push(copy);
         }
         let mut edits = copies.len() + assign(t, layers, &mut out);
-        let groups: Vec<GroupId> = self.scene().free_groups().take(clip.groups.len()).collect();
+        let groups = match &mut self.subject {
+            Subject::Sketch(document) => document.new_groups(clip.groups.len()),
+            Subject::Replay(_) => Vec::new(),
+        };
         for ((of, &group), strokes) in clip.groups.iter().zip(&groups).zip(members) {
             let parent = of.parent.and_then(|parent| groups.get(parent)).copied();
             let first = out.len();

@@ -17,12 +17,23 @@ use crate::{
 };
 
 impl Studio {
+    /// Who draws in this window: in a session of one author, the only one.
+    fn author(&self) -> Author {
+        match &self.subject {
+            #[cfg(feature = "live")]
+            Subject::Sketch(document) => {
+                document.shared().and_then(|shared| shared.status().author).unwrap_or(Author::SOLE)
+            }
+            _ => Author::SOLE,
+        }
+    }
+
     /// Whether a command would do anything now. What gives a command that would not is to be shown as disabled.
     pub fn can(&self, command: &Command) -> bool {
         let scene = self.subject.scene();
         match command {
-            Command::Undo => self.can_draw() && scene.can_undo(),
-            Command::Redo => self.can_draw() && scene.can_redo(),
+            Command::Undo => self.can_draw() && scene.can_undo_of(self.author()),
+            Command::Redo => self.can_draw() && scene.can_redo_of(self.author()),
             // Looking and measuring changes nothing.
             Command::Tool(ToolChoice::Span(Span::Distance)) => true,
             Command::Tool(_)
@@ -55,7 +66,7 @@ impl Studio {
             | Command::TestPattern(_)
             | Command::Calibrate(_) => self.room.rig().is_some(),
             Command::Discard => match &self.subject {
-                Subject::Sketch(document) => document.journal().is_changed(),
+                Subject::Sketch(document) => document.journal().is_changed() && document.can_be_discarded(),
                 Subject::Replay(_) => false,
             },
             Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {

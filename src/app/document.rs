@@ -4,12 +4,16 @@ mod opening;
 use std::{collections::BTreeSet, io, path::Path, sync::Arc};
 
 use super::journal::{Journal, Lines, SaveError, Unwritten};
+#[cfg(feature = "live")]
+use super::shared::Shared;
 use crate::{
     export::PolygonTimes,
     math::{Aabb, Ray},
     platform,
     polygon::{Change, PolygonId},
-    recording::{AUTHORS_FORMAT, Author, Event, EventSource, Header, Limits, RecordingError, StrokeId},
+    recording::{
+        AUTHORS_FORMAT, Author, Event, EventSource, GroupId, Header, Limits, RecordingError, StrokeId,
+    },
     scene::{GroupNode, Scene},
 };
 use drawn::Drawn;
@@ -26,15 +30,25 @@ const PIECES_AHEAD: usize = 4;
 /// A session being drawn: the model, and its file, to which every event is written before the next one.
 #[derive(Debug)]
 pub struct Document {
-    drawn: Drawn,
+    pub(super) drawn: Drawn,
     journal: Journal,
     refused: u64,
-    news: Vec<String>,
+    pub(super) news: Vec<String>,
+    /// The session of several people that it is of.
+    #[cfg(feature = "live")]
+    pub(super) shared: Option<Shared>,
 }
 
 impl Document {
-    fn around(journal: Journal) -> Self {
-        Self { drawn: Drawn::default(), journal, refused: 0, news: Vec::new() }
+    pub(super) fn around(journal: Journal) -> Self {
+        Self {
+            drawn: Drawn::default(),
+            journal,
+            refused: 0,
+            news: Vec::new(),
+            #[cfg(feature = "live")]
+            shared: None,
+        }
     }
 
     /// Reads the events of a file, piece by piece. Meanwhile one thread applies them to the model, and another one packs their
@@ -104,17 +118,42 @@ impl Document {
             events.clear();
         }
         events.retain(|event| {
-            let Err(error) = self.journal.push(event) else { return true };
+            #[cfg(feature = "live")]
+            let pushed = match &mut self.shared {
+                Some(shared) => shared.push(event),
+                None => self.journal.push(event),
+            };
+            #[cfg(not(feature = "live"))]
+            let pushed = self.journal.push(event);
+            let Err(error) = pushed else { return true };
             if self.refused == 0 {
                 self.news.push(format!("left out, the first of what no session can hold: {error}"));
             }
             self.refused += 1;
             false
         });
-        if !events.is_empty() {
-            self.journal.write_pending();
-            self.drawn.apply(events);
+        if events.is_empty() {
+            return;
         }
+        #[cfg(feature = "live")]
+        if let Some(shared) = &mut self.shared {
+            shared.send(events);
+            return;
+        }
+        self.journal.write_pending();
+        self.drawn.apply(events);
+    }
+
+    /// Writes the next events of a session of several people, and applies them.
+    #[cfg(feature = "live")]
+    pub(super) fn take_ordered(&mut self, events: &[Event]) {
+        for event in events {
+            if let Err(error) = self.journal.push(event) {
+                self.news.push(error.to_string());
+            }
+        }
+        self.journal.write_pending();
+        self.drawn.apply(events);
     }
 
     /// The first limit that a reader of its file will find passed, and its name.
@@ -139,6 +178,10 @@ impl Document {
 
     /// A stroke number that was not used yet.
     pub fn new_stroke(&mut self) -> StrokeId {
+        #[cfg(feature = "live")]
+        if let Some(shared) = &mut self.shared {
+            return StrokeId(shared.new_number());
+        }
         // Where there were several authors, each has numbers of its own: those of the window are the first.
         let is_shared = self.header().format >= AUTHORS_FORMAT;
         let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
@@ -155,8 +198,21 @@ impl Document {
         id
     }
 
+    /// So many group numbers that were not used yet, or as many as there are.
+    pub fn new_groups(&mut self, count: usize) -> Vec<GroupId> {
+        #[cfg(feature = "live")]
+        if let Some(shared) = &mut self.shared {
+            return (0..count).map(|_| GroupId(shared.new_number())).collect();
+        }
+        self.drawn.scene.free_groups().take(count).collect()
+    }
+
     /// Whether the session is read-only.
     pub fn is_read_only(&self) -> bool {
+        #[cfg(feature = "live")]
+        if self.shared.as_ref().is_some_and(Shared::is_watcher) {
+            return true;
+        }
         self.journal.is_read_only()
     }
 
@@ -215,6 +271,10 @@ impl Document {
 
     /// Time stamp of its last event, seconds: new events continue from there.
     pub fn last_secs(&self) -> f64 {
+        #[cfg(feature = "live")]
+        if let Some(shared) = &self.shared {
+            return shared.now_secs();
+        }
         self.drawn.last_secs
     }
 
@@ -234,6 +294,14 @@ impl Document {
     /// The file cannot be written; the session continues in its old file.
     pub fn save_as(&mut self, to: &Path) -> Result<(), SaveError> {
         self.journal.save_as(to)
+    }
+
+    /// Whether the session can be taken back to what it was: not if it is that of others, too.
+    pub fn can_be_discarded(&self) -> bool {
+        #[cfg(feature = "live")]
+        return self.shared.is_none();
+        #[cfg(not(feature = "live"))]
+        true
     }
 
     /// Takes the session and its file back to when it was opened or last saved under a name.

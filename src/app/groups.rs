@@ -76,9 +76,13 @@ impl Studio {
             );
             return;
         }
-        let Some(group) = scene.free_group() else { return };
+        let group = match &mut self.subject {
+            Subject::Sketch(document) => document.new_groups(1).pop(),
+            Subject::Replay(_) => None,
+        };
+        let Some(group) = group else { return };
         let t = self.now_secs();
-        let name = Some(format!("group {}", group.0));
+        let name = Some(format!("group {}", group.0 & ((1 << Author::NUMBER_BITS) - 1)));
         let mut events: Vec<Event> = Event::grouping(t, group, &loose, parent, name).collect();
         events.extend(groups.into_iter().map(|below| Event::Group {
             author: Author::SOLE,

@@ -530,5 +530,13 @@ impl Journal {
     }
 }
 
+#[cfg(feature = "live")]
+impl Journal {
+    /// Removes the session's file: what it holds is elsewhere.
+    pub(super) fn remove(self) {
+        self.file.into_iter().chain(self.shelter).for_each(SessionFile::remove);
+    }
+}
+
 #[cfg(test)]
 mod tests;

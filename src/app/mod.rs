@@ -44,6 +44,8 @@ mod question;
 mod room;
 mod selection;
 mod settings;
+#[cfg(feature = "live")]
+mod shared;
 mod spans;
 mod stats;
 mod studio;
@@ -75,6 +77,8 @@ pub use question::{Answer, Question, Then};
 pub use room::{Room, RoomView};
 pub use selection::Selection;
 pub use settings::{Settings, Theme};
+#[cfg(feature = "live")]
+pub use shared::{OtherPen, Overlay, Shared};
 pub use stats::{FrameStage, FrameTimes, History};
 pub use studio::{FrameReport, Studio};
 pub use subject::Subject;

@@ -67,6 +67,8 @@ struct Pane {
     shown: Shown,
     lines: LinePass,
     timer: GpuTimer,
+    /// Own strokes that are drawn over the model.
+    over: Option<ViewSlot>,
 }
 
 /// A window of a rig's screens.
@@ -90,6 +92,10 @@ impl WallWindow {
     }
 }
 
+/// The renderer of own strokes: there are few.
+#[cfg(feature = "live")]
+const OVER: RendererConfig = RendererConfig { chunk_len: 1 << 12, background: [0.0; 3] };
+
 /// Animated brushes start again after this time, seconds.
 const MOST_TIME_S: f64 = 1000.0;
 
@@ -101,6 +107,8 @@ pub(super) struct Painter {
     show: ShowPass,
     pyramid: PyramidPass,
     egui: egui_wgpu::Renderer,
+    /// Draws own strokes that are not in a shared session yet; made with the first of them.
+    over: Option<Renderer>,
     panes: Vec<Pane>,
     walls: Vec<WallWindow>,
     clock: StageClock,
@@ -140,6 +148,7 @@ impl Painter {
             show,
             pyramid,
             egui,
+            over: None,
             panes: Vec::new(),
             walls: Vec::new(),
             clock: StageClock::default(),
@@ -302,6 +311,8 @@ impl Painter {
         let time_s = self.clock.since(self.opened).ns as f64 * 1.0e-9 % MOST_TIME_S;
         self.renderer.set_time(time_s as f32);
         self.renderer.send(studio.scene());
+        #[cfg(feature = "live")]
+        self.follow_overlay(studio);
     }
 
     /// Makes the pane of a view ready.
@@ -326,6 +337,7 @@ impl Painter {
                 shown,
                 lines: LinePass::new(&self.gpu),
                 timer: GpuTimer::new(&self.gpu),
+                over: None,
             });
         }
         let pane = &mut self.panes[i];
@@ -349,7 +361,40 @@ impl Painter {
         let layers = if studio.room().shows_pattern() { &[] } else { &layers[..] };
         self.renderer.prepare(&mut pane.slot, studio.scene(), &view.view, layers);
         pane.lines.prepare(&self.gpu, &view.view, studio.lines_of(i));
+        #[cfg(feature = "live")]
+        match (&self.over, studio.overlay()) {
+            (Some(renderer), Some(over)) => {
+                let slot = pane.over.get_or_insert_with(|| renderer.create_view_slot());
+                renderer.prepare(slot, over.scene(), &view.view, &[Layer::plain(over.shown())]);
+            }
+            _ => pane.over = None,
+        }
         Ok(())
+    }
+
+    /// Sends own strokes that are on their way to a shared session.
+    #[cfg(feature = "live")]
+    fn follow_overlay(&mut self, studio: &mut Studio) {
+        let Some(overlay) = studio.overlay_mut() else {
+            self.over = None;
+            return;
+        };
+        let mut changes = Vec::new();
+        let is_other = overlay.take_changes(&mut changes);
+        if self.over.is_none() && overlay.shown().is_empty() {
+            return;
+        }
+        let is_new = self.over.is_none();
+        let over = self.over.get_or_insert_with(|| {
+            let mut over = Renderer::new(Arc::clone(&self.gpu), &OVER);
+            over.set_patient(true);
+            over
+        });
+        if is_other || is_new {
+            over.forget_from(0);
+        }
+        over.follow(&changes);
+        over.send(overlay.scene());
     }
 
     fn show_frame(
@@ -368,7 +413,7 @@ impl Painter {
         let mut commands =
             self.egui.update_buffers(gpu.device(), gpu.queue(), &mut encoder, &panels.primitives, &screen);
         if self.walls.is_empty() {
-            encode_panes(&self.renderer, &mut self.panes, &mut encoder);
+            encode_panes(&self.renderer, self.over.as_ref(), &mut self.panes, &mut encoder);
         }
         let window = frame.texture.create_view(&Default::default());
         {
@@ -401,7 +446,7 @@ impl Painter {
             return Ok(false);
         }
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
-        encode_panes(&self.renderer, &mut self.panes, &mut encoder);
+        encode_panes(&self.renderer, self.over.as_ref(), &mut self.panes, &mut encoder);
         let mut frames = Vec::new();
         for wall in &mut self.walls {
             let frame = match wall.surface.acquire(&self.gpu)? {
@@ -441,13 +486,24 @@ fn note_submitted(panes: &mut [Pane]) {
     for pane in panes {
         pane.timer.submitted();
         pane.slot.submitted();
+        pane.over.iter_mut().for_each(ViewSlot::submitted);
     }
 }
 
-fn encode_panes(renderer: &Renderer, panes: &mut [Pane], encoder: &mut wgpu::CommandEncoder) {
+fn encode_panes(
+    renderer: &Renderer,
+    over: Option<&Renderer>,
+    panes: &mut [Pane],
+    encoder: &mut wgpu::CommandEncoder,
+) {
     for pane in panes {
-        let Pane { slot, target, lines, timer, .. } = pane;
-        renderer.encode(encoder, target, slot, timer, |pass| lines.draw(pass));
+        let Pane { slot, target, lines, timer, over: over_slot, .. } = pane;
+        renderer.encode(encoder, target, slot, timer, |pass| {
+            if let (Some(over), Some(slot)) = (over, over_slot) {
+                over.draw_over(pass, slot);
+            }
+            lines.draw(pass);
+        });
     }
 }
 

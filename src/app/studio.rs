@@ -6,6 +6,8 @@ use std::{
 
 use glam::{Quat, Vec2, Vec3};
 
+#[cfg(feature = "live")]
+use super::shared::Shared;
 use super::{
     altering::{Clip, Replaced},
     culling::{Culling, Indexed},
@@ -242,7 +244,11 @@ impl Studio {
 
     pub(super) fn replace(&mut self, subject: Subject, indexed: Option<Indexed>) {
         self.finish_gestures();
-        if let Subject::Sketch(old) = std::mem::replace(&mut self.subject, subject) {
+        if let Subject::Sketch(mut old) = std::mem::replace(&mut self.subject, subject) {
+            #[cfg(feature = "live")]
+            if let Some(rest) = old.leave_session() {
+                self.say(rest);
+            }
             let journal = old.journal();
             if !journal.is_named() && journal.is_changed() && journal.trouble().is_none() {
                 self.say(format!("the drawing without a name is in {}", journal.path().display()));
@@ -278,6 +284,8 @@ impl Studio {
         document.journal_mut().tend(Instant::now());
         let news = document.take_news();
         let is_news = is_done || !news.is_empty();
+        #[cfg(feature = "live")]
+        let is_news = is_news || document.shared().is_some_and(Shared::take_note);
         news.into_iter().for_each(|line| self.say(line));
         is_news
     }
@@ -304,6 +312,16 @@ impl Studio {
             .then_some(Duration::from_millis(50))
             .or(self.is_working().then_some(Duration::from_millis(250)))
             .or(self.hands.is_drawing().then_some(Duration::from_millis(300)))
+    }
+
+    /// How long the window may sleep at most: shorter while something may come from elsewhere.
+    pub fn tend_within(&self) -> Duration {
+        let is_shared = match &self.subject {
+            #[cfg(feature = "live")]
+            Subject::Sketch(document) => document.shared().is_some(),
+            _ => false,
+        };
+        Duration::from_millis(if is_shared || self.is_working() { 20 } else { 500 })
     }
 
     /// Whether the pointer is dragging something.
@@ -418,6 +436,8 @@ impl Studio {
         let start = self.clock.start();
         match &mut self.subject {
             Subject::Sketch(document) => {
+                #[cfg(feature = "live")]
+                document.follow_session();
                 document.take_changes(&mut self.changes);
             }
             Subject::Replay(player) => {
@@ -483,7 +503,11 @@ impl Studio {
             // There is no window any more to say it.
             let _ = writeln!(io::stderr().lock(), "warning: {error}");
         }
-        if let Subject::Sketch(document) = self.subject {
+        if let Subject::Sketch(mut document) = self.subject {
+            #[cfg(feature = "live")]
+            if let Some(rest) = document.leave_session() {
+                let _ = writeln!(io::stderr().lock(), "warning: {rest}");
+            }
             document.close()?;
         }
         self.unwritten.map_or(Ok(()), Err)

@@ -42,10 +42,6 @@ use crate::{
 /// Devices opened anew after a loss, at most, before the window gives up.
 const MAX_RECOVERIES: u32 = 5;
 
-/// How often the session's file is looked after while nothing happens.
-const TEND: Duration = Duration::from_millis(500);
-/// The same while something is done beside the window: it is shown as soon as it is done.
-const TEND_WORK: Duration = Duration::from_millis(20);
 /// Time between frames while nothing but paint moves.
 const ANIMATION_STEP: Duration = Duration::from_millis(33);
 
@@ -232,7 +228,7 @@ impl ApplicationHandler<Wake> for App {
             if studio.tend() {
                 live.window.request_redraw();
             }
-            live.tend_at = now + if studio.is_working() { TEND_WORK } else { TEND };
+            live.tend_at = now + studio.tend_within();
         }
         if live.repaint_at.is_some_and(|at| at <= now) {
             live.repaint_at = None;

@@ -11,7 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{bail, ensure};
 use clap::Args;
 
 use super::{
@@ -23,12 +23,13 @@ use super::{
     numbers,
     output::{complain, keep_standard_output_for_a_file, one_line, say},
     reading::ReadArgs,
+    shared_args::{self, Way},
 };
 use crate::{
     lab::report::thousands,
-    live::{Address, Connection, Credentials, Link, LinkOptions, News, Role, Status, Who, header},
+    live::{Address, Connection, Link, News, Status, header},
     output_file::is_same_file,
-    recording::{Author, Event, Pace},
+    recording::{Event, Pace},
 };
 
 /// How long a member that ends waits until all it has drawn is in the session.
@@ -71,7 +72,7 @@ pub(super) struct JoinArgs {
     #[arg(long)]
     watch: bool,
     /// The name by which the others know this member.
-    #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = name)]
+    #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = shared_args::name)]
     name: String,
     /// Play this session's events as one's own, then leave.
     #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
@@ -111,23 +112,14 @@ pub(super) struct JoinArgs {
     reading: ReadArgs,
 }
 
-fn name(text: &str) -> Result<String, String> {
-    match text.len() <= Author::MAX_NAME_BYTES {
-        true => Ok(text.to_owned()),
-        false => Err(format!("expected a name of at most {} bytes", Author::MAX_NAME_BYTES)),
-    }
-}
-
 impl JoinArgs {
-    fn address(&self) -> anyhow::Result<Address> {
-        let mut address: Address = self.address.parse()?;
-        if let Some(path) = &self.credentials {
-            address.credentials = Credentials::read(path)?;
+    fn way(&self) -> Way<'_> {
+        Way {
+            address: &self.address,
+            credentials: self.credentials.as_deref(),
+            tls_ca: self.tls_ca.as_ref(),
+            is_unencrypted: self.unencrypted,
         }
-        if !self.unencrypted {
-            address.check_way()?;
-        }
-        Ok(address)
     }
 
     fn recording(&self, address: &Address) -> anyhow::Result<SharedRecording> {
@@ -145,12 +137,9 @@ impl JoinArgs {
 }
 
 pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
-    let address = args.address()?;
+    let address = args.way().address()?;
     if args.until_empty && !args.watch && args.play.is_none() {
         bail!("--until-empty: expected --watch or --play; a member that stays is there itself");
-    }
-    if let Some(path) = &args.tls_ca {
-        crate::small_file::read_text(path, 1 << 20).with_context(|| path.display().to_string())?;
     }
     let playing = match &args.play {
         Some(path) => Some(Playing::open(path, &args.reading, args.pace, args.speed, args.play_author)?),
@@ -161,11 +150,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
         // What is said on the way is no JSON.
         keep_standard_output_for_a_file();
     }
-    let role = match args.watch {
-        true => Role::Watcher,
-        false => Role::Author(Who { name: args.name.clone(), color: None }),
-    };
-    let link = Link::open(&address, &LinkOptions { role, certificates: args.tls_ca.clone() }, || {})?;
+    let link = Link::open(&address, &args.way().options(args.watch, &args.name), || {})?;
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
     end_on_signals(&ending);

@@ -68,6 +68,8 @@ mod rig_args;
 #[cfg(feature = "window")]
 mod send;
 mod serve;
+#[cfg(feature = "live")]
+mod shared_args;
 #[cfg(feature = "window")]
 mod sketch;
 mod study;

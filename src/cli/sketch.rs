@@ -8,6 +8,8 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
+#[cfg(feature = "live")]
+use super::shared_args::{self, Way};
 use super::{
     Outcome, numbers,
     occlusion_tests::TestArgs,
@@ -17,6 +19,8 @@ use super::{
     reading::LimitArgs,
     rig_args::RigArgs,
 };
+#[cfg(feature = "live")]
+use crate::app::Shared;
 use crate::{
     app::{
         Access, Autosaves, Command, CullingPlan, Document, OpenElsewhere, OpenError, Opened, Opening,
@@ -95,6 +99,33 @@ pub(super) struct SketchArgs {
     /// Skip damaged pieces and count them, instead of refusing the session, and draw on a copy.
     #[arg(long, requires = "file")]
     lenient: bool,
+    /// Draw together with others, in a session on a server of NATS: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME
+    /// (`osp join --help` says how to start one). The recording of the whole session is saved as you draw.
+    // Parsed later: what is wrong with it is said without the password in it.
+    #[cfg(feature = "live")]
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "file")]
+    join: Option<String>,
+    /// Only watch the others.
+    #[cfg(feature = "live")]
+    #[arg(long, requires = "join")]
+    watch: bool,
+    /// The name by which the others know you.
+    #[cfg(feature = "live")]
+    #[arg(long, default_value = "", hide_default_value = true, requires = "join", conflicts_with = "watch")]
+    #[arg(value_parser = shared_args::name)]
+    name: String,
+    /// A file with who one is to the server: one line, a token or USER:PASSWORD.
+    #[cfg(feature = "live")]
+    #[arg(long, value_name = "FILE", requires = "join")]
+    credentials: Option<PathBuf>,
+    /// Certificates (PEM) of authorities to trust beside those of the system.
+    #[cfg(feature = "live")]
+    #[arg(long, value_name = "FILE", requires = "join")]
+    tls_ca: Option<PathBuf>,
+    /// Go to another machine unencrypted: everybody on the way may read and change what is drawn.
+    #[cfg(feature = "live")]
+    #[arg(long, requires = "join")]
+    unencrypted: bool,
     #[command(flatten)]
     limits: LimitArgs,
     /// The folder for autosave files [default: the user's own data folder].
@@ -154,6 +185,22 @@ impl SketchArgs {
                 Ok(Start { reading: Some(reading), ..empty })
             }
         }
+    }
+}
+
+#[cfg(feature = "live")]
+impl SketchArgs {
+    /// Begins to take part in a shared session.
+    fn join(&self, address: &str, autosaves: &Autosaves) -> anyhow::Result<Start> {
+        let way = Way {
+            address,
+            credentials: self.credentials.as_deref(),
+            tls_ca: self.tls_ca.as_ref(),
+            is_unencrypted: self.unencrypted,
+        };
+        let options = way.options(self.watch, &self.name);
+        let shared = Shared::join(&way.address()?, &options, autosaves)?;
+        Ok(Start::with(Document::joining(shared, autosaves)?, Opened::default()))
     }
 }
 
@@ -222,9 +269,17 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     }
     let room = args.window.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
-    let Start { subject, opened, held, reading } = match &args.file {
-        Some(path) => args.open(path, &autosaves)?,
-        None => {
+    #[cfg(feature = "live")]
+    let joined = match &args.join {
+        Some(address) => Some(args.join(address, &autosaves)?),
+        None => None,
+    };
+    #[cfg(not(feature = "live"))]
+    let joined: Option<Start> = None;
+    let Start { subject, opened, held, reading } = match (joined, &args.file) {
+        (Some(start), _) => start,
+        (None, Some(path)) => args.open(path, &autosaves)?,
+        (None, None) => {
             let (document, opened) = Document::recover_or_new_within(&autosaves, args.limits.limits());
             Start::with(document, opened)
         }

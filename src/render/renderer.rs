@@ -429,6 +429,16 @@ impl Renderer {
 }
 
 impl Renderer {
+    /// Draws a prepared view into a pass of another renderer, over what that one has drawn: for the `more` of its
+    /// [`Renderer::encode`], with a target of the same format. Nothing here may be culled on the GPU.
+    pub fn draw_over(&self, pass: &mut wgpu::RenderPass<'_>, slot: &ViewSlot) {
+        let pipelines = self.pipelines();
+        pipelines.bind(pass, slot.bind_group());
+        pipelines.draw_runs(pass, &self.scene, slot.order.runs(), 0, slot.all_from());
+    }
+}
+
+impl Renderer {
     /// For [`OpaqueOrder::ZPrepass`], encodes the pass that comes first, with the time stamps of the frame's beginning.
     fn lay_down_depth<'s>(
         &self,

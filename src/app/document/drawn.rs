@@ -8,7 +8,7 @@ use crate::{
 
 /// What the events of a session have made so far.
 #[derive(Debug)]
-pub(super) struct Drawn {
+pub(in crate::app) struct Drawn {
     pub(super) scene: Scene,
     /// Since they were last taken.
     pub(super) changes: Vec<Change>,
@@ -39,6 +39,12 @@ impl Default for Drawn {
 }
 
 impl Drawn {
+    /// The model.
+    #[cfg(feature = "live")]
+    pub(in crate::app) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// Applies events to the model.
     pub(super) fn apply(&mut self, events: &[Event]) {
         for event in events {

@@ -85,11 +85,25 @@ impl Studio {
         if let Some((span, from, to)) = self.shown_span() {
             draw_span(span, from, to, &mut self.lines);
         }
+        #[cfg(feature = "live")]
+        self.draw_others(&view);
         self.draw_pen(&view, size_px);
         if let Some(hand) = self.watch.hand() {
             let p = self.room.to_world(&self.navigator, hand.in_room.0);
             let color = if hand.pressure > 0.0 { [255, 160, 60, 255] } else { [160, 220, 255, 255] };
             layers::draw_cursor(&view, p, self.brush.width_m * 0.5, color, &mut self.lines);
+        }
+    }
+
+    /// Draws a ring in each author's colour where the others draw.
+    #[cfg(feature = "live")]
+    fn draw_others(&mut self, view: &View) {
+        let crate::app::Subject::Sketch(document) = &self.subject else { return };
+        for pen in document.shared().into_iter().flat_map(crate::app::Shared::pens) {
+            let (r, g, b) = self.subject.scene().author_color(pen.author);
+            let [r, g, b] = [r, g, b].map(|part| (part.clamp(0.0, 1.0) * 255.0) as u8);
+            let radius_m = self.navigator.distance_m() * 0.01;
+            layers::draw_cursor(view, pen.at, radius_m, [r, g, b, 255], &mut self.lines);
         }
     }
 

@@ -1,6 +1,8 @@
 use std::sync::Arc;
 
 use super::{FrameReport, Studio};
+#[cfg(feature = "live")]
+use crate::app::shared::{Overlay, Shared};
 use crate::{
     app::{
         culling::Culling,
@@ -28,6 +30,24 @@ impl Studio {
     /// Sets the tracker to listen to.
     pub fn set_tracker(&mut self, tracker: Tracker) {
         self.tracker = Some(tracker);
+    }
+
+    /// Own strokes that are not in a shared session yet.
+    #[cfg(feature = "live")]
+    pub fn overlay(&self) -> Option<&Overlay> {
+        match &self.subject {
+            Subject::Sketch(document) => document.shared().map(Shared::overlay),
+            Subject::Replay(_) => None,
+        }
+    }
+
+    /// Own strokes that are not in a shared session yet.
+    #[cfg(feature = "live")]
+    pub(in crate::app) fn overlay_mut(&mut self) -> Option<&mut Overlay> {
+        match &mut self.subject {
+            Subject::Sketch(document) => document.shared_mut().map(Shared::overlay_mut),
+            Subject::Replay(_) => None,
+        }
     }
 
     /// Takes potentially visible sets of the finished model.

@@ -194,6 +194,10 @@ fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let line = |ui: &mut Ui, text: String| {
         ui.label(RichText::new(text).weak()).on_hover_text(&whole);
     };
+    #[cfg(feature = "live")]
+    if let Some(shared) = document.shared() {
+        line(ui, format!("{}: {}", shared.session(), shared.shown()));
+    }
     if journal.is_read_only() {
         line(ui, format!("read-only: {name}"));
         if ui.button("Draw on a copy").clicked() {

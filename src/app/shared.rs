@@ -1,0 +1,312 @@
+//! A session that several people draw at once, in the window: own events go to the others and come back in the order that
+//! counts for all; until then they are shown over the model.
+
+mod overlay;
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering::Relaxed},
+    },
+    time::Duration,
+};
+
+use glam::Vec3;
+
+use super::{
+    document::Document,
+    journal::{Autosaves, Journal},
+};
+use crate::{
+    live::{Address, Connection, Link, LinkOptions, LiveError, ME, News, Role, Status, header},
+    platform::{self, time::Instant},
+    recording::{Author, Event, Header, ONE_AUTHOR_FORMAT, RecordingError, StrokeId},
+    scene::Scene,
+};
+pub use overlay::Overlay;
+
+/// Events of the session that a frame takes at most: a long one comes in beside the window.
+const EVENTS_A_FRAME: usize = 8192;
+/// How long a window that closes waits until all that was drawn is in the session.
+const FAREWELL: Duration = Duration::from_secs(3);
+
+/// What somebody else draws with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OtherPen {
+    /// Whose it is.
+    pub author: Author,
+    /// The last point, world space.
+    pub at: Vec3,
+}
+
+/// The connection of a document to the session that it is of.
+#[derive(Debug)]
+pub struct Shared {
+    link: Link,
+    has_news: Arc<AtomicBool>,
+    session: String,
+    is_watcher: bool,
+    /// Own events that are not in the session, the oldest first.
+    waiting: VecDeque<Event>,
+    /// All own events: whatever becomes of this program, what was drawn without a server is in a file.
+    own: Journal,
+    overlay: Overlay,
+    /// The next own stroke or group.
+    next: u32,
+    /// Strokes that others are drawing.
+    pens: BTreeMap<StrokeId, Vec3>,
+    /// Why nothing comes any more.
+    ended: Option<String>,
+    has_left: bool,
+}
+
+impl Shared {
+    /// Begins to take part.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn join(address: &Address, options: &LinkOptions, autosaves: &Autosaves) -> Result<Self, LiveError> {
+        let has_news = Arc::new(AtomicBool::new(false));
+        let of_link = Arc::clone(&has_news);
+        let session = address.session().to_owned();
+        let name = format!("{session}-own");
+        let header = Header {
+            format: ONE_AUTHOR_FORMAT,
+            ..Header::new(&name, "osp sketch, drawn in a shared session")
+        };
+        Ok(Self {
+            link: Link::open(address, options, move || of_link.store(true, Relaxed))?,
+            has_news,
+            own: Journal::unnamed(autosaves, &name, header).expect("a header without numbers is sound"),
+            session,
+            is_watcher: options.role == Role::Watcher,
+            waiting: VecDeque::new(),
+            overlay: Overlay::default(),
+            next: 0,
+            pens: BTreeMap::new(),
+            ended: None,
+            has_left: false,
+        })
+    }
+
+    /// Whether something has come since the last call.
+    pub(super) fn take_note(&self) -> bool {
+        self.has_news.swap(false, Relaxed)
+    }
+
+    /// The name of the session.
+    pub fn session(&self) -> &str {
+        &self.session
+    }
+
+    /// Whether one only looks.
+    pub fn is_watcher(&self) -> bool {
+        self.is_watcher
+    }
+
+    /// Own strokes that are on their way.
+    pub fn overlay(&self) -> &Overlay {
+        &self.overlay
+    }
+
+    /// Own strokes that are on their way.
+    pub(super) fn overlay_mut(&mut self) -> &mut Overlay {
+        &mut self.overlay
+    }
+
+    /// The time of own events, seconds.
+    pub(super) fn now_secs(&self) -> f64 {
+        self.link.hand().now_secs()
+    }
+
+    /// A number for an own stroke or group that was not used yet.
+    pub(super) fn new_number(&mut self) -> u32 {
+        let number = ME.number(self.next).or_else(|| ME.number(0)).unwrap_or_default();
+        self.next += 1;
+        number
+    }
+
+    /// Takes an own event, which [`Shared::send`] sends.
+    ///
+    /// # Errors
+    /// No session can hold it.
+    pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.own.push(event)
+    }
+
+    /// Sends own events.
+    pub(super) fn send(&mut self, events: &[Event]) {
+        self.own.write_pending();
+        events.iter().for_each(|event| self.overlay.add(event));
+        self.waiting.extend(events.iter().cloned());
+        self.link.hand().send(events.to_vec());
+    }
+
+    /// Appends the session's next events, up to a frame's worth. Returns what people should read.
+    pub(super) fn take(&mut self, out: &mut Vec<Event>) -> Vec<String> {
+        let mut said = Vec::new();
+        while out.len() < EVENTS_A_FRAME && self.ended.is_none() {
+            match self.link.news() {
+                Ok(None) => break,
+                Ok(Some(News::Events { events, own })) => {
+                    self.settle(own);
+                    events.iter().for_each(|event| self.note(event, &mut said));
+                    out.extend(events);
+                }
+                Ok(Some(News::Refused { why, own })) => {
+                    self.settle(own);
+                    said.push(format!("{own} of your events are not in the session: {why}"));
+                }
+                Ok(Some(News::Joined(author))) => said.push(format!("you are author {author}")),
+                Ok(Some(News::Left)) => self.has_left = true,
+                Err(error) => {
+                    said.push(error.to_string());
+                    self.ended = Some(error.to_string());
+                }
+            }
+        }
+        said
+    }
+
+    fn settle(&mut self, own: usize) {
+        for event in self.waiting.drain(..own.min(self.waiting.len())) {
+            self.overlay.settle(&event);
+        }
+    }
+
+    fn note(&mut self, event: &Event, said: &mut Vec<String>) {
+        match event {
+            Event::Join { author, name, .. } if Some(*author) != self.link.status().author => {
+                let name = if name.is_empty() { String::new() } else { format!(" ({name})") };
+                said.push(format!("author {author}{name} has come"));
+            }
+            Event::Leave { author, .. } => said.push(format!("author {author} has left")),
+            Event::Point { stroke, p, .. } if Some(stroke.author()) != self.link.status().author => {
+                self.pens.insert(*stroke, *p);
+            }
+            Event::End { stroke, .. } => _ = self.pens.remove(stroke),
+            _ => {}
+        }
+        if let Event::Leave { author, .. } = event {
+            self.pens.retain(|stroke, _| stroke.author() != *author);
+        }
+    }
+
+    /// Finds what of the own strokes is shown over the session's scene.
+    pub(super) fn show_own(&mut self, scene: &Scene) {
+        let author = self.link.status().author;
+        self.overlay.show(|own| {
+            let number = author.and_then(|author| author.number(own.0 & ((1 << Author::NUMBER_BITS) - 1)));
+            let stroke = number.and_then(|number| scene.stroke(StrokeId(number)));
+            stroke.map_or(0, |stroke| stroke.polygon_ids().count())
+        });
+    }
+
+    /// What others are drawing with now.
+    pub fn pens(&self) -> impl Iterator<Item = OtherPen> + '_ {
+        self.pens.iter().map(|(stroke, &at)| OtherPen { author: stroke.author(), at })
+    }
+
+    /// What is known of the connection.
+    pub fn status(&self) -> Status {
+        self.link.status()
+    }
+
+    /// The state of the connection, for people.
+    pub fn shown(&self) -> String {
+        if let Some(why) = &self.ended {
+            return why.clone();
+        }
+        let status = self.link.status();
+        let connection = match status.connection {
+            Connection::Connecting => "connecting".to_owned(),
+            Connection::Reading { read, of } => format!("reading {read} of {of}"),
+            Connection::Live => "live".to_owned(),
+            Connection::Silent => "the server does not answer: you draw on, it is sent later".to_owned(),
+            Connection::Full => "the session is full: nothing more is taken".to_owned(),
+        };
+        let who = match (self.is_watcher, status.author) {
+            (true, _) => ", watching".to_owned(),
+            (false, Some(author)) => format!(", you are author {author}"),
+            (false, None) => String::new(),
+        };
+        let there = format!(", {} here", status.authors);
+        let latency = self.link.latency();
+        let latency = match latency.messages {
+            0 => String::new(),
+            _ => format!(", {:.0} ms", latency.p50_us as f64 * 1.0e-3),
+        };
+        let waiting = match self.waiting.len() {
+            0 => String::new(),
+            count => format!(", {count} events on their way"),
+        };
+        format!("{connection}{who}{there}{latency}{waiting}")
+    }
+
+    /// Whether something of one's own is not in the session.
+    pub fn is_waiting(&self) -> bool {
+        !self.waiting.is_empty()
+    }
+}
+
+impl Document {
+    /// A document of the session, empty until it comes in.
+    ///
+    /// # Errors
+    /// No recording can have the session's name.
+    pub fn joining(shared: Shared, autosaves: &Autosaves) -> Result<Self, RecordingError> {
+        let journal = Journal::unnamed(autosaves, shared.session(), header(shared.session()))?;
+        let mut document = Self::around(journal);
+        document.shared = Some(shared);
+        Ok(document)
+    }
+
+    /// The session that it is of, if others draw in it, too.
+    pub fn shared(&self) -> Option<&Shared> {
+        self.shared.as_ref()
+    }
+
+    pub(super) fn shared_mut(&mut self) -> Option<&mut Shared> {
+        self.shared.as_mut()
+    }
+
+    /// Takes what the others, and the order of the session, have made of it.
+    pub(super) fn follow_session(&mut self) {
+        let Some(shared) = &mut self.shared else { return };
+        let mut events = Vec::new();
+        self.news.append(&mut shared.take(&mut events));
+        if !events.is_empty() {
+            self.take_ordered(&events);
+        }
+        if let Some(shared) = &mut self.shared {
+            shared.show_own(self.drawn.scene());
+        }
+    }
+
+    /// Leaves the session: waits a little until all that was drawn is in it. Returns what to tell of the rest.
+    pub(super) fn leave_session(&mut self) -> Option<String> {
+        self.shared.as_ref()?.link.hand().leave();
+        let since = Instant::now();
+        while since.elapsed() < FAREWELL
+            && self.shared.as_ref().is_some_and(|shared| !shared.has_left && shared.ended.is_none())
+        {
+            self.follow_session();
+            platform::pause(Duration::from_millis(5));
+        }
+        self.follow_session();
+        let Shared { own, waiting, .. } = self.shared.take()?;
+        if waiting.is_empty() {
+            own.remove();
+            return None;
+        }
+        let (path, count) = (own.path().to_owned(), waiting.len());
+        Some(match own.close() {
+            Ok(()) => format!(
+                "{count} of your events are not in the session; all that you have drawn is in {}",
+                path.display()
+            ),
+            Err(unwritten) => format!("{count} of your events are not in the session; {unwritten}"),
+        })
+    }
+}

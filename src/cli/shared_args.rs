@@ -1,0 +1,55 @@
+//! How a member of a shared session reaches the server, and who it is.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+use crate::{
+    live::{Address, Credentials, LinkOptions, Role, Who},
+    recording::Author,
+    small_file::read_text,
+};
+
+/// The ways to a server that a command is given.
+#[derive(Debug)]
+pub(super) struct Way<'a> {
+    /// The address as it was typed: what is wrong with it is said without the password in it.
+    pub(super) address: &'a str,
+    pub(super) credentials: Option<&'a Path>,
+    pub(super) tls_ca: Option<&'a PathBuf>,
+    pub(super) is_unencrypted: bool,
+}
+
+impl Way<'_> {
+    /// The address, with the credentials of a file.
+    pub(super) fn address(&self) -> anyhow::Result<Address> {
+        let mut address: Address = self.address.parse()?;
+        if let Some(path) = self.credentials {
+            address.credentials = Credentials::read(path)?;
+        }
+        if !self.is_unencrypted {
+            address.check_way()?;
+        }
+        if let Some(path) = self.tls_ca {
+            read_text(path, 1 << 20).with_context(|| path.display().to_string())?;
+        }
+        Ok(address)
+    }
+
+    /// How to connect, as an author of this name or to watch.
+    pub(super) fn options(&self, watches: bool, name: &str) -> LinkOptions {
+        let role = match watches {
+            true => Role::Watcher,
+            false => Role::Author(Who { name: name.to_owned(), color: None }),
+        };
+        LinkOptions { role, certificates: self.tls_ca.cloned() }
+    }
+}
+
+/// A name by which others know an author.
+pub(super) fn name(text: &str) -> Result<String, String> {
+    match text.len() <= Author::MAX_NAME_BYTES {
+        true => Ok(text.to_owned()),
+        false => Err(format!("expected a name of at most {} bytes", Author::MAX_NAME_BYTES)),
+    }
+}
