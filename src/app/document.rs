@@ -296,6 +296,12 @@ impl Document {
         self.journal.save_as(to)
     }
 
+    /// No other people draw in it.
+    #[cfg(not(feature = "live"))]
+    pub(super) fn leave_session(&mut self) -> Option<String> {
+        None
+    }
+
     /// Whether the session can be taken back to what it was: not if it is that of others, too.
     pub fn can_be_discarded(&self) -> bool {
         #[cfg(feature = "live")]

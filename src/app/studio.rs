@@ -245,7 +245,6 @@ impl Studio {
     pub(super) fn replace(&mut self, subject: Subject, indexed: Option<Indexed>) {
         self.finish_gestures();
         if let Subject::Sketch(mut old) = std::mem::replace(&mut self.subject, subject) {
-            #[cfg(feature = "live")]
             if let Some(rest) = old.leave_session() {
                 self.say(rest);
             }
@@ -504,7 +503,6 @@ impl Studio {
             let _ = writeln!(io::stderr().lock(), "warning: {error}");
         }
         if let Subject::Sketch(mut document) = self.subject {
-            #[cfg(feature = "live")]
             if let Some(rest) = document.leave_session() {
                 let _ = writeln!(io::stderr().lock(), "warning: {rest}");
             }

@@ -1,4 +1,4 @@
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use crate::{
     polygon::{Change, VisibleBlocks},
@@ -15,7 +15,7 @@ pub struct Overlay {
     scene: Scene,
     changes: Vec<Change>,
     shown: VisibleBlocks,
-    strokes: HashMap<StrokeId, Stroke>,
+    strokes: BTreeMap<StrokeId, Stroke>,
     /// The scene is another one than the last time its changes were taken.
     is_other: bool,
 }
