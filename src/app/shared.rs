@@ -45,6 +45,8 @@ pub struct OtherPen {
 pub struct Shared {
     link: Link,
     has_news: Arc<AtomicBool>,
+    /// Something was taken after the panels of that frame were laid out.
+    was_taken: bool,
     session: String,
     is_watcher: bool,
     /// Own events that are not in the session, the oldest first.
@@ -78,6 +80,7 @@ impl Shared {
         Ok(Self {
             link: Link::open(address, options, move || of_link.store(true, Relaxed))?,
             has_news,
+            was_taken: false,
             own: Journal::unnamed(autosaves, &name, header).expect("a header without numbers is sound"),
             session,
             is_watcher: options.role == Role::Watcher,
@@ -90,9 +93,9 @@ impl Shared {
         })
     }
 
-    /// Whether something has come since the last call.
-    pub(super) fn take_note(&self) -> bool {
-        self.has_news.swap(false, Relaxed)
+    /// Whether something has come, or was taken, since the last call.
+    pub(super) fn take_note(&mut self) -> bool {
+        self.has_news.swap(false, Relaxed) | std::mem::take(&mut self.was_taken)
     }
 
     /// The name of the session.
@@ -150,6 +153,7 @@ impl Shared {
             match self.link.news() {
                 Ok(None) => break,
                 Ok(Some(News::Events { events, own })) => {
+                    self.was_taken = true;
                     self.settle(own);
                     events.iter().for_each(|event| self.note(event, &mut said));
                     out.extend(events);

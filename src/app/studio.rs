@@ -284,7 +284,7 @@ impl Studio {
         let news = document.take_news();
         let is_news = is_done || !news.is_empty();
         #[cfg(feature = "live")]
-        let is_news = is_news || document.shared().is_some_and(Shared::take_note);
+        let is_news = is_news || document.shared_mut().is_some_and(Shared::take_note);
         news.into_iter().for_each(|line| self.say(line));
         is_news
     }

@@ -153,3 +153,42 @@ fn runs_of_a_large_tree_move_between_its_leaves() {
         run(subject, &boxes, 12);
     }
 }
+
+/// Runs that have lost a polygon, and wait for their upkeep, move into leaves that split under them.
+#[test]
+fn loose_runs_crowd_into_leaves_that_split() {
+    // Four runs of four polygons in each block, each somewhere else.
+    let mut random = Rng(11);
+    let (runs, at_once) = (4_000, 40);
+    let boxes_at = |place: Vec3| (0..4).map(move |i| Aabb::cube(place + Vec3::X * (0.012 * i as f32), 0.01));
+    let places: Vec<Vec3> =
+        (0..runs).map(|_| random.direction() * (2.0 + 0.002 * random.below(4000) as f32)).collect();
+    let boxes: Vec<Aabb> = places.iter().flat_map(|&place| boxes_at(place)).collect();
+    let frusta: Vec<Frustum> = frusta(&boxes[..100]).into_iter().step_by(6).collect();
+    for subject in
+        subjects().iter().filter(|subject| subject.name.starts_with("osp") && !subject.name.contains("paper"))
+    {
+        let mut trio = Trio::new(subject, &boxes, &frusta);
+        trio.check("filled");
+        for (step, first) in (0..runs).step_by(at_once).enumerate() {
+            let corner = Vec3::splat(0.3) * (step / 25) as f32;
+            let mut updates = Vec::new();
+            for run in first..first + at_once {
+                // One is gone, or two, or none: of three the page does not wait, of two it does.
+                let gone = random.below(4);
+                for lane in 0..gone.min(3) {
+                    assert!(trio.of_each.remove(PolygonId((run * 4 + lane) as u32)).is_ok());
+                    trio.pair.remove(run * 4 + lane);
+                }
+                let place = corner + random.direction() * (0.001 * random.below(250) as f32);
+                let moved = boxes_at(place).enumerate().skip(gone.min(3));
+                updates.extend(moved.map(|(lane, b)| (PolygonId((run * 4 + lane) as u32), b)));
+            }
+            trio.update_all(&updates);
+            if step % 3 == 0 {
+                trio.check(&format!("step {step}"));
+            }
+        }
+        trio.check("all moved");
+    }
+}
