@@ -238,7 +238,7 @@ impl Studio {
         self.events.extend(events);
         self.apply_events();
         // An edit that changed nothing did not count.
-        if self.scene().is_step_open() {
+        if self.scene().is_step_open() || (edits > 1 && self.may_have_open_step()) {
             self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();
         }

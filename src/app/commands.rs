@@ -193,7 +193,7 @@ impl Studio {
             Command::SaveOver(path) => self.save_as(&path),
             Command::RetrySaving => {
                 if let Subject::Sketch(document) = &mut self.subject {
-                    document.journal_mut().retry();
+                    document.retry();
                 }
             }
             Command::Discard => self.ask_to_discard(),
@@ -242,9 +242,15 @@ impl Studio {
             self.say("nothing is drawn yet: the file is made with the first stroke".to_owned());
             return;
         }
-        let outcome = document.journal_mut().settle();
+        let outcome = document.settle();
+        let missing = document.on_their_way();
         let path = document.journal().path().display().to_string();
         match outcome {
+            Ok(()) if missing > 0 => {
+                self.say(format!(
+                    "{missing} of your events have not come back from the others yet; all else is in {path}"
+                ));
+            }
             Ok(()) => self.say(format!("saved: all of it is in {path}")),
             Err(unwritten) => self.say(unwritten.to_string()),
         }

@@ -9,7 +9,7 @@ use super::shared::Shared;
 use crate::{
     export::PolygonTimes,
     math::{Aabb, Ray},
-    platform,
+    platform::{self, time::Instant},
     polygon::{Change, PolygonId},
     recording::{
         AUTHORS_FORMAT, Author, Event, EventSource, GroupId, Header, Limits, RecordingError, StrokeId,
@@ -296,10 +296,63 @@ impl Document {
         self.journal.save_as(to)
     }
 
+    /// Looks after its files.
+    pub(super) fn tend(&mut self, now: Instant) {
+        #[cfg(feature = "live")]
+        if let Some(shared) = &mut self.shared
+            && !shared.tend(now, &mut self.news)
+        {
+            return;
+        }
+        self.journal.tend(now);
+    }
+
+    /// Tries again to write files that failed.
+    pub(super) fn retry(&mut self) {
+        #[cfg(feature = "live")]
+        if let Some(shared) = &mut self.shared {
+            shared.own_mut().retry();
+        }
+        self.journal.retry();
+    }
+
+    /// Whether an own erasing of the stroke is on its way to the others.
+    pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
+        #[cfg(feature = "live")]
+        return self.shared.as_ref().is_some_and(|shared| shared.is_erasing(stroke));
+        #[cfg(not(feature = "live"))]
+        {
+            let _ = stroke;
+            false
+        }
+    }
+
+    /// Whether a step of edits may be open. In a session of several people one does not know before it comes back.
+    pub(super) fn may_have_open_step(&self) -> bool {
+        self.drawn.scene.is_step_open() || !self.can_be_discarded()
+    }
+
     /// No other people draw in it.
     #[cfg(not(feature = "live"))]
-    pub(super) fn leave_session(&mut self) -> Option<String> {
-        None
+    pub(super) fn leave_session(&mut self) -> Result<Vec<String>, Unwritten> {
+        Ok(Vec::new())
+    }
+
+    /// Writes everything of the session.
+    ///
+    /// # Errors
+    /// A part of it could not be written.
+    #[cfg(not(feature = "live"))]
+    pub(super) fn settle(&mut self) -> Result<(), Unwritten> {
+        self.journal.settle()
+    }
+
+    /// How many own events the others do not have yet.
+    pub(super) fn on_their_way(&self) -> usize {
+        #[cfg(feature = "live")]
+        return self.shared.as_ref().map_or(0, Shared::waiting);
+        #[cfg(not(feature = "live"))]
+        0
     }
 
     /// Whether the session can be taken back to what it was: not if it is that of others, too.

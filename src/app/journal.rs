@@ -536,6 +536,16 @@ impl Journal {
     pub(super) fn remove(self) {
         self.file.into_iter().chain(self.shelter).for_each(SessionFile::remove);
     }
+
+    /// Ends the session, which stays marked as open: the next `osp sketch` brings it back.
+    ///
+    /// # Errors
+    /// A part of the session could not be written.
+    pub(super) fn leave_open(mut self) -> Result<(), Unwritten> {
+        let settled = self.settle();
+        self.file.into_iter().chain(self.shelter).for_each(SessionFile::leave);
+        settled
+    }
 }
 
 #[cfg(test)]

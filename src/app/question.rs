@@ -189,7 +189,7 @@ impl Studio {
         }
         self.question = None;
         if let Subject::Sketch(document) = &mut self.subject
-            && let Err(unwritten) = document.journal_mut().settle()
+            && let Err(unwritten) = document.settle()
         {
             self.tend();
             let Unwritten { kept_in, .. } = &unwritten;
@@ -287,7 +287,7 @@ impl Studio {
         self.finish_gestures();
         let Subject::Sketch(document) = &self.subject else { return };
         let events = document.journal().new_events();
-        if events > 0 {
+        if events > 0 && document.can_be_discarded() {
             let is_all = document.event_count() == events;
             self.ask(Question::Discard { events, is_all });
         }

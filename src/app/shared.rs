@@ -4,7 +4,7 @@
 mod overlay;
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::{BTreeMap, BTreeSet, VecDeque},
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering::Relaxed},
@@ -16,7 +16,7 @@ use glam::Vec3;
 
 use super::{
     document::Document,
-    journal::{Autosaves, Journal},
+    journal::{Autosaves, Journal, Unwritten},
 };
 use crate::{
     live::{Address, Connection, Link, LinkOptions, LiveError, ME, News, Role, Status, header},
@@ -28,6 +28,8 @@ pub use overlay::Overlay;
 
 /// Events of the session that a frame takes at most: a long one comes in beside the window.
 const EVENTS_A_FRAME: usize = 8192;
+/// How often the files are looked after.
+const TEND: Duration = Duration::from_millis(500);
 /// How long a window that closes waits until all that was drawn is in the session.
 const FAREWELL: Duration = Duration::from_secs(3);
 
@@ -54,10 +56,17 @@ pub struct Shared {
     /// All own events: whatever becomes of this program, what was drawn without a server is in a file.
     own: Journal,
     overlay: Overlay,
+    /// Own strokes whose erasing is on its way.
+    erasing: BTreeSet<StrokeId>,
+    /// Own events that will never be in the session.
+    refused: usize,
     /// The next own stroke or group.
     next: u32,
-    /// Strokes that others are drawing.
-    pens: BTreeMap<StrokeId, Vec3>,
+    /// Each author's stroke that has not ended, and its last point.
+    pens: BTreeMap<Author, (StrokeId, Option<Vec3>)>,
+    /// As it was told last.
+    told: Status,
+    tended_at: Option<Instant>,
     /// Why nothing comes any more.
     ended: Option<String>,
     has_left: bool,
@@ -75,7 +84,7 @@ impl Shared {
         let name = format!("{session}-own");
         let header = Header {
             format: ONE_AUTHOR_FORMAT,
-            ..Header::new(&name, "osp sketch, drawn in a shared session")
+            ..Header::new(&name, concat!("osp sketch ", env!("CARGO_PKG_VERSION"), ", in a shared session"))
         };
         Ok(Self {
             link: Link::open(address, options, move || of_link.store(true, Relaxed))?,
@@ -86,16 +95,45 @@ impl Shared {
             is_watcher: options.role == Role::Watcher,
             waiting: VecDeque::new(),
             overlay: Overlay::default(),
+            erasing: BTreeSet::new(),
+            refused: 0,
             next: 0,
             pens: BTreeMap::new(),
+            told: Status::default(),
+            tended_at: None,
             ended: None,
             has_left: false,
         })
     }
 
-    /// Whether something has come, or was taken, since the last call.
+    /// Whether something has come, or was taken, or the connection is another one, since the last call.
     pub(super) fn take_note(&mut self) -> bool {
-        self.has_news.swap(false, Relaxed) | std::mem::take(&mut self.was_taken)
+        let status = self.link.status();
+        let of = |status: &Status| (status.connection.clone(), status.trouble.clone(), status.authors);
+        let is_other = of(&status) != of(&self.told);
+        self.told = status;
+        is_other | self.has_news.swap(false, Relaxed) | std::mem::take(&mut self.was_taken)
+    }
+
+    /// Looks after the file of own events; whether it is time to look after others, too.
+    pub(super) fn tend(&mut self, now: Instant, said: &mut Vec<String>) -> bool {
+        let is_time = self.tended_at.is_none_or(|at| now.saturating_duration_since(at) >= TEND);
+        if is_time {
+            self.tended_at = Some(now);
+            self.own.tend(now);
+            said.append(&mut self.own.take_news());
+        }
+        is_time
+    }
+
+    /// The journal of own events.
+    pub(super) fn own_mut(&mut self) -> &mut Journal {
+        &mut self.own
+    }
+
+    /// Whether a stroke is being erased already.
+    pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
+        self.erasing.contains(&stroke)
     }
 
     /// The name of the session.
@@ -103,9 +141,9 @@ impl Shared {
         &self.session
     }
 
-    /// Whether one only looks.
+    /// Whether nothing can be drawn: one only looks, or has had all numbers of an author.
     pub fn is_watcher(&self) -> bool {
-        self.is_watcher
+        self.is_watcher || ME.number(self.next).is_none()
     }
 
     /// Own strokes that are on their way.
@@ -125,7 +163,7 @@ impl Shared {
 
     /// A number for an own stroke or group that was not used yet.
     pub(super) fn new_number(&mut self) -> u32 {
-        let number = ME.number(self.next).or_else(|| ME.number(0)).unwrap_or_default();
+        let Some(number) = ME.number(self.next) else { return ME.number(0).unwrap_or_default() };
         self.next += 1;
         number
     }
@@ -141,7 +179,12 @@ impl Shared {
     /// Sends own events.
     pub(super) fn send(&mut self, events: &[Event]) {
         self.own.write_pending();
-        events.iter().for_each(|event| self.overlay.add(event));
+        for event in events {
+            self.overlay.add(event);
+            if let Event::Erase { stroke, .. } = event {
+                self.erasing.insert(*stroke);
+            }
+        }
         self.waiting.extend(events.iter().cloned());
         self.link.hand().send(events.to_vec());
     }
@@ -149,17 +192,22 @@ impl Shared {
     /// Appends the session's next events, up to a frame's worth. Returns what people should read.
     pub(super) fn take(&mut self, out: &mut Vec<Event>) -> Vec<String> {
         let mut said = Vec::new();
+        let Status { author, has_caught_up, .. } = self.link.status();
         while out.len() < EVENTS_A_FRAME && self.ended.is_none() {
             match self.link.news() {
                 Ok(None) => break,
                 Ok(Some(News::Events { events, own })) => {
                     self.was_taken = true;
                     self.settle(own);
-                    events.iter().for_each(|event| self.note(event, &mut said));
+                    events.iter().for_each(|event| self.note(event));
+                    if has_caught_up {
+                        said.extend(events.iter().filter_map(|event| coming_or_going(event, author)));
+                    }
                     out.extend(events);
                 }
                 Ok(Some(News::Refused { why, own })) => {
                     self.settle(own);
+                    (self.refused, self.was_taken) = (self.refused + own, true);
                     said.push(format!("{own} of your events are not in the session: {why}"));
                 }
                 Ok(Some(News::Joined(author))) => said.push(format!("you are author {author}")),
@@ -176,24 +224,29 @@ impl Shared {
     fn settle(&mut self, own: usize) {
         for event in self.waiting.drain(..own.min(self.waiting.len())) {
             self.overlay.settle(&event);
+            if let Event::Erase { stroke, .. } = event {
+                self.erasing.remove(&stroke);
+            }
         }
     }
 
-    fn note(&mut self, event: &Event, said: &mut Vec<String>) {
+    fn note(&mut self, event: &Event) {
         match event {
-            Event::Join { author, name, .. } if Some(*author) != self.link.status().author => {
-                let name = if name.is_empty() { String::new() } else { format!(" ({name})") };
-                said.push(format!("author {author}{name} has come"));
+            Event::Begin { author, stroke, .. } => _ = self.pens.insert(*author, (*stroke, None)),
+            Event::Point { stroke, p, .. } => {
+                if let Some((drawn, at)) = self.pens.get_mut(&stroke.author())
+                    && drawn == stroke
+                {
+                    *at = Some(*p);
+                }
             }
-            Event::Leave { author, .. } => said.push(format!("author {author} has left")),
-            Event::Point { stroke, p, .. } if Some(stroke.author()) != self.link.status().author => {
-                self.pens.insert(*stroke, *p);
+            Event::End { stroke, .. } => {
+                if self.pens.get(&stroke.author()).is_some_and(|(drawn, _)| drawn == stroke) {
+                    self.pens.remove(&stroke.author());
+                }
             }
-            Event::End { stroke, .. } => _ = self.pens.remove(stroke),
+            Event::Leave { author, .. } => _ = self.pens.remove(author),
             _ => {}
-        }
-        if let Event::Leave { author, .. } = event {
-            self.pens.retain(|stroke, _| stroke.author() != *author);
         }
     }
 
@@ -209,7 +262,9 @@ impl Shared {
 
     /// What others are drawing with now.
     pub fn pens(&self) -> impl Iterator<Item = OtherPen> + '_ {
-        self.pens.iter().map(|(stroke, &at)| OtherPen { author: stroke.author(), at })
+        let own = self.told.author;
+        let others = self.pens.iter().filter(move |(author, _)| Some(**author) != own);
+        others.filter_map(|(&author, (_, at))| Some(OtherPen { author, at: (*at)? }))
     }
 
     /// What is known of the connection.
@@ -223,12 +278,16 @@ impl Shared {
             return why.clone();
         }
         let status = self.link.status();
-        let connection = match status.connection {
+        let connection = match &status.connection {
             Connection::Connecting => "connecting".to_owned(),
             Connection::Reading { read, of } => format!("reading {read} of {of}"),
             Connection::Live => "live".to_owned(),
             Connection::Silent => "the server does not answer: you draw on, it is sent later".to_owned(),
             Connection::Full => "the session is full: nothing more is taken".to_owned(),
+        };
+        let connection = match (status.connection, status.trouble) {
+            (Connection::Live, _) | (_, None) => connection,
+            (_, Some(why)) => format!("{connection} ({why})"),
         };
         let who = match (self.is_watcher, status.author) {
             (true, _) => ", watching".to_owned(),
@@ -245,7 +304,16 @@ impl Shared {
             0 => String::new(),
             count => format!(", {count} events on their way"),
         };
-        format!("{connection}{who}{there}{latency}{waiting}")
+        let unsaved = match self.own.trouble() {
+            Some(why) => format!(", what you draw CANNOT BE SAVED: {why}"),
+            None => String::new(),
+        };
+        format!("{connection}{who}{there}{latency}{waiting}{unsaved}")
+    }
+
+    /// Own events that are not in the session.
+    pub(super) fn waiting(&self) -> usize {
+        self.waiting.len()
     }
 
     /// Whether something of one's own is not in the session.
@@ -288,29 +356,67 @@ impl Document {
         }
     }
 
+    /// Writes everything of the session, and of what is on its way to it.
+    ///
+    /// # Errors
+    /// A part of it could not be written.
+    pub(super) fn settle(&mut self) -> Result<(), Unwritten> {
+        self.journal_mut().settle()?;
+        match &mut self.shared {
+            Some(shared) if shared.is_waiting() => shared.own.settle(),
+            _ => Ok(()),
+        }
+    }
+
     /// Leaves the session: waits a little until all that was drawn is in it. Returns what to tell of the rest.
-    pub(super) fn leave_session(&mut self) -> Option<String> {
-        self.shared.as_ref()?.link.hand().leave();
+    ///
+    /// # Errors
+    /// A part of the rest could not be written.
+    pub(super) fn leave_session(&mut self) -> Result<Vec<String>, Unwritten> {
+        let Some(shared) = &self.shared else { return Ok(Vec::new()) };
+        let status = shared.link.status();
+        // Nobody answers a watcher, nor in a session that is full; who is nobody yet has nothing to leave.
+        let is_answered = !shared.is_watcher
+            && status.connection != Connection::Full
+            && (status.author.is_some() || shared.is_waiting());
+        shared.link.hand().leave();
         let since = Instant::now();
-        while since.elapsed() < FAREWELL
+        while is_answered
+            && since.elapsed() < FAREWELL
             && self.shared.as_ref().is_some_and(|shared| !shared.has_left && shared.ended.is_none())
         {
             self.follow_session();
             platform::pause(Duration::from_millis(5));
         }
         self.follow_session();
-        let Shared { own, waiting, .. } = self.shared.take()?;
-        if waiting.is_empty() {
+        let is_kept = self.journal_mut().settle().is_ok();
+        let mut said = std::mem::take(&mut self.news);
+        let Some(Shared { own, waiting, refused, .. }) = self.shared.take() else { return Ok(said) };
+        let missing = waiting.len() + refused;
+        if missing == 0 && is_kept {
             own.remove();
-            return None;
+            return Ok(said);
         }
-        let (path, count) = (own.path().to_owned(), waiting.len());
-        Some(match own.close() {
-            Ok(()) => format!(
-                "{count} of your events are not in the session; all that you have drawn is in {}",
-                path.display()
-            ),
-            Err(unwritten) => format!("{count} of your events are not in the session; {unwritten}"),
-        })
+        if own.is_changed() {
+            let path = own.path().to_owned();
+            own.leave_open()?;
+            let path = path.display();
+            said.push(format!(
+                "{missing} of your events are not in the session; all that you have drawn is in {path}"
+            ));
+        }
+        Ok(said)
+    }
+}
+
+/// Who has come or gone, in words; not oneself.
+fn coming_or_going(event: &Event, own: Option<Author>) -> Option<String> {
+    match event {
+        Event::Join { author, name, .. } if Some(*author) != own => Some(match name.as_str() {
+            "" => format!("author {author} has come"),
+            name => format!("author {author} ({name}) has come"),
+        }),
+        Event::Leave { author, .. } if Some(*author) != own => Some(format!("author {author} has left")),
+        _ => None,
     }
 }

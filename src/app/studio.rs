@@ -245,8 +245,12 @@ impl Studio {
     pub(super) fn replace(&mut self, subject: Subject, indexed: Option<Indexed>) {
         self.finish_gestures();
         if let Subject::Sketch(mut old) = std::mem::replace(&mut self.subject, subject) {
-            if let Some(rest) = old.leave_session() {
-                self.say(rest);
+            match old.leave_session() {
+                Ok(said) => said.into_iter().for_each(|line| self.say(line)),
+                Err(unwritten) => {
+                    self.say(unwritten.to_string());
+                    self.unwritten.get_or_insert(unwritten);
+                }
             }
             let journal = old.journal();
             if !journal.is_named() && journal.is_changed() && journal.trouble().is_none() {
@@ -280,7 +284,9 @@ impl Studio {
     pub fn tend(&mut self) -> bool {
         let is_done = self.take_work();
         let Subject::Sketch(document) = &mut self.subject else { return is_done };
-        document.journal_mut().tend(Instant::now());
+        #[cfg(feature = "live")]
+        document.follow_session();
+        document.tend(Instant::now());
         let news = document.take_news();
         let is_news = is_done || !news.is_empty();
         #[cfg(feature = "live")]
@@ -435,8 +441,6 @@ impl Studio {
         let start = self.clock.start();
         match &mut self.subject {
             Subject::Sketch(document) => {
-                #[cfg(feature = "live")]
-                document.follow_session();
                 document.take_changes(&mut self.changes);
             }
             Subject::Replay(player) => {
@@ -503,8 +507,13 @@ impl Studio {
             let _ = writeln!(io::stderr().lock(), "warning: {error}");
         }
         if let Subject::Sketch(mut document) = self.subject {
-            if let Some(rest) = document.leave_session() {
-                let _ = writeln!(io::stderr().lock(), "warning: {rest}");
+            match document.leave_session() {
+                Ok(said) => {
+                    for line in said {
+                        let _ = writeln!(io::stderr().lock(), "warning: {line}");
+                    }
+                }
+                Err(unwritten) => _ = self.unwritten.get_or_insert(unwritten),
             }
             document.close()?;
         }

@@ -1,8 +1,9 @@
 //! The nearest hit of a ray and the neighbours of a point: down into the nearest child first, the boxes of a node, a
 //! bucket, a page or a run together.
 
+use std::cell::Cell;
+
 use glam::Vec3;
-use smallvec::SmallVec;
 
 use super::{index::Osp, layout::Target, pool::NONE};
 use crate::{
@@ -89,6 +90,11 @@ impl Osp {
     }
 }
 
+thread_local! {
+    /// The memory of the last walk's stack. Whoever asks again while a walk asks about a polygon begins with an empty one.
+    static STACK: Cell<Vec<Waiting<Place>>> = const { Cell::new(Vec::new()) };
+}
+
 /// A search that is to run.
 struct Nearby<'a, S> {
     osp: &'a Osp,
@@ -101,7 +107,12 @@ impl<S: Search> WithKernel for Nearby<'_, S> {
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> WorkCounts {
         let Self { osp, search } = self;
-        Walk { kernel, osp, search, stack: SmallVec::new(), work: WorkCounts::default() }.run()
+        let mut stack = STACK.take();
+        stack.clear();
+        let mut walk = Walk { kernel, osp, search, stack, work: WorkCounts::default() };
+        walk.run();
+        STACK.set(walk.stack);
+        walk.work
     }
 }
 
@@ -110,14 +121,13 @@ struct Walk<'a, S, K> {
     kernel: K,
     osp: &'a Osp,
     search: S,
-    /// Few walks need more: those stay off the heap.
-    stack: SmallVec<[Waiting<Place>; 64]>,
+    stack: Vec<Waiting<Place>>,
     work: WorkCounts,
 }
 
 impl<S: Search, K: Kernel> Walk<'_, S, K> {
     #[inline(always)]
-    fn run(mut self) -> WorkCounts {
+    fn run(&mut self) {
         let osp = self.osp;
         if osp.is_linear {
             self.blocks();
@@ -138,7 +148,6 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
                 self.stack[before..].sort_unstable();
             }
         }
-        self.work
     }
 
     #[inline(always)]
