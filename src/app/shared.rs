@@ -240,10 +240,10 @@ impl Shared {
                     *at = Some(*p);
                 }
             }
-            Event::End { stroke, .. } => {
-                if self.pens.get(&stroke.author()).is_some_and(|(drawn, _)| drawn == stroke) {
-                    self.pens.remove(&stroke.author());
-                }
+            Event::End { stroke, .. }
+                if self.pens.get(&stroke.author()).is_some_and(|(drawn, _)| drawn == stroke) =>
+            {
+                self.pens.remove(&stroke.author());
             }
             Event::Leave { author, .. } => _ = self.pens.remove(author),
             _ => {}
