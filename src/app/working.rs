@@ -1,6 +1,7 @@
 //! Work beside the window: a session that is read, a model that is written. Where there are no threads, it is done at once.
 
 use std::{
+    io::{self, Write},
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -288,6 +289,10 @@ impl Studio {
         }
         match work.done.recv() {
             Ok(Done::Opened { outcome: Ok(read), .. }) => {
+                // There is no window any more to say it.
+                for remark in read.opened.remarks {
+                    let _ = writeln!(io::stderr().lock(), "{remark}");
+                }
                 read.document.close().map_err(|error| error.to_string())
             }
             Ok(Done::Opened { .. } | Done::Played { .. }) => Ok(()),
