@@ -66,7 +66,7 @@ impl Studio {
             | Command::TestPattern(_)
             | Command::Calibrate(_) => self.room.rig().is_some(),
             Command::Discard => match &self.subject {
-                Subject::Sketch(document) => document.journal().is_changed() && document.can_be_discarded(),
+                Subject::Sketch(document) => document.journal().is_changed() && !document.is_shared(),
                 Subject::Replay(_) => false,
             },
             Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {

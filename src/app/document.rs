@@ -329,7 +329,7 @@ impl Document {
 
     /// Whether a step of edits may be open. In a session of several people one does not know before it comes back.
     pub(super) fn may_have_open_step(&self) -> bool {
-        self.drawn.scene.is_step_open() || !self.can_be_discarded()
+        self.drawn.scene.is_step_open() || self.is_shared()
     }
 
     /// No other people draw in it.
@@ -355,12 +355,12 @@ impl Document {
         0
     }
 
-    /// Whether the session can be taken back to what it was: not if it is that of others, too.
-    pub fn can_be_discarded(&self) -> bool {
+    /// Whether it is a session of several people. Such a one cannot be discarded.
+    pub fn is_shared(&self) -> bool {
         #[cfg(feature = "live")]
-        return self.shared.is_none();
+        return self.shared.is_some();
         #[cfg(not(feature = "live"))]
-        true
+        false
     }
 
     /// Takes the session and its file back to when it was opened or last saved under a name.

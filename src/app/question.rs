@@ -287,7 +287,7 @@ impl Studio {
         self.finish_gestures();
         let Subject::Sketch(document) = &self.subject else { return };
         let events = document.journal().new_events();
-        if events > 0 && document.can_be_discarded() {
+        if events > 0 && !document.is_shared() {
             let is_all = document.event_count() == events;
             self.ask(Question::Discard { events, is_all });
         }

@@ -321,11 +321,7 @@ impl Studio {
 
     /// How long the window may sleep at most: shorter while something may come from elsewhere.
     pub fn tend_within(&self) -> Duration {
-        let is_shared = match &self.subject {
-            #[cfg(feature = "live")]
-            Subject::Sketch(document) => document.shared().is_some(),
-            _ => false,
-        };
+        let is_shared = matches!(&self.subject, Subject::Sketch(document) if document.is_shared());
         Duration::from_millis(if is_shared || self.is_working() { 20 } else { 500 })
     }
 

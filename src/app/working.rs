@@ -39,6 +39,8 @@ type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
 struct Progress {
     done: AtomicU64,
     is_cancelled: AtomicBool,
+    /// A window waits for it, and goes on meanwhile.
+    has_window: AtomicBool,
 }
 
 impl Progress {
@@ -47,6 +49,11 @@ impl Progress {
         self.done.store(done, Relaxed);
         !self.is_cancelled.load(Relaxed)
     }
+
+    /// Whether the model is to be inserted, too: a window that does not go on meanwhile inserts it itself.
+    fn wants_index(&self) -> bool {
+        self.has_window.load(Relaxed) && !self.is_cancelled.load(Relaxed)
+    }
 }
 
 /// A session to draw on.
@@ -54,7 +61,7 @@ impl Progress {
 struct ReadSession {
     document: Document,
     opened: Opened,
-    indexed: Indexed,
+    indexed: Option<Indexed>,
 }
 
 /// What came of it.
@@ -106,7 +113,7 @@ impl Working {
 pub struct Reading(Working);
 
 impl Reading {
-    /// Starts to read a session to draw on it, and to insert its model by this plan.
+    /// Starts to read a session to draw on it; once a window has taken it over, its model is inserted by this plan, too.
     ///
     /// # Errors
     /// The system gives no thread.
@@ -189,7 +196,7 @@ fn read(
         let is_new = !platform::fs::is_there(&path);
         let opened = Document::open_watched(&path, &autosaves, how, &|done| progress.note(done));
         let outcome = opened.map(|(document, opened)| {
-            let indexed = plan.index(document.scene(), &document.bounds());
+            let indexed = progress.wants_index().then(|| plan.index(document.scene(), &document.bounds()));
             Box::new(ReadSession { document, opened, indexed })
         });
         Done::Opened { path, how, is_new, outcome }
@@ -310,7 +317,7 @@ impl Studio {
             return;
         }
         match Working::start(what, kind, work) {
-            Ok(working) => self.working = Some(working),
+            Ok(working) => self.wait_for(working),
             Err(error) => self.tell_of_file(Err(error)),
         }
         // Where there are no threads it is done.
@@ -344,7 +351,12 @@ impl Studio {
     /// Goes on with a session that is being read: it is shown as soon as it is there.
     pub fn take_over(&mut self, reading: Reading) {
         self.work_beside();
-        self.working = Some(reading.0);
+        self.wait_for(reading.0);
+    }
+
+    fn wait_for(&mut self, working: Working) {
+        working.progress.has_window.store(true, Relaxed);
+        self.working = Some(working);
     }
 
     /// Opens a session instead of the current one; on an error the current one stays.
@@ -369,7 +381,7 @@ impl Studio {
             Ok(read) => {
                 let ReadSession { document, opened, indexed } = *read;
                 self.tell(opened);
-                self.replace(Subject::Sketch(Box::new(document)), Some(indexed));
+                self.replace(Subject::Sketch(Box::new(document)), indexed);
                 let text = if is_new {
                     format!("{}: there was no such file: an empty session begins there", path.display())
                 } else {

@@ -11,8 +11,9 @@ pub trait EventSource: Send {
     /// The file is damaged at this place (and the source was not opened as lenient).
     fn next_event(&mut self) -> Result<Option<Event>, RecordingError>;
 
-    /// The line that the last event was read from, without its ending, if the file is a recording in lines. It can be written
-    /// again as it is under a header of the same format, and under any format before [`AUTHORS_FORMAT`](super::AUTHORS_FORMAT) if its own is one.
+    /// The line that the last event was read from, without its ending, if the file is a recording in lines. It can be
+    /// written again as it is under a header of the same format, and under any format before
+    /// [`AUTHORS_FORMAT`](super::AUTHORS_FORMAT) if its own is one.
     fn line(&self) -> Option<&str> {
         None
     }

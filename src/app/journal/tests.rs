@@ -1,3 +1,4 @@
+mod lines;
 mod touched;
 
 use std::{fs, path::PathBuf, process::Command};
@@ -168,52 +169,6 @@ fn a_session_has_one_writer() {
         first.close().expect("written");
         desk.open(name).close().expect("free again");
     }
-}
-
-#[test]
-fn a_copy_has_the_lines_of_its_file_as_they_are() {
-    let desk = Desk::new();
-    let path = desk.path("a.ron");
-    // More than are read at once, and not as osp would write them.
-    let lines: Vec<String> =
-        (0..5000).map(|n| format!("Head(t: {n}.50, p:(1e0 ,0,0),q:(0,0,0,1)) // head {n}")).collect();
-    let header = "Header(format:1,name:\"a\",source:\"by hand\")";
-    fs::write(&path, format!("{header}\r\n// a remark\r\n  {}", lines.join("\r\n"))).expect("written");
-    let (mut copy, _) =
-        Document::open_as(&path, &desk.autosaves(), Opening::with(Access::Copy)).expect("readable");
-    draw(&mut copy, 1);
-    let text = fs::read_to_string(copy.journal().path()).expect("a file");
-    let copied: Vec<&str> = text.lines().skip(1).collect();
-    assert_eq!(copied.len(), 5001);
-    assert!(copied[..5000] == lines, "{:?}", &copied[..3]);
-    assert_eq!(events_in(copy.journal().path()), 5001);
-    // Also after it was taken back to what it was, the next events are behind the last ones.
-    let saved = desk.path("saved.ron");
-    copy.save_as(&saved).expect("written");
-    draw(&mut copy, 2);
-    copy.discard().expect("memory");
-    assert_eq!(events_in(&saved), 5001);
-    draw(&mut copy, 3);
-    copy.close().expect("written");
-    assert_eq!(events_in(&saved), 5004);
-    let (again, _) = Document::open(&saved, &desk.autosaves()).expect("a session");
-    assert_eq!(again.event_count(), 5004);
-    again.close().expect("nothing to write");
-}
-
-#[test]
-fn a_remark_behind_an_event_takes_no_memory() {
-    let desk = Desk::new();
-    let path = desk.path("a.ron");
-    let header = "Header(format:1,name:\"a\",source:\"by hand\")";
-    fs::write(&path, format!("{header}\nUndo(t:0.0) // {}\nUndo(t:0)\n", "x".repeat(1 << 20)))
-        .expect("written");
-    let (mut copy, _) =
-        Document::open_as(&path, &desk.autosaves(), Opening::with(Access::Copy)).expect("readable");
-    draw(&mut copy, 1);
-    let text = fs::read_to_string(copy.journal().path()).expect("a file");
-    assert_eq!(text.lines().skip(1).take(2).collect::<Vec<_>>(), ["Undo(t:0.0)", "Undo(t:0)"]);
-    copy.close().expect("written");
 }
 
 #[cfg(unix)]
