@@ -175,6 +175,8 @@ pub mod lab;
 
 #[cfg(all(feature = "live", not(target_arch = "wasm32")))]
 pub mod live;
+#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
+pub mod wall;
 
 #[cfg(any(feature = "formats", feature = "render"))]
 #[cfg_attr(target_arch = "wasm32", path = "platform/web_atomic_file.rs")]

@@ -17,6 +17,7 @@ const LAYERS: [(&str, &[&str]); 17] = [
     ("scene", &["math", "polygon", "brush", "recording", "stroke"]),
     ("live", &["recording", "small_file"]),
     ("replay", &["math", "polygon", "index", "view", "occlusion", "frame", "recording", "stroke", "scene"]),
+    ("wall", &["math", "polygon", "index", "view", "frame", "recording", "scene", "replay", "live"]),
     ("world", &["math", "polygon", "index", "view", "scene", "replay", "small_file"]),
     ("rivals", &["math", "polygon", "index"]),
     (

@@ -25,3 +25,6 @@ mod strangers;
 
 #[path = "live/together.rs"]
 mod together;
+
+#[path = "live/wall.rs"]
+mod wall;

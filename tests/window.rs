@@ -11,12 +11,18 @@ mod keeping;
 mod replaying;
 #[path = "support/required.rs"]
 mod required;
+#[cfg(feature = "live")]
+#[path = "live/server.rs"]
+mod server;
 #[path = "window/sketching.rs"]
 mod sketching;
 #[path = "window/tasks.rs"]
 mod tasks;
 #[path = "window/tracking.rs"]
 mod tracking;
+#[cfg(feature = "live")]
+#[path = "window/wall_node.rs"]
+mod wall_node;
 #[path = "window/walls.rs"]
 mod walls;
 #[path = "window/wayland.rs"]

@@ -55,6 +55,9 @@ mod tool;
 mod trace;
 pub mod tracker;
 pub mod ui;
+#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
+mod wall_node;
+mod wall_surface;
 mod walls;
 mod window;
 mod working;
@@ -83,6 +86,8 @@ pub use stats::{FrameStage, FrameTimes, History};
 pub use studio::{FrameReport, Studio};
 pub use subject::Subject;
 pub use tool::{Span, ToolChoice};
+#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
+pub use wall_node::{NodeCounts, ShowError, show_node};
 #[cfg(not(target_arch = "wasm32"))]
 pub use window::monitors;
 pub use window::{MonitorInfo, WindowError, WindowOptions, run};

@@ -5,19 +5,19 @@ use egui_wgpu::ScreenDescriptor;
 use winit::window::Window;
 
 use super::{
-    room::{Room, RoomView},
+    room::RoomView,
     studio::Studio,
+    wall_surface::{WallWindow, begin_black, create_surface, window_surface, within},
     walls::Wall,
 };
 use crate::{
     frame::{Reading, StageClock},
     occlusion::Occlusion,
     render::{
-        Acquired, Area, Channels, Colors, ComingImage, DrawnCounts, Gpu, GpuTimer, Layer, LinePass,
-        PassTimes, PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target,
-        ViewSlot, WindowSurface,
+        Acquired, Area, Colors, ComingImage, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes,
+        PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot,
+        WindowSurface,
     },
-    view::Viewport,
 };
 
 /// Style of polygons outside of the view.
@@ -69,27 +69,6 @@ struct Pane {
     timer: GpuTimer,
     /// Own strokes that are drawn over the model.
     over: Option<ViewSlot>,
-}
-
-/// A window of a rig's screens.
-struct WallWindow {
-    wall: Wall,
-    window: Arc<Window>,
-    surface: WindowSurface,
-    show: ShowPass,
-}
-
-impl WallWindow {
-    /// The pixels of a view, and its colours there, if it is shown here.
-    fn area_of(&self, room: &Room, view: &RoomView) -> Option<(Area, Channels)> {
-        let (Viewport(x, y, width, height), channels) = self.wall.place_of(room, view)?;
-        let (all_x, all_y) = self.surface.size();
-        let pixel = |part: f32, of: u32| (part * of as f32).round();
-        let (left, upper) = (pixel(x, all_x), pixel(y, all_y));
-        let (right, lower) = (pixel(x + width, all_x), pixel(y + height, all_y));
-        let area = Area { x: left, y: upper, width: right - left, height: lower - upper };
-        Some((area, channels))
-    }
 }
 
 /// The renderer of own strokes: there are few.
@@ -181,9 +160,7 @@ impl Painter {
 
     /// Adds a window that shows screens of a rig.
     pub(super) fn add_wall(&mut self, wall: Wall, window: Arc<Window>) -> Result<(), RenderError> {
-        let surface = window_surface(&self.gpu, &window)?;
-        let show = ShowPass::new(&self.gpu, surface.format());
-        self.walls.push(WallWindow { wall, window, surface, show });
+        self.walls.push(WallWindow::new(&self.gpu, wall, window)?);
         Ok(())
     }
 
@@ -507,43 +484,6 @@ fn encode_panes(
     }
 }
 
-fn create_surface(
-    instance: &wgpu::Instance,
-    window: &Arc<Window>,
-) -> Result<wgpu::Surface<'static>, RenderError> {
-    instance.create_surface(Arc::clone(window)).map_err(|error| {
-        // Without a driver this is the first thing that fails.
-        RenderError::Surface(error.to_string().replace('\n', " "))
-    })
-}
-
-/// A new surface of a window, as large as the window is.
-fn window_surface(gpu: &Gpu, window: &Arc<Window>) -> Result<WindowSurface, RenderError> {
-    let size = window.inner_size();
-    WindowSurface::new(gpu, create_surface(gpu.instance(), window)?, size.width, size.height)
-}
-
-/// Begins to draw on a black window.
-fn begin_black<'e>(
-    encoder: &'e mut wgpu::CommandEncoder,
-    window: &wgpu::TextureView,
-    label: &'static str,
-) -> wgpu::RenderPass<'e> {
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some(label),
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view: window,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                store: wgpu::StoreOp::Store,
-            },
-        })],
-        ..Default::default()
-    })
-}
-
 /// The part of the model's area that a view has, whole pixels.
 fn part_of(model: Area, view: &RoomView) -> Area {
     let x = (model.x + view.from.x * model.width).round();
@@ -551,11 +491,4 @@ fn part_of(model: Area, view: &RoomView) -> Area {
     let y = (model.y + (1.0 - view.to.y) * model.height).round();
     let bottom = (model.y + (1.0 - view.from.y) * model.height).round();
     Area { x, y, width: right - x, height: bottom - y }
-}
-
-/// The area cut to a window: a window that has just shrunk may be smaller than the area laid out for it.
-fn within(area: Area, width: u32, height: u32) -> Area {
-    let (width, height) = (width as f32, height as f32);
-    let (x, y) = (area.x.clamp(0.0, width), area.y.clamp(0.0, height));
-    Area { x, y, width: area.width.min(width - x), height: area.height.min(height - y) }
 }

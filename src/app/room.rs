@@ -112,6 +112,15 @@ impl Room {
         if self.swaps_eyes { eye.other() } else { eye }
     }
 
+    /// The colours of the window that the picture of this place has.
+    pub(super) fn channels_at(&self, shown_at: Eye) -> Channels {
+        match (self.stereo, shown_at) {
+            (Stereo::Anaglyph, Eye::Left) => Channels::Red,
+            (Stereo::Anaglyph, Eye::Right) => Channels::Cyan,
+            _ => Channels::All,
+        }
+    }
+
     /// Where the rig's room is. Flying moves it; its place for the head is where the camera is.
     fn place(rig: &Rig, navigator: &Navigator) -> RoomPlace {
         RoomPlace::around(rig, navigator.eye(), navigator.world_from_view())
@@ -204,11 +213,7 @@ impl Room {
                     Vec2::new((screen as f32 + part.x) / screens as f32, part.y)
                 };
                 let (from, to) = (corner(from), corner(to));
-                let channels = match (self.stereo, shown_at) {
-                    (Stereo::Anaglyph, Eye::Left) => Channels::Red,
-                    (Stereo::Anaglyph, Eye::Right) => Channels::Cyan,
-                    _ => Channels::All,
-                };
+                let channels = self.channels_at(shown_at);
                 let seen = match &self.rig {
                     Some(rig) => Self::on_screen(rig, &rig.screens[screen], eye, navigator, hands, bounds),
                     None => {

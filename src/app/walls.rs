@@ -63,6 +63,22 @@ pub(super) fn walls(room: &Room) -> Vec<Wall> {
     walls
 }
 
+/// The walls of a room with one screen, which is on a plain window if its rig names no monitor for it.
+#[cfg(feature = "live")]
+pub(super) fn walls_of_one(room: &Room) -> Vec<Wall> {
+    let mut walls = walls(room);
+    if let (true, Some(screen)) = (walls.is_empty(), room.rig().and_then(|rig| rig.screens.first())) {
+        let output = Output { monitor: String::new(), viewport: Viewport::WHOLE, eyes: Eyes::Both };
+        walls.push(Wall {
+            monitor: None,
+            title: format!("osp wall: {}", screen.name),
+            aspect: screen.aspect(),
+            parts: vec![Part { screen: 0, output }],
+        });
+    }
+    walls
+}
+
 impl Wall {
     /// The part of the window that a view has, and its colours there, if it is shown here.
     pub(super) fn place_of(&self, room: &Room, view: &RoomView) -> Option<(Viewport, Channels)> {

@@ -16,11 +16,12 @@ use winit::{
     window::{Fullscreen, Window, WindowId},
 };
 
-pub(super) use start::Wake;
-use start::open_event_loop;
 pub use start::{MonitorInfo, WindowError, WindowOptions};
+pub(super) use start::{Wake, open_event_loop};
 #[cfg(not(target_arch = "wasm32"))]
 pub use wall_windows::monitors;
+#[cfg(feature = "live")]
+pub(super) use wall_windows::open_node_windows;
 use wall_windows::open_walls;
 
 use super::{

@@ -153,7 +153,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     let link = Link::open(&address, &args.way().options(args.watch, &args.name), || {})?;
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
-    end_on_signals(&ending);
+    shared_args::end_on_signals(&ending, FAREWELL + REPORT);
     let is_done = AtomicBool::new(false);
     let mut member = Member {
         args,
@@ -202,17 +202,6 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
         }
     };
     member.report(played)
-}
-
-/// Has Ctrl-C and others leave the session first.
-#[cfg(unix)]
-fn end_on_signals(ending: &Arc<AtomicBool>) {
-    let ending = Arc::clone(ending);
-    crate::atomic_file::before_a_signal_ends(Some(Box::new(move || {
-        // The program ends by itself meanwhile; if it does not, the signal ends it.
-        ending.store(true, Ordering::Relaxed);
-        thread::sleep(FAREWELL + REPORT);
-    })));
 }
 
 /// What was said of the connection last.

@@ -78,12 +78,18 @@ mod study_measure;
 mod study_progress;
 mod study_results;
 mod synth;
+#[cfg(feature = "window")]
+mod tracker_args;
 mod verify;
 mod verify_all;
 #[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
 mod verify_drawn;
 mod verify_json;
 mod verify_method;
+#[cfg(feature = "live")]
+mod wall;
+#[cfg(feature = "live")]
+mod wall_text;
 #[cfg(feature = "worlds")]
 mod world_args;
 #[cfg(feature = "worlds")]
@@ -120,6 +126,7 @@ const EXAMPLES: &str = "Examples:
   osp sketch house.ron
   osp serve
   osp join nats://127.0.0.1/house
+  osp wall --hub nats://127.0.0.1/house --rig cave4
   osp replay --help       describes the indexes and the methods of occlusion culling
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
@@ -156,6 +163,10 @@ enum Command {
     Join(Box<join::JoinArgs>),
     #[cfg(not(feature = "live"))]
     Join(not_built::NotBuilt),
+    #[cfg(feature = "live")]
+    Wall(Box<wall::WallArgs>),
+    #[cfg(not(feature = "live"))]
+    Wall(not_built::NotBuilt),
     #[cfg(feature = "window")]
     Sketch(sketch::SketchArgs),
     #[cfg(feature = "window")]
@@ -240,6 +251,10 @@ pub fn run() -> ExitCode {
         Command::Join(args) => join::run(&args),
         #[cfg(not(feature = "live"))]
         Command::Join(_) => not_built::refuse("join", "live"),
+        #[cfg(feature = "live")]
+        Command::Wall(args) => wall::run(&args),
+        #[cfg(not(feature = "live"))]
+        Command::Wall(_) => not_built::refuse("wall", "live"),
         Command::Man(args) => man::run(&args, Cli::command()),
         #[cfg(feature = "window")]
         Command::Sketch(args) => sketch::run(&args),

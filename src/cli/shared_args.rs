@@ -1,6 +1,15 @@
 //! How a member of a shared session reaches the server, and who it is.
 
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::Duration,
+};
 
 use anyhow::Context;
 
@@ -52,4 +61,15 @@ pub(super) fn name(text: &str) -> Result<String, String> {
         true => Ok(text.to_owned()),
         false => Err(format!("expected a name of at most {} bytes", Author::MAX_NAME_BYTES)),
     }
+}
+
+/// Has Ctrl-C and others end the program as it ends by itself, in so much time.
+#[cfg(unix)]
+pub(super) fn end_on_signals(ending: &Arc<AtomicBool>, time: Duration) {
+    let ending = Arc::clone(ending);
+    crate::atomic_file::before_a_signal_ends(Some(Box::new(move || {
+        // The program ends by itself meanwhile; if it does not, the signal ends it.
+        ending.store(true, Ordering::Relaxed);
+        thread::sleep(time);
+    })));
 }

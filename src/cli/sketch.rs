@@ -5,7 +5,6 @@ use std::{
     time::Duration,
 };
 
-use anyhow::Context;
 use clap::Args;
 
 #[cfg(feature = "live")]
@@ -18,6 +17,7 @@ use super::{
     parsers::{index_parser, occlusion_parser},
     reading::LimitArgs,
     rig_args::RigArgs,
+    tracker_args::TrackerArgs,
 };
 #[cfg(feature = "live")]
 use crate::app::Shared;
@@ -25,12 +25,11 @@ use crate::{
     app::{
         Access, Autosaves, Command, CullingPlan, Document, OpenElsewhere, OpenError, Opened, Opening,
         Question, Reading, Room, Settings, Studio, Subject, Waited, WindowOptions, run as run_window,
-        tracker::{TrackerAddress, TrackerKey, TrackerOptions},
+        tracker::{TrackerAddress, TrackerOptions},
     },
     occlusion::Occlusion,
     output_file::OutputKind,
     rivals::IndexKind,
-    small_file::open_regular,
 };
 
 /// If reading a session takes longer than this, the window opens meanwhile, and says itself what is wrong with the session.
@@ -77,19 +76,8 @@ pub(super) struct SketchArgs {
     file: Option<PathBuf>,
     #[command(flatten)]
     window: WindowArgs,
-    /// Listen to a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard
-    /// input.
-    #[arg(long, value_name = "FROM")]
-    tracker: Option<TrackerAddress>,
-    /// Accept the messages of every sender, not only of the first.
-    #[arg(long, requires = "tracker")]
-    tracker_any: bool,
-    /// Accept only packets that begin with this key. The key is sent unencrypted: whoever can read the packets knows it.
-    #[arg(long, value_name = "KEY", requires = "tracker")]
-    tracker_key: Option<TrackerKey>,
-    /// The room of the DTrack system that sends was calibrated with z up, not y.
-    #[arg(long, requires = "tracker")]
-    tracker_z_up: bool,
+    #[command(flatten)]
+    tracker: TrackerArgs,
     /// Only look at the session.
     #[arg(long, requires = "file", conflicts_with = "copy")]
     read_only: bool,
@@ -262,11 +250,9 @@ impl WindowArgs {
 }
 
 pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
-    args.window.check_trace(args.file.as_ref(), args.tracker.as_ref())?;
-    if let Some(TrackerAddress::File(path)) = &args.tracker {
-        // Before there is a window.
-        open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
-    }
+    let tracker = &args.tracker.tracker;
+    args.window.check_trace(args.file.as_ref(), tracker.as_ref())?;
+    args.tracker.check()?;
     let room = args.window.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
     #[cfg(feature = "live")]
@@ -300,15 +286,8 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     if let Some(reading) = reading {
         studio.take_over(reading);
     }
-    let mut options = args.window.options(args.tracker.clone());
-    options.tracker_options = TrackerOptions {
-        any_sender: args.tracker_any,
-        key: args.tracker_key.clone(),
-        z_up: args.tracker_z_up,
-    };
-    if let Some(warning) = args.tracker.as_ref().and_then(|from| from.warning(&options.tracker_options)) {
-        complain(&format!("warning: {warning}"));
-    }
+    let mut options = args.window.options(tracker.clone());
+    options.tracker_options = args.tracker.options();
     run_window(studio, options)?;
     Ok(Outcome::Done)
 }

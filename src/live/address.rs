@@ -136,7 +136,7 @@ impl Address {
     }
 
     /// As the client takes it.
-    pub(super) fn server(&self) -> String {
+    pub(crate) fn server(&self) -> String {
         let scheme = if self.is_encrypted { "tls" } else { "nats" };
         format!("{scheme}://{}:{}", self.host, self.port)
     }
@@ -154,6 +154,11 @@ impl Address {
     /// The subject on which authors say that they are still there. It is kept nowhere.
     pub(super) fn presence(&self) -> String {
         format!("osp-here.{}", self.session)
+    }
+
+    /// A subject of a wall that shows the session. What is said there is kept nowhere.
+    pub(crate) fn wall(&self, what: &str) -> String {
+        format!("osp-wall.{}.{what}", self.session)
     }
 }
 

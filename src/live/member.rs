@@ -347,7 +347,7 @@ fn round(t: f64) -> f64 {
 }
 
 /// A number by chance that nobody else has.
-pub(super) fn new_sender() -> Sender {
+pub(crate) fn new_sender() -> Sender {
     use std::hash::{BuildHasher, RandomState};
     // The system's random numbers are what the standard library keys its hashes with; two keys differ.
     let (a, b) = (RandomState::new().hash_one(std::process::id()), RandomState::new().hash_one(1u8));

@@ -41,6 +41,9 @@ pub use member::News;
 pub use outbox::Who;
 pub use own::ME;
 
+pub(crate) use member::new_sender;
+pub(crate) use server::{Complaints, connect};
+
 use crate::recording::{AUTHORS_FORMAT, Header};
 
 /// The header of the recording of a shared session: the same for all who write one.

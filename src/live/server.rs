@@ -26,7 +26,7 @@ const BATCH_MESSAGES: usize = 256;
 
 /// What the server and the client complain about, and how often there was a connection.
 #[derive(Debug, Default)]
-pub(super) struct Complaints {
+pub(crate) struct Complaints {
     said: Mutex<(Option<String>, u64)>,
 }
 
@@ -44,13 +44,13 @@ impl Complaints {
     }
 
     /// The last complaint, and how many connections there were.
-    pub(super) fn get(&self) -> (Option<String>, u64) {
+    pub(crate) fn get(&self) -> (Option<String>, u64) {
         self.with(|said| said.clone())
     }
 }
 
 /// Connects; tries again until there is a server.
-pub(super) async fn connect(
+pub(crate) async fn connect(
     address: &Address,
     options: &LinkOptions,
     complaints: &Arc<Complaints>,

@@ -45,12 +45,20 @@ pub struct RigPath {
     motion: RoomMotion,
     /// Where a standing room stands, once there has been an eye.
     place: Option<RoomPlace>,
+    /// How far in front of a screen an eye is at least, metres, if it is kept there.
+    least_m: Option<f32>,
 }
 
 impl RigPath {
     /// The screens before the first frame.
     pub fn new(rig: Rig, stereo: Stereo, motion: RoomMotion) -> Self {
-        Self { rig, stereo, motion, place: None }
+        Self { rig, stereo, motion, place: None, least_m: None }
+    }
+
+    /// The same, but an eye that is behind a screen, or nearer to it than so many metres, sees what it would see from there.
+    #[must_use]
+    pub fn keeping_eyes_in_front(self, least_m: f32) -> Self {
+        Self { least_m: Some(least_m), ..self }
     }
 
     /// The rig.
@@ -89,7 +97,12 @@ impl RigPath {
         out.clear();
         out.extend(self.slots().map(|(screen, eye)| {
             let eye_in_room = self.rig.eye_in_room(eye, head, room_from_head);
-            let in_room = self.rig.screens[screen].view(eye_in_room, near_m, far_m);
+            let screen_in_room = &self.rig.screens[screen];
+            let eye_in_room = match self.least_m {
+                Some(least_m) => screen_in_room.in_front(eye_in_room, least_m),
+                None => eye_in_room,
+            };
+            let in_room = screen_in_room.view(eye_in_room, near_m, far_m);
             RigView { screen, eye, view: in_room.map(|view| place.view_to_world(view)) }
         }));
     }

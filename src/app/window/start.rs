@@ -106,7 +106,7 @@ fn said(monitors: &[MonitorInfo]) -> String {
 pub(in crate::app) struct Wake;
 
 /// A system without a display gives an error; one without a keyboard library makes winit panic, which is caught.
-pub(super) fn open_event_loop() -> Result<EventLoop<Wake>, WindowError> {
+pub(in crate::app) fn open_event_loop() -> Result<EventLoop<Wake>, WindowError> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
     let opened = std::panic::catch_unwind(|| EventLoop::<Wake>::with_user_event().build());

@@ -10,7 +10,13 @@ use winit::{
 };
 
 use super::start::{MonitorInfo, WindowError};
-use crate::app::{painter::Painter, studio::Studio, walls::walls};
+use crate::app::{
+    painter::Painter,
+    studio::Studio,
+    walls::{Wall, walls},
+};
+#[cfg(feature = "live")]
+use crate::app::{room::Room, walls::walls_of_one};
 
 /// Height of a wall that covers no monitor, points.
 const PLAIN_HEIGHT: f64 = 480.0;
@@ -45,19 +51,12 @@ fn find<'a>(
     })
 }
 
-/// Opens the windows that a rig asks for. They have no panels; the first window, from which they are controlled, goes to a
-/// monitor that none of them covers; a remark if there is none.
-pub(super) fn open_walls(
+/// Opens a window for each wall; the numbers of the monitors that they cover, too.
+fn windows_of(
     event_loop: &ActiveEventLoop,
-    studio: &Studio,
-    control: &Window,
-    painter: &mut Painter,
-) -> Result<Option<String>, WindowError> {
-    let walls = walls(studio.room());
-    if walls.is_empty() {
-        return Ok(None);
-    }
-    let monitors = numbered(event_loop);
+    monitors: &[(MonitorInfo, MonitorHandle)],
+    walls: Vec<Wall>,
+) -> Result<(Vec<(Wall, Arc<Window>)>, Vec<usize>), WindowError> {
     let mut covered = Vec::new();
     let mut attributes_of = Vec::new();
     // All are looked up before one opens.
@@ -65,7 +64,7 @@ pub(super) fn open_walls(
         let attributes = Window::default_attributes().with_title(&wall.title);
         attributes_of.push(match &wall.monitor {
             Some(name) => {
-                let (info, monitor) = find(&monitors, name)?;
+                let (info, monitor) = find(monitors, name)?;
                 if covered.contains(&info.number) {
                     return Err(WindowError::SameMonitor(info.clone()));
                 }
@@ -83,13 +82,43 @@ pub(super) fn open_walls(
             }
         });
     }
+    let mut windows = Vec::new();
     for (wall, attributes) in walls.into_iter().zip(attributes_of) {
         let covers_monitor = wall.monitor.is_some();
         let window = event_loop
             .create_window(attributes)
             .map_err(|error| WindowError::NoDisplay(error.to_string()))?;
         window.set_cursor_visible(!covers_monitor);
-        painter.add_wall(wall, Arc::new(window))?;
+        windows.push((wall, Arc::new(window)));
+    }
+    Ok((windows, covered))
+}
+
+/// Opens the windows of a node of a wall, which has one screen and no other windows.
+#[cfg(feature = "live")]
+pub(in crate::app) fn open_node_windows(
+    event_loop: &ActiveEventLoop,
+    room: &Room,
+) -> Result<Vec<(Wall, Arc<Window>)>, WindowError> {
+    Ok(windows_of(event_loop, &numbered(event_loop), walls_of_one(room))?.0)
+}
+
+/// Opens the windows that a rig asks for. They have no panels; the first window, from which they are controlled, goes to a
+/// monitor that none of them covers; a remark if there is none.
+pub(super) fn open_walls(
+    event_loop: &ActiveEventLoop,
+    studio: &Studio,
+    control: &Window,
+    painter: &mut Painter,
+) -> Result<Option<String>, WindowError> {
+    let walls = walls(studio.room());
+    if walls.is_empty() {
+        return Ok(None);
+    }
+    let monitors = numbered(event_loop);
+    let (windows, covered) = windows_of(event_loop, &monitors, walls)?;
+    for (wall, window) in windows {
+        painter.add_wall(wall, window)?;
     }
     let free = monitors.iter().find(|(info, _)| !covered.contains(&info.number));
     if let (Some((_, monitor)), false) = (free, covered.is_empty()) {

@@ -1,0 +1,50 @@
+//! `--tracker` and how to listen to it.
+
+use anyhow::Context;
+use clap::Args;
+
+use super::output::complain;
+use crate::{
+    app::tracker::{TrackerAddress, TrackerKey, TrackerOptions},
+    small_file::open_regular,
+};
+
+#[derive(Args, Debug)]
+pub(super) struct TrackerArgs {
+    /// Listen to a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard
+    /// input.
+    #[arg(long, value_name = "FROM")]
+    pub(super) tracker: Option<TrackerAddress>,
+    /// Accept the messages of every sender, not only of the first.
+    #[arg(long, requires = "tracker")]
+    tracker_any: bool,
+    /// Accept only packets that begin with this key. The key is sent unencrypted: whoever can read the packets knows it.
+    #[arg(long, value_name = "KEY", requires = "tracker")]
+    tracker_key: Option<TrackerKey>,
+    /// The room of the DTrack system that sends was calibrated with z up, not y.
+    #[arg(long, requires = "tracker")]
+    tracker_z_up: bool,
+}
+
+impl TrackerArgs {
+    /// Refuses a file that cannot be read, before anything else begins.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
+        if let Some(TrackerAddress::File(path)) = &self.tracker {
+            open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
+        }
+        Ok(())
+    }
+
+    /// How to listen; what is dangerous about it is said.
+    pub(super) fn options(&self) -> TrackerOptions {
+        let options = TrackerOptions {
+            any_sender: self.tracker_any,
+            key: self.tracker_key.clone(),
+            z_up: self.tracker_z_up,
+        };
+        if let Some(warning) = self.tracker.as_ref().and_then(|from| from.warning(&options)) {
+            complain(&format!("warning: {warning}"));
+        }
+        options
+    }
+}

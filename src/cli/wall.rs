@@ -1,0 +1,271 @@
+//! `osp wall`: a wall of several machines that show one moment of one shared session.
+
+use std::{
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use anyhow::{bail, ensure};
+use clap::{Args, Subcommand};
+use glam::{Quat, Vec3};
+
+use super::{
+    Outcome, numbers,
+    output::{complain, say},
+    rig_args::RigPathArgs,
+    shared_args::{self, Way},
+    wall_text::{NodeSummary, text},
+};
+use crate::{
+    live::Address,
+    replay::RoomMotion,
+    view::{Rig, Stereo},
+    wall::{Hub, HubOptions, Node, NodeOptions, Step, ask},
+};
+
+/// How long a node without a display waits for something to do, at most.
+const NAP: Duration = Duration::from_millis(20);
+
+/// Show a shared session on a wall of several machines, each frame on all screens at once.
+///
+/// A hub says which moment of the session is shown, and a node on each machine shows it on one screen of the rig. The hub
+/// waits until every node has drawn a frame, then has all of them show it. It has the model, too, and names a node that
+/// shows something else. A node that misses three frames in a row is left out; the others go on, and it comes back by
+/// itself once it answers in time.
+#[derive(Args, Debug)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Examples:
+  nats-server -js -a 127.0.0.1 -sd sessions
+  osp wall --hub nats://127.0.0.1/house --rig cave4
+  osp wall --node front nats://127.0.0.1/house --rig cave4
+  osp wall --node left nats://127.0.0.1/house --rig cave4 --headless
+  osp wall status nats://127.0.0.1/house
+
+The session is one that several people may draw in (osp sketch --join, osp join). A recording is put into one
+by osp join ADDRESS --play FILE.
+The rig is the same on all machines, but for its outputs: each machine has monitors of its own.
+The room follows the session's artist, or --room stands: it is the world's, and the artist walks in it. A
+--tracker of the hub's room takes the artist's place.
+The displays are not locked to each other: that all show their picture at the same refresh is for the
+graphics driver (genlock)."
+)]
+pub(super) struct WallArgs {
+    #[command(subcommand)]
+    what: Option<What>,
+    /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
+    // Parsed later: what is wrong with it is said without the password in it.
+    #[arg(value_name = "ADDRESS", required = true)]
+    address: Option<String>,
+    /// Be the hub: say what is shown, and when.
+    #[arg(long, required_unless_present = "node", conflicts_with = "node")]
+    hub: bool,
+    /// Be a node: show this screen of the rig.
+    #[arg(long, value_name = "SCREEN")]
+    node: Option<String>,
+    #[command(flatten)]
+    rig: RigPathArgs,
+    /// Most frames a second of the hub.
+    #[arg(long, default_value_t = 90.0, value_name = "FRAMES", conflicts_with = "node", value_parser = rate)]
+    rate: f64,
+    #[cfg(feature = "window")]
+    #[command(flatten)]
+    tracker: super::tracker_args::TrackerArgs,
+    /// A node that draws nothing: it culls its screen's views and answers.
+    #[arg(long, conflicts_with = "hub")]
+    headless: bool,
+    /// End after so many seconds.
+    #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
+    for_secs: Option<f64>,
+    #[command(flatten)]
+    way: WayArgs,
+}
+
+/// How to reach the server, and what is printed.
+#[derive(Args, Debug)]
+struct WayArgs {
+    /// A file with who one is to the server: one line, a token or USER:PASSWORD.
+    #[arg(long, value_name = "FILE")]
+    credentials: Option<PathBuf>,
+    /// Certificates (PEM) of authorities to trust beside those of the system.
+    #[arg(long, value_name = "FILE")]
+    tls_ca: Option<PathBuf>,
+    /// Go to another machine unencrypted: everybody on the way may read and change what is shown.
+    #[arg(long)]
+    unencrypted: bool,
+    /// Print what there was as one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+impl WayArgs {
+    fn address(&self, address: &str) -> anyhow::Result<Address> {
+        let credentials = self.credentials.as_deref();
+        Way { address, credentials, tls_ca: self.tls_ca.as_ref(), is_unencrypted: self.unencrypted }.address()
+    }
+}
+
+#[derive(Subcommand, Debug)]
+enum What {
+    /// Ask the hub of a wall for its nodes, frames a second, skew and lag; exit code 1 if a screen has no node that is in, or
+    /// one that shows something else than the hub has.
+    Status {
+        /// The session.
+        #[arg(value_name = "ADDRESS")]
+        address: String,
+        #[command(flatten)]
+        way: WayArgs,
+    },
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse().ok().filter(|rate| (1.0..=1000.0).contains(rate));
+    rate.ok_or_else(|| "expected 1 to 1000 frames a second".to_owned())
+}
+
+pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
+    if let Some(What::Status { address, way }) = &args.what {
+        return status(address, way);
+    }
+    let Some(address) = &args.address else { bail!("expected an ADDRESS") };
+    let address = args.way.address(address)?;
+    let Some((rig, stereo)) = args.rig.screens.open()? else {
+        bail!("expected --rig, with the screens of the wall");
+    };
+    let ending = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    shared_args::end_on_signals(&ending, Duration::from_secs(2));
+    match &args.node {
+        Some(screen) => args.show(&address, rig, stereo, screen, &ending),
+        None => args.lead(&address, rig, stereo, &ending),
+    }
+}
+
+fn status(address: &str, way: &WayArgs) -> anyhow::Result<Outcome> {
+    let report = ask(&way.address(address)?, way.tls_ca.clone())?;
+    say(&if way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
+    Ok(if report.is_well() { Outcome::Done } else { Outcome::CheckFailed })
+}
+
+impl WallArgs {
+    fn is_over(&self, started: Instant, ending: &AtomicBool) -> bool {
+        let is_late = |secs| started.elapsed() >= Duration::from_secs_f64(secs);
+        ending.load(Ordering::Relaxed) || self.for_secs.is_some_and(is_late)
+    }
+
+    fn lead(
+        &self,
+        address: &Address,
+        rig: Rig,
+        stereo: Stereo,
+        ending: &AtomicBool,
+    ) -> anyhow::Result<Outcome> {
+        let mut head = TrackedHead::open(self, &rig)?;
+        let motion = if head.is_some() { RoomMotion::Stands } else { self.rig.room };
+        let certificates = self.way.tls_ca.clone();
+        let mut hub =
+            Hub::open(address, &HubOptions { certificates, rig, stereo, motion, rate_hz: self.rate })?;
+        complain(&format!("the hub of {address}; osp wall status shows its nodes"));
+        let started = Instant::now();
+        let mut trouble = None;
+        while !self.is_over(started, ending) {
+            for said in hub.frame(head.as_mut().map(TrackedHead::now))? {
+                complain(&said.to_string());
+            }
+            let now = hub.trouble();
+            if now != trouble {
+                complain(now.as_deref().unwrap_or("the session is there"));
+                trouble = now;
+            }
+        }
+        let report = hub.report();
+        say(&if self.way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
+        Ok(Outcome::Done)
+    }
+
+    fn show(
+        &self,
+        address: &Address,
+        rig: Rig,
+        stereo: Stereo,
+        screen: &str,
+        ending: &AtomicBool,
+    ) -> anyhow::Result<Outcome> {
+        let certificates = self.way.tls_ca.clone();
+        let host = gethostname::gethostname().to_string_lossy().into_owned();
+        let options = NodeOptions { certificates, rig, stereo, screen: screen.to_owned(), host };
+        let started = Instant::now();
+        let counts = match self.headless {
+            true => answer(address, &options, || self.is_over(started, ending))?,
+            #[cfg(feature = "window")]
+            false => crate::app::show_node(address, &options, || self.is_over(started, ending))?.into(),
+            #[cfg(not(feature = "window"))]
+            false => {
+                bail!("this build opens no windows (it has not the feature `window`): expected --headless")
+            }
+        };
+        say(&if self.way.json { serde_json::to_string_pretty(&counts)? } else { counts.text() })?;
+        Ok(Outcome::Done)
+    }
+}
+
+/// A node that shows nothing.
+fn answer(
+    address: &Address,
+    options: &NodeOptions,
+    is_over: impl Fn() -> bool,
+) -> anyhow::Result<NodeSummary> {
+    let mut node = Node::open(address, options, || {})?;
+    while !is_over() {
+        match node.step(NAP)? {
+            Step::Nothing => {}
+            Step::Draw => node.ready(),
+            Step::Show => node.shown(),
+        }
+    }
+    Ok(NodeSummary { frames: node.frames(), events: node.events(), garbage: node.garbage() })
+}
+
+/// The head that a tracker in the hub's room sees.
+#[derive(Debug)]
+struct TrackedHead {
+    #[cfg(feature = "window")]
+    tracker: crate::app::tracker::Tracker,
+    #[cfg(feature = "window")]
+    rig: Rig,
+    head: (Vec3, Quat),
+}
+
+impl TrackedHead {
+    #[cfg(feature = "window")]
+    fn open(args: &WallArgs, rig: &Rig) -> anyhow::Result<Option<Self>> {
+        use crate::app::tracker::Tracker;
+        let Some(address) = &args.tracker.tracker else { return Ok(None) };
+        ensure!(args.hub, "--tracker: expected --hub, which tells the nodes where the head is");
+        args.tracker.check()?;
+        let tracker = Tracker::open(address, &args.tracker.options(), || {})?;
+        Ok(Some(Self { tracker, rig: rig.clone(), head: (rig.head, Quat::IDENTITY) }))
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn open(_: &WallArgs, _: &Rig) -> anyhow::Result<Option<Self>> {
+        Ok(None)
+    }
+
+    /// In the room.
+    fn now(&mut self) -> (Vec3, Quat) {
+        #[cfg(feature = "window")]
+        while let Some(message) = self.tracker.take() {
+            if let crate::app::tracker::Message::Head { p, q } = message {
+                let of_rig = self.rig.room_from_tracker;
+                self.head = (of_rig.point(p), of_rig.turn(q));
+            }
+        }
+        self.head
+    }
+}

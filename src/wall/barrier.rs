@@ -1,0 +1,554 @@
+//! Who is in the wall, whom a frame waits for, and whose picture is another one: without a clock and without a network.
+//!
+//! Times are durations since the hub has started.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::time::Duration;
+
+use hdrhistogram::Histogram;
+
+use super::report::{NodeReport, Place, Times};
+
+/// So many frames in a row without an answer in time leave a node out.
+pub const MISSES: u32 = 3;
+/// So many answers in time, one after the other, let a node in.
+const ANSWERS: u32 = 20;
+/// What a frame waits at least.
+const LEAST_PATIENCE: Duration = Duration::from_millis(15);
+/// What a frame waits at most for a node that draws slowly.
+const MOST_PATIENCE: Duration = Duration::from_secs(1);
+/// A node that says nothing for so long has gone.
+const SILENCE: Duration = Duration::from_millis(1500);
+/// Frames whose answers may still come.
+const REMEMBERED: usize = 64;
+
+/// What a hub has to say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Said {
+    /// A node shows this screen from now on.
+    In {
+        /// The screen.
+        screen: String,
+        /// The machine.
+        host: String,
+    },
+    /// A node is waited for no longer: it goes on, and is let in again once it answers in time.
+    Out {
+        /// The screen.
+        screen: String,
+        /// The machine.
+        host: String,
+        /// Why.
+        why: &'static str,
+    },
+    /// A node does not show what the hub has.
+    Differs {
+        /// The screen.
+        screen: String,
+        /// The machine.
+        host: String,
+        /// The first such frame.
+        frame: u64,
+        /// What is another one.
+        what: &'static str,
+    },
+    /// A node that differed shows the same as the hub again.
+    Agrees {
+        /// The screen.
+        screen: String,
+        /// The machine.
+        host: String,
+    },
+}
+
+impl fmt::Display for Said {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::In { screen, host } => write!(f, "{screen}: {host} is in"),
+            Self::Out { screen, host, why } => write!(f, "{screen}: {host} is out: {why}"),
+            Self::Differs { screen, host, frame, what } => {
+                write!(f, "{screen}: {host} shows something else than the hub since frame {frame}: {what}")
+            }
+            Self::Agrees { screen, host } => write!(f, "{screen}: {host} shows the same as the hub again"),
+        }
+    }
+}
+
+/// What a node answers to a frame: numbers for the events that it has applied, and for the polygons that it sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Answer {
+    pub(super) log: u64,
+    pub(super) seen: u64,
+}
+
+#[derive(Debug)]
+struct Member {
+    node: u64,
+    host: String,
+    is_in: bool,
+    heard: Duration,
+    events: u64,
+    /// Frames in a row without an answer in time.
+    misses: u32,
+    /// Answers in time in a row, while it is out.
+    good: u32,
+    /// From a frame to its answer, as a moving mean.
+    usual: Option<Duration>,
+    answered: Option<u64>,
+    /// What is another one than the hub's, at its last answer.
+    difference: Option<&'static str>,
+    differed: u64,
+    missed: u64,
+    dropped: u64,
+    ready_us: Histogram<u64>,
+}
+
+impl Member {
+    fn patience(&self) -> Duration {
+        (self.usual.unwrap_or_default() * 3).clamp(LEAST_PATIENCE, MOST_PATIENCE)
+    }
+}
+
+/// A frame whose answers may still come.
+#[derive(Debug)]
+struct Turn {
+    number: u64,
+    began: Duration,
+    /// What each screen's node should answer.
+    expected: Vec<Answer>,
+    swapped: bool,
+    /// Nodes that were in when it was swapped and have not shown it, and when the first one did.
+    to_show: usize,
+    first_shown: Option<Duration>,
+}
+
+/// See the [module](self).
+#[derive(Debug)]
+pub(super) struct Barrier {
+    screens: Vec<String>,
+    members: Vec<Option<Member>>,
+    turns: VecDeque<Turn>,
+    said: Vec<Said>,
+    frames: u64,
+    last_swap: Option<Duration>,
+    /// Of the last second.
+    swaps: VecDeque<Duration>,
+    frame_us: Histogram<u64>,
+    period_us: Histogram<u64>,
+    skew_us: Histogram<u64>,
+}
+
+pub(super) fn histogram() -> Histogram<u64> {
+    Histogram::new_with_bounds(1, 3_600_000_000, 3).expect("bounds and digits that fit")
+}
+
+fn record(histogram: &mut Histogram<u64>, time: Duration) {
+    histogram.saturating_record(u64::try_from(time.as_micros()).unwrap_or(u64::MAX));
+}
+
+impl Barrier {
+    pub(super) fn new(screens: Vec<String>) -> Self {
+        let members = screens.iter().map(|_| None).collect();
+        Self {
+            screens,
+            members,
+            turns: VecDeque::new(),
+            said: Vec::new(),
+            frames: 0,
+            last_swap: None,
+            swaps: VecDeque::new(),
+            frame_us: histogram(),
+            period_us: histogram(),
+            skew_us: histogram(),
+        }
+    }
+
+    pub(super) fn take_said(&mut self) -> Vec<Said> {
+        std::mem::take(&mut self.said)
+    }
+
+    fn find(&mut self, node: u64) -> Option<usize> {
+        self.members.iter().position(|member| member.as_ref().is_some_and(|member| member.node == node))
+    }
+
+    /// A node is there and would show a screen.
+    ///
+    /// # Errors
+    /// Why it cannot.
+    pub(super) fn here(
+        &mut self,
+        node: u64,
+        screen: &str,
+        host: &str,
+        events: u64,
+        now: Duration,
+    ) -> Result<(), String> {
+        let Some(slot) = self.screens.iter().position(|own| own == screen) else {
+            return Err(format!("its rig has no screen `{screen}`"));
+        };
+        match &mut self.members[slot] {
+            Some(member) if member.node == node => {
+                (member.heard, member.events) = (now, events);
+                return Ok(());
+            }
+            Some(member) if member.is_in || now.saturating_sub(member.heard) < SILENCE => {
+                return Err(format!("{} shows `{screen}` already", member.host));
+            }
+            _ => {}
+        }
+        self.members[slot] = Some(Member {
+            node,
+            host: host.to_owned(),
+            is_in: false,
+            heard: now,
+            events,
+            misses: 0,
+            good: 0,
+            usual: None,
+            answered: None,
+            difference: None,
+            differed: 0,
+            missed: 0,
+            dropped: 0,
+            ready_us: histogram(),
+        });
+        Ok(())
+    }
+
+    /// A node ends.
+    pub(super) fn leaves(&mut self, node: u64) {
+        if let Some(slot) = self.find(node) {
+            self.put_out(slot, "it has left");
+            self.members[slot] = None;
+        }
+    }
+
+    fn put_out(&mut self, slot: usize, why: &'static str) {
+        if let Some(member) = self.members[slot].as_mut().filter(|member| member.is_in) {
+            (member.is_in, member.good, member.misses) = (false, 0, 0);
+            member.dropped += 1;
+            let (screen, host) = (self.screens[slot].clone(), member.host.clone());
+            self.said.push(Said::Out { screen, host, why });
+        }
+    }
+
+    /// A frame was sent; `expected` is what the hub itself has for it, a screen each.
+    pub(super) fn begin(&mut self, number: u64, expected: Vec<Answer>, now: Duration) {
+        if self.turns.len() == REMEMBERED {
+            self.turns.pop_front();
+        }
+        let turn = Turn { number, began: now, expected, swapped: false, to_show: 0, first_shown: None };
+        self.turns.push_back(turn);
+    }
+
+    /// A node has drawn a frame.
+    pub(super) fn ready(&mut self, node: u64, frame: u64, answer: Answer, now: Duration) {
+        let Some(slot) = self.find(node) else { return };
+        let Some(turn) = self.turns.iter().find(|turn| turn.number == frame) else { return };
+        let (took, is_swapped) = (now.saturating_sub(turn.began), turn.swapped);
+        let expected = turn.expected[slot];
+        let Some(member) = self.members[slot].as_mut() else { return };
+        if member.answered.is_some_and(|last| last >= frame) {
+            return;
+        }
+        member.heard = now;
+        member.answered = Some(frame);
+        record(&mut member.ready_us, took);
+        let is_in_time = if member.is_in { !is_swapped } else { took <= member.patience() };
+        member.usual = Some(member.usual.map_or(took, |usual| (usual * 7 + took) / 8).min(MOST_PATIENCE));
+        if member.is_in {
+            if is_in_time {
+                member.misses = 0;
+            }
+        } else {
+            member.good = if is_in_time { member.good + 1 } else { 0 };
+            if member.good >= ANSWERS {
+                (member.is_in, member.misses) = (true, 0);
+                let (screen, host) = (self.screens[slot].clone(), member.host.clone());
+                self.said.push(Said::In { screen, host });
+            }
+        }
+        let what = match answer {
+            answer if answer == expected => None,
+            Answer { log, .. } if log != expected.log => Some("its events are others"),
+            _ => Some("it sees other polygons"),
+        };
+        member.differed += u64::from(what.is_some());
+        let (screen, host) = (self.screens[slot].clone(), member.host.clone());
+        match (member.difference, what) {
+            (None, Some(what)) => self.said.push(Said::Differs { screen, host, frame, what }),
+            (Some(_), None) => self.said.push(Said::Agrees { screen, host }),
+            _ => {}
+        }
+        member.difference = what;
+    }
+
+    /// Whether every node that is in has answered the frame that was sent last.
+    pub(super) fn is_complete(&self) -> bool {
+        let Some(turn) = self.turns.back() else { return true };
+        let mut members = self.members.iter().flatten().filter(|member| member.is_in);
+        members.all(|member| member.answered == Some(turn.number))
+    }
+
+    /// Until when the frame that was sent last waits.
+    pub(super) fn deadline(&self) -> Duration {
+        let Some(turn) = self.turns.back() else { return Duration::ZERO };
+        let members = self.members.iter().flatten().filter(|member| member.is_in);
+        turn.began + members.map(Member::patience).max().unwrap_or_default()
+    }
+
+    /// The frame that was sent last is shown: nodes that have not answered have missed it.
+    pub(super) fn swap(&mut self, now: Duration) {
+        let Some(turn) = self.turns.back_mut() else { return };
+        (turn.swapped, self.frames) = (true, self.frames + 1);
+        let number = turn.number;
+        record(&mut self.frame_us, now.saturating_sub(turn.began));
+        if let Some(last) = self.last_swap.replace(now) {
+            record(&mut self.period_us, now.saturating_sub(last));
+        }
+        self.swaps.push_back(now);
+        while self.swaps.front().is_some_and(|at| now.saturating_sub(*at) > Duration::from_secs(1)) {
+            self.swaps.pop_front();
+        }
+        let mut late = Vec::new();
+        for (slot, member) in self.members.iter_mut().enumerate() {
+            let Some(member) = member.as_mut().filter(|member| member.is_in) else { continue };
+            if member.answered == Some(number) {
+                turn.to_show += 1;
+                continue;
+            }
+            (member.misses, member.missed) = (member.misses + 1, member.missed + 1);
+            if member.misses >= MISSES {
+                late.push(slot);
+            }
+        }
+        for slot in late {
+            self.put_out(slot, "three frames without an answer in time");
+        }
+        for member in &mut self.members {
+            if member.as_ref().is_some_and(|own| !own.is_in && now.saturating_sub(own.heard) > SILENCE) {
+                *member = None;
+            }
+        }
+    }
+
+    /// A node has shown a frame.
+    pub(super) fn shown(&mut self, node: u64, frame: u64, now: Duration) {
+        let Some(slot) = self.find(node) else { return };
+        if !self.members[slot].as_ref().is_some_and(|member| member.is_in) {
+            return;
+        }
+        let Some(turn) = self.turns.iter_mut().find(|turn| turn.number == frame && turn.to_show > 0) else {
+            return;
+        };
+        turn.to_show -= 1;
+        let first = *turn.first_shown.get_or_insert(now);
+        if turn.to_show == 0 {
+            record(&mut self.skew_us, now.saturating_sub(first));
+        }
+    }
+
+    /// Frames that were shown.
+    pub(super) fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Frames that were shown in the last second.
+    pub(super) fn frames_a_second(&self, now: Duration) -> f64 {
+        let recent = self.swaps.iter().filter(|at| now.saturating_sub(**at) <= Duration::from_secs(1));
+        let (Some(first), count) = (recent.clone().next(), recent.count()) else { return 0.0 };
+        let secs = now.saturating_sub(*first).as_secs_f64();
+        if secs > 0.0 { (count - 1) as f64 / secs } else { 0.0 }
+    }
+
+    /// From a frame's beginning to its swap, between two swaps, and from the first to the last node's word that it shows it.
+    pub(super) fn times(&self) -> [Times; 3] {
+        [&self.frame_us, &self.period_us, &self.skew_us].map(Times::of)
+    }
+
+    /// The nodes, a screen each; `events`: those of the session that the hub has applied.
+    pub(super) fn nodes(&self, events: u64) -> Vec<NodeReport> {
+        let of = |(screen, member): (&String, &Option<Member>)| {
+            let screen = screen.clone();
+            let Some(member) = member else { return NodeReport { screen, ..NodeReport::default() } };
+            NodeReport {
+                screen,
+                place: if member.is_in { Place::In } else { Place::Out },
+                host: member.host.clone(),
+                ready: Times::of(&member.ready_us),
+                behind: events.saturating_sub(member.events),
+                missed: member.missed,
+                dropped: member.dropped,
+                differed: member.differed,
+                difference: member.difference.map(str::to_owned),
+            }
+        };
+        self.screens.iter().zip(&self.members).map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAME: Answer = Answer { log: 1, seen: 2 };
+
+    fn ms(ms: u64) -> Duration {
+        Duration::from_millis(ms)
+    }
+
+    fn wall(screens: &[&str]) -> Barrier {
+        let mut barrier = Barrier::new(screens.iter().map(|&name| name.to_owned()).collect());
+        for (screen, node) in screens.iter().zip(1..) {
+            barrier.here(node, screen, &format!("pc{node}"), 0, ms(0)).expect("its screen is free");
+        }
+        barrier
+    }
+
+    /// A frame, answered so many milliseconds after its beginning by each of these nodes.
+    fn frame(barrier: &mut Barrier, number: u64, answers: &[(u64, u64, Answer)]) -> Vec<Said> {
+        let began = ms(number * 100);
+        barrier.begin(number, vec![SAME; barrier.screens.len()], began);
+        let mut answers = answers.to_vec();
+        answers.sort_by_key(|(_, after, _)| *after);
+        let mut swapped = false;
+        for (node, after, answer) in answers {
+            let now = began + ms(after);
+            if !swapped && (barrier.is_complete() || now > barrier.deadline()) {
+                barrier.swap(now.min(barrier.deadline()).max(began));
+                swapped = true;
+            }
+            barrier.ready(node, number, answer, now);
+        }
+        if !swapped {
+            let now = if barrier.is_complete() { began + ms(1) } else { barrier.deadline() };
+            barrier.swap(now);
+        }
+        barrier.take_said()
+    }
+
+    fn places(barrier: &Barrier) -> Vec<Place> {
+        barrier.nodes(0).into_iter().map(|node| node.place).collect()
+    }
+
+    #[test]
+    fn a_node_is_let_in_after_twenty_answers_in_time_and_out_after_three_misses() {
+        let mut barrier = wall(&["left", "right"]);
+        for n in 0..19 {
+            assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 30, SAME)]), [], "{n}");
+        }
+        let said = frame(&mut barrier, 19, &[(1, 5, SAME), (2, 40, SAME)]);
+        // The slow one is in as well: what is usual for it is in time.
+        let is_in = |screen: &str, host: &str| Said::In { screen: screen.into(), host: host.into() };
+        assert_eq!(said, [is_in("left", "pc1")]);
+        assert_eq!(frame(&mut barrier, 20, &[(1, 5, SAME), (2, 30, SAME)]), [is_in("right", "pc2")]);
+        assert_eq!(places(&barrier), [Place::In, Place::In]);
+        // A frame waits for the slow one, about three times what is usual for it.
+        barrier.begin(21, vec![SAME; 2], ms(2100));
+        let deadline = barrier.deadline() - ms(2100);
+        assert!((ms(80)..ms(110)).contains(&deadline), "{deadline:?}");
+        barrier.swap(ms(2200));
+
+        for n in 22..24 {
+            assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME)]), []);
+            assert!(!barrier.is_complete());
+        }
+        let said = frame(&mut barrier, 24, &[(1, 5, SAME)]);
+        let why = "three frames without an answer in time";
+        assert_eq!(said, [Said::Out { screen: "right".into(), host: "pc2".into(), why }]);
+        assert_eq!(places(&barrier), [Place::In, Place::Out]);
+        // From here on only the other one is waited for.
+        barrier.begin(25, vec![SAME; 2], ms(2500));
+        barrier.ready(1, 25, SAME, ms(2501));
+        assert!(barrier.is_complete());
+        // It comes back.
+        for n in 26..45 {
+            assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 30, SAME)]), [], "{n}");
+        }
+        assert_eq!(frame(&mut barrier, 45, &[(1, 5, SAME), (2, 30, SAME)]), [is_in("right", "pc2")]);
+        let nodes = barrier.nodes(0);
+        assert_eq!((nodes[0].dropped, nodes[1].dropped), (0, 1));
+        assert!(nodes[1].missed >= 3);
+    }
+
+    #[test]
+    fn one_late_answer_is_no_reason_to_leave_a_node_out() {
+        let mut barrier = wall(&["left"]);
+        for n in 0..20 {
+            frame(&mut barrier, n, &[(1, 5, SAME)]);
+        }
+        for n in 20..120 {
+            let answer: &[_] = if n % 3 == 0 { &[(1, 5, SAME)] } else { &[] };
+            assert_eq!(frame(&mut barrier, n, answer), [], "{n}");
+        }
+        assert_eq!(places(&barrier), [Place::In]);
+    }
+
+    #[test]
+    fn a_node_with_another_model_or_picture_is_named_once_and_again_when_it_is_well() {
+        let mut barrier = wall(&["left", "right"]);
+        for n in 0..20 {
+            frame(&mut barrier, n, &[(1, 5, SAME), (2, 5, SAME)]);
+        }
+        let other = Answer { seen: 3, ..SAME };
+        let differs = |frame, what| Said::Differs { screen: "right".into(), host: "pc2".into(), frame, what };
+        let said = frame(&mut barrier, 20, &[(1, 5, SAME), (2, 5, other)]);
+        assert_eq!(said, [differs(20, "it sees other polygons")]);
+        assert_eq!(frame(&mut barrier, 21, &[(1, 5, SAME), (2, 5, other)]), []);
+        assert_eq!(barrier.nodes(0)[1].difference.as_deref(), Some("it sees other polygons"));
+        let said = frame(&mut barrier, 22, &[(1, 5, SAME), (2, 5, SAME)]);
+        assert_eq!(said, [Said::Agrees { screen: "right".into(), host: "pc2".into() }]);
+        let other = Answer { log: 9, seen: 9 };
+        let said = frame(&mut barrier, 23, &[(1, 5, SAME), (2, 5, other)]);
+        assert_eq!(said, [differs(23, "its events are others")]);
+        assert_eq!(barrier.nodes(0).iter().map(|node| node.differed).collect::<Vec<_>>(), [0, 3]);
+    }
+
+    #[test]
+    fn the_same_answer_twice_counts_once_and_strangers_do_not_count() {
+        let mut barrier = wall(&["left"]);
+        barrier.begin(0, vec![SAME], ms(0));
+        let other = Answer { log: 1, seen: 7 };
+        for (node, frame) in [(1, 0), (1, 0), (77, 0), (1, 5)] {
+            barrier.ready(node, frame, other, ms(1));
+        }
+        assert!(matches!(&barrier.take_said()[..], [Said::Differs { frame: 0, .. }]));
+        assert_eq!(barrier.nodes(0)[0].differed, 1);
+    }
+
+    #[test]
+    fn a_screen_has_one_node_and_another_one_once_that_is_gone() {
+        let mut barrier = wall(&["left"]);
+        let refused = barrier.here(2, "left", "pc2", 0, ms(100)).expect_err("it is taken");
+        assert_eq!(refused, "pc1 shows `left` already");
+        let refused = barrier.here(2, "ceiling", "pc2", 0, ms(100)).expect_err("there is none");
+        assert_eq!(refused, "its rig has no screen `ceiling`");
+        // Silent, and never in.
+        assert_eq!(barrier.here(2, "left", "pc2", 0, ms(1600)), Ok(()));
+        for n in 40..60 {
+            frame(&mut barrier, n, &[(2, 5, SAME)]);
+        }
+        assert_eq!(places(&barrier), [Place::In]);
+        barrier.leaves(2);
+        assert!(matches!(&barrier.take_said()[..], [Said::Out { why: "it has left", .. }]));
+        assert_eq!(places(&barrier), [Place::Absent]);
+        assert_eq!(barrier.here(3, "left", "pc3", 0, ms(6001)), Ok(()));
+    }
+
+    #[test]
+    fn skew_is_from_the_first_to_the_last_that_shows_a_frame() {
+        let mut barrier = wall(&["left", "right"]);
+        for n in 0..21 {
+            frame(&mut barrier, n, &[(1, 5, SAME), (2, 5, SAME)]);
+            barrier.shown(1, n, ms(n * 100 + 20));
+            barrier.shown(2, n, ms(n * 100 + 23));
+        }
+        let [_, period, skew] = barrier.times();
+        assert_eq!((skew.count, skew.max_us / 10), (1, 300), "only the last frame had both nodes in");
+        assert_eq!(period.count, 20);
+        let fps = barrier.frames_a_second(ms(2006));
+        assert!((9.0..=11.0).contains(&fps), "{fps}");
+        assert_eq!(barrier.frames(), 21);
+    }
+}
