@@ -14,6 +14,8 @@ mod editor;
 mod hzb;
 #[path = "render/identity.rs"]
 mod identity;
+#[path = "render/jump.rs"]
+mod jump;
 #[path = "render/large.rs"]
 mod large;
 #[path = "render/margins.rs"]

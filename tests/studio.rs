@@ -41,6 +41,8 @@ mod spans;
 mod tests_of_occlusion;
 #[path = "studio/tracker.rs"]
 mod tracker;
+#[path = "studio/turns.rs"]
+mod turns;
 #[path = "studio/walls.rs"]
 mod walls;
 #[path = "studio/working.rs"]

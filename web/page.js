@@ -55,11 +55,10 @@ async function open(set) {
   wrong.hidden = true;
   // The unpacked form of a .tilt is opened by its folder.
   const inFolder = placed.find(({ name }) => /\/data\.sketch(\.bytes)?$/.test(name));
-  opened = inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path;
-  said.textContent = `reading ${opened.split('/').pop()}…`;
+  const path = inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path;
+  said.textContent = `reading ${path.split('/').pop()}…`;
   await nextFrame();
-  osp.replay(opened);
-  byId('draw').disabled = false;
+  osp.replay(path);
 }
 
 async function openFiles(list) {
@@ -126,7 +125,13 @@ function showState() {
     if (state.wantsText) typed.focus();
     else typed.blur();
   }
-  if (state.frames > 0) {
+  if (state.isReplay && opened !== state.path) {
+    opened = state.path;
+    byId('draw').disabled = false;
+  }
+  if (state.work) {
+    said.textContent = state.work.replace(/^(\S+) .*\//, '$1 ');
+  } else if (state.frames > 0) {
     const name = state.path.split('/').pop();
     const part = state.isReplay ? `frame ${state.position} of ${state.length}` : `${state.length} events`;
     said.textContent = state.isReplay || state.length > 0 ? `${name}: ${part}` : 'Drop a sketch here, or draw.';

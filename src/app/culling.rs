@@ -18,6 +18,7 @@ use crate::{
     view::View,
 };
 
+pub(super) use plan::Indexing;
 pub use plan::{CullingPlan, Indexed};
 
 /// Whether a stage of culling takes part.

@@ -1,5 +1,6 @@
 mod drawn;
 mod opening;
+mod reader;
 
 use std::{collections::BTreeSet, io, path::Path, sync::Arc};
 
@@ -18,7 +19,9 @@ use crate::{
 };
 use drawn::Drawn;
 
+pub(super) use opening::Started;
 pub use opening::{Access, OpenError, Opened, Opening};
+pub(super) use reader::DocumentReader;
 
 /// Events of a file that the model takes at once.
 const PIECE: usize = 1024;

@@ -75,7 +75,7 @@ pub use layers::LayerChoice;
 pub use navigator::Navigator;
 pub use paint_layers::{LayerEdit, LayerRow};
 pub use pen::{Brush, Pen, Snap};
-pub use player::{Jump, Player};
+pub use player::{Jump, Player, PlayerReader};
 pub use question::{Answer, Question, Then};
 pub use room::{Room, RoomView};
 pub use selection::Selection;

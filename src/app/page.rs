@@ -7,7 +7,7 @@ use std::{
 
 use winit::event_loop::EventLoopProxy;
 
-use super::{command::Command, player::Player, studio::Studio, subject::Subject, window::Wake};
+use super::{command::Command, studio::Studio, subject::Subject, window::Wake};
 use crate::{
     platform::memory,
     recording::{OpenOptions, Pace},
@@ -48,6 +48,8 @@ pub struct State {
     pub wants_text: bool,
     /// What the window said last.
     pub message: String,
+    /// What is read, and how far that has come, once it takes a while.
+    pub work: Option<String>,
     /// Why the last file was not opened.
     pub refused: Option<String>,
     /// Why there is no window any more.
@@ -179,31 +181,28 @@ pub(super) fn fail(error: &dyn std::error::Error) {
 
 pub(super) fn before_frame(studio: &mut Studio) {
     let wishes = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wishes));
-    for wish in wishes {
-        let outcome = match wish {
-            Wish::Replay(path) => replay(studio, &path),
-            Wish::Do(command) => {
-                studio.command(command);
-                Ok(())
+    let is_end = |wish: &Wish| matches!(wish, Wish::Replay(_) | Wish::Do(Command::CancelWork));
+    // Who asks for another session does not wait for this one.
+    if studio.is_reading() && wishes.iter().any(is_end) {
+        studio.command(Command::CancelWork);
+    }
+    let mut wishes = wishes.into_iter().peekable();
+    while let Some(wish) = wishes.next_if(|_| !studio.is_reading()) {
+        match wish {
+            Wish::Replay(path) => {
+                let (camera, options) = (CameraChoice::Auto, OpenOptions::default());
+                studio.replay_beside(&path, Pace::Recorded, camera, &options);
             }
-        };
-        PAGE.with_borrow_mut(|page| page.state.refused = outcome.err());
+            Wish::Do(command) => studio.command(command),
+        }
     }
+    // The others wait until the session is there.
+    let waiting: Vec<Wish> = wishes.filter(|wish| !matches!(wish, Wish::Do(Command::CancelWork))).collect();
+    PAGE.with_borrow_mut(|page| page.wishes.splice(..0, waiting).for_each(drop));
 }
 
-fn replay(studio: &mut Studio, path: &Path) -> Result<(), String> {
-    let options = OpenOptions::default();
-    let player = Player::open_with(path, Pace::Recorded, CameraChoice::Auto, &options);
-    let player = player.map_err(|error| error.to_string())?;
-    for remark in player.remarks() {
-        studio.say(remark.clone());
-    }
-    studio.replace(Subject::Replay(Box::new(player)), None);
-    studio.command(Command::Play(true));
-    Ok(())
-}
-
-pub(super) fn after_frame(studio: &Studio, adapter: String, is_shown: bool) {
+pub(super) fn after_frame(studio: &mut Studio, adapter: String, is_shown: bool) {
+    let refused = studio.take_unread().map(|error| error.to_string());
     let (is_replay, path, position, length) = match studio.subject() {
         Subject::Replay(player) => (true, player.path(), player.position(), player.frame_count()),
         Subject::Sketch(document) => {
@@ -214,6 +213,8 @@ pub(super) fn after_frame(studio: &Studio, adapter: String, is_shown: bool) {
     PAGE.with_borrow_mut(|page| {
         let state = &mut page.state;
         state.frames += u64::from(is_shown);
+        state.refused = refused.or(state.refused.take());
+        state.work = studio.work_shown().map(|work| work.text);
         (state.adapter, state.is_replay, state.path) = (adapter, is_replay, path.to_owned());
         (state.position, state.length) = (position, length);
         state.polygons = studio.scene().counts().visible;

@@ -1,3 +1,4 @@
+mod reader;
 mod recorded;
 
 use std::{
@@ -8,21 +9,17 @@ use std::{
 
 use recorded::Recorded;
 
+pub use reader::PlayerReader;
+
 use crate::{
     export::PolygonTimes,
     math::Aabb,
     polygon::{Change, Geometry, PolygonId},
-    recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError},
-    render::background_for,
+    recording::{Event, Header, OpenOptions, Pace, RecordingError},
     replay::{CameraChoice, CameraPath, SessionState},
     scene::{GroupNode, Scene},
     view::View,
 };
-
-/// Snapshots kept at most.
-const MAX_SNAPSHOTS: usize = 32;
-/// Largest weight of all snapshots together; 1 is about a hundred bytes.
-const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 
 /// The changes that a jump to another frame makes to an index and a GPU scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -92,7 +89,7 @@ impl Player {
         Self::open_watched(path, pace, camera, options, &|_| true)
     }
 
-    /// [`Player::open_with`]; `go_on` is asked before each frame, with the number of events that were read.
+    /// [`Player::open_with`]; `go_on` is asked before each step of a [`PlayerReader`], with the number of events that were read.
     ///
     /// # Errors
     /// As there; of kind `Interrupted` if `go_on` said no.
@@ -103,105 +100,13 @@ impl Player {
         options: &OpenOptions,
         go_on: &dyn Fn(u64) -> bool,
     ) -> Result<Self, RecordingError> {
-        let mut session = recording::open(path, options)?;
-        let header = session.header.clone();
-        let (mut events, mut frame_ends) = (Vec::new(), Vec::new());
-        let mut remarks = Vec::new();
-        let mut pacer = Pacer::new(&mut session, pace);
-        let mut frame = Vec::new();
-        loop {
-            if !go_on(events.len() as u64) {
-                return Err(RecordingError::io(path, io::ErrorKind::Interrupted.into()));
-            }
-            let read = pacer.next_frame(&mut frame);
-            let is_over = !matches!(read, Ok(true));
-            if let Err(error) = read {
-                remarks.push(format!("{error}: what comes before it is played"));
-            }
-            if !frame.is_empty() || !is_over {
-                events.append(&mut frame);
-                frame_ends.push(events.len());
-            }
-            if is_over {
-                break;
+        let mut reader = PlayerReader::new(path, pace, camera, options);
+        while go_on(reader.events()) {
+            if let Some(player) = reader.step()? {
+                return Ok(player);
             }
         }
-        remarks.extend(session.events.notes().warnings);
-        let read = events.len() as u64;
-        let player = Self::new(path.to_owned(), header, events, frame_ends, camera, &|| go_on(read));
-        let mut player = player.ok_or_else(|| RecordingError::io(path, io::ErrorKind::Interrupted.into()))?;
-        player.remarks = remarks;
-        Ok(player)
-    }
-
-    fn new(
-        path: PathBuf,
-        header: Header,
-        events: Vec<Event>,
-        frame_ends: Vec<usize>,
-        camera: CameraChoice,
-        goes_on: &dyn Fn() -> bool,
-    ) -> Option<Self> {
-        let begins =
-            |event: &Event| matches!(event, Event::Begin { .. } | Event::Polygon { stroke: None, .. });
-        let recorded = Recorded { events, frame_ends };
-        let frames = 0..recorded.frame_ends.len() as u64;
-        let stroke_starts = frames.filter(|&frame| recorded.of(frame).iter().any(begins)).collect();
-        let mut player = Self {
-            path,
-            recorded: Arc::new(recorded),
-            stroke_starts,
-            snapshots: Vec::new(),
-            bounds: Aabb::EMPTY,
-            background: background_for(&Scene::new()),
-            camera: CameraPath::new(camera, header.camera, &Aabb::EMPTY),
-            header,
-            remarks: Vec::new(),
-            state: SessionState::keeping_groups_whole(),
-            changes: Vec::new(),
-            is_playing: false,
-            speed: 1.0,
-            due: 0.0,
-        };
-        player.take_snapshots(goes_on)?;
-        player.camera = CameraPath::new(camera, player.header.camera, &player.bounds);
-        Some(player)
-    }
-
-    /// Plays the whole session once; keeps the model at evenly spaced frames and the box of everything. `None` if it was told to
-    /// stop.
-    fn take_snapshots(&mut self, goes_on: &dyn Fn() -> bool) -> Option<()> {
-        let (mut state, mut changes) = (SessionState::keeping_groups_whole(), Vec::new());
-        let (mut spacing, mut kept_weight, mut edit_weight) = (1, 0, 0);
-        for frame in 0..self.frame_count() {
-            if frame.is_multiple_of(spacing) {
-                // A stroke weighs as much as three polygons, and what undo keeps of an edit a part of one.
-                let scene = &state.scene;
-                let weight = scene.polygon_count() + 3 * scene.strokes().len() + edit_weight;
-                kept_weight += weight;
-                self.snapshots.push(Snapshot { state: state.clone(), weight });
-            }
-            while self.snapshots.len() > 2
-                && (self.snapshots.len() > MAX_SNAPSHOTS || kept_weight > MAX_SNAPSHOT_WEIGHT)
-            {
-                spacing *= 2;
-                self.snapshots.retain(|snapshot| snapshot.frames().is_multiple_of(spacing));
-                kept_weight = self.snapshots.iter().map(|snapshot| snapshot.weight).sum();
-            }
-            if !goes_on() {
-                return None;
-            }
-            changes.clear();
-            let events = self.recorded.of(frame);
-            edit_weight += events.iter().map(kept_by_undo).sum::<usize>();
-            state.scene.let_go();
-            state.play(events, &mut changes);
-            for change in &changes {
-                self.bounds = self.bounds.union(&state.scene.bounds_of_change(*change));
-            }
-        }
-        self.background = background_for(&state.scene);
-        Some(())
+        Err(RecordingError::io(path, io::ErrorKind::Interrupted.into()))
     }
 
     /// The file.
@@ -359,18 +264,6 @@ impl Player {
     }
 }
 
-/// The weight of an event's undo step.
-fn kept_by_undo(event: &Event) -> usize {
-    match event {
-        Event::Erase { .. }
-        | Event::Move { .. }
-        | Event::Group { .. }
-        | Event::Assign { .. }
-        | Event::Place { .. } => 1 + event.list_len() / 4,
-        _ => 0,
-    }
-}
-
 /// The changes from one model of a session to another one of the same session.
 fn difference(from: &Scene, to: &Scene) -> Jump {
     let (old, new) = (from.polygon_count(), to.polygon_count());
@@ -406,7 +299,10 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        reader::{FirstPlay, MAX_SNAPSHOTS},
+        *,
+    };
     use crate::{
         frame::{Pipeline, StageClock},
         index::{BruteForce, SpatialIndex},
@@ -414,6 +310,14 @@ mod tests {
         view::{Projection, View},
     };
     use glam::{Quat, Vec3};
+
+    fn player_of(events: Vec<Event>, frame_ends: Vec<usize>) -> Player {
+        let recorded = Recorded { events, frame_ends };
+        let mut play =
+            FirstPlay::new(PathBuf::new(), Header::new("", ""), recorded, CameraChoice::Orbit, Vec::new());
+        while play.step() {}
+        play.finish()
+    }
 
     /// A session with everything that changes a model.
     fn player() -> Player {
@@ -456,8 +360,7 @@ mod tests {
             }
         }
         let frame_ends: Vec<usize> = (0..events.len()).step_by(7).chain([events.len()]).collect();
-        Player::new(PathBuf::new(), Header::new("", ""), events, frame_ends, CameraChoice::Orbit, &|| true)
-            .expect("nobody stops it")
+        player_of(events, frame_ends)
     }
 
     fn follow(index: &mut BruteForce, scene: &Scene, changes: &[Change]) {
@@ -543,15 +446,7 @@ mod tests {
             place(3.0),
             Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by: -Vec3::X },
         ];
-        let mut player = Player::new(
-            PathBuf::new(),
-            Header::new("", ""),
-            events,
-            vec![3, 4, 6],
-            CameraChoice::Orbit,
-            &|| true,
-        )
-        .expect("nobody stops it");
+        let mut player = player_of(events, vec![3, 4, 6]);
         let mut pipeline = Pipeline::new(Box::new(BruteForce::new()), 16, StageClock::default());
         let view = View::look_at(
             Vec3::new(2.2, 0.2, 3.0),

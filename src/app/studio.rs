@@ -26,7 +26,7 @@ use super::{
     subject::Subject,
     tool::ToolChoice,
     tracker::{Hands, HandsState, Tracker, Watch},
-    working::Working,
+    working::{Way, Working},
 };
 use crate::{
     frame::{FrameRecord, StageClock},
@@ -139,8 +139,8 @@ pub struct Studio {
     pub(super) picture: Option<PathBuf>,
     /// Writes each frame.
     pub(super) frames: Option<FrameWriter>,
-    /// Reads and writes beside the window, not within a command.
-    pub(super) works_beside: bool,
+    /// When it reads and writes.
+    pub(super) works: Way,
     pub(super) working: Option<Working>,
     /// Why the session of a replay could not be read.
     pub(super) unread: Option<OpenError>,
@@ -208,7 +208,7 @@ impl Studio {
             file_outcome: None,
             picture: None,
             frames: None,
-            works_beside: false,
+            works: Way::default(),
             working: None,
             unread: None,
             unwritten: None,
@@ -283,12 +283,17 @@ impl Studio {
     /// Returns whether there is something new to show.
     pub fn tend(&mut self) -> bool {
         let is_done = self.take_work();
-        let Subject::Sketch(document) = &mut self.subject else { return is_done };
+        self.look_after_session() || is_done
+    }
+
+    /// The session's part of [`Studio::tend`].
+    fn look_after_session(&mut self) -> bool {
+        let Subject::Sketch(document) = &mut self.subject else { return false };
         #[cfg(feature = "live")]
         document.follow_session();
         document.tend(Instant::now());
         let news = document.take_news();
-        let is_news = is_done || !news.is_empty();
+        let is_news = !news.is_empty();
         #[cfg(feature = "live")]
         let is_news = is_news || document.shared_mut().is_some_and(Shared::take_note);
         news.into_iter().for_each(|line| self.say(line));
@@ -322,6 +327,9 @@ impl Studio {
     /// How long the window may sleep at most: shorter while something may come from elsewhere.
     pub fn tend_within(&self) -> Duration {
         let is_shared = matches!(&self.subject, Subject::Sketch(document) if document.is_shared());
+        if self.works_in_turns() {
+            return Duration::ZERO;
+        }
         Duration::from_millis(if is_shared || self.is_working() { 20 } else { 500 })
     }
 
@@ -428,7 +436,11 @@ impl Studio {
     /// views and what to draw in each.
     pub fn frame(&mut self, size_px: Vec2, frame_secs: f32) -> FrameReport {
         self.listen();
-        self.tend();
+        // What is done in turns goes on between frames.
+        if !self.works_in_turns() {
+            self.take_work();
+        }
+        self.look_after_session();
         self.fly(frame_secs);
         let aspect = size_px.x / size_px.y.max(1.0);
         (self.last_aspect, self.last_height_px) = (aspect, size_px.y);

@@ -1,8 +1,11 @@
-//! Work beside the window: a session that is read, a model that is written. Where there are no threads, it is done at once.
+//! Work beside the window: a session that is read, a model that is written. Where there are no threads, a session is read between
+//! the frames, some of it at a time, and a model is written at once.
+
+mod task;
 
 use std::{
     io::{self, Write},
-    path::{Path, PathBuf},
+    path::Path,
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicU64, Ordering::Relaxed},
@@ -12,10 +15,10 @@ use std::{
 };
 
 use super::{
-    culling::{CullingPlan, Indexed},
-    document::{Document, OpenError, Opened, Opening},
+    culling::CullingPlan,
+    document::{OpenError, Opened, Opening},
     journal::Autosaves,
-    player::Player,
+    player::PlayerReader,
     studio::Studio,
     subject::Subject,
 };
@@ -24,12 +27,15 @@ use crate::{
     export::{ExportError, ExportOptions, GltfCounts, PolygonTimes, write_glb_watched},
     output_file::{OutputKind, check_output},
     platform::{self, time::Instant},
-    recording::{OpenOptions, Pace, RecordingError},
+    recording::{OpenOptions, Pace},
     replay::CameraChoice,
 };
+use task::{Done, ReadSession, Task, ToDraw, ToPlay, Whole};
 
 /// Work that is over sooner is not shown: the window would only flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
+/// How long a page reads at a time: it shows frames and takes input between.
+const TURN: Duration = Duration::from_millis(12);
 
 /// Finds when polygons were drawn, as long as it is told to go on.
 type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
@@ -56,20 +62,16 @@ impl Progress {
     }
 }
 
-/// A session to draw on.
-#[derive(Debug)]
-struct ReadSession {
-    document: Document,
-    opened: Opened,
-    indexed: Option<Indexed>,
-}
-
-/// What came of it.
-#[derive(Debug)]
-enum Done {
-    Played { path: PathBuf, outcome: Result<Box<Player>, RecordingError> },
-    Opened { path: PathBuf, how: Opening, is_new: bool, outcome: Result<Box<ReadSession>, OpenError> },
-    Exported { path: PathBuf, outcome: Result<GltfCounts, ExportError> },
+/// When a command that reads or writes does so.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Way {
+    /// At once: when it returns, it is done.
+    #[default]
+    AtOnce,
+    /// On a thread.
+    Thread,
+    /// In [`Studio::tend`], so long at a time.
+    Turns(Duration),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +82,21 @@ enum Kind {
     Writing { polygons: u64 },
 }
 
+/// Who does it.
+enum By {
+    Thread(Receiver<Done>),
+    Turns(Duration, Box<dyn Task>),
+}
+
+impl std::fmt::Debug for By {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Thread(_) => f.write_str("Thread"),
+            Self::Turns(turn, _) => f.debug_tuple("Turns").field(turn).finish(),
+        }
+    }
+}
+
 /// Work that is being done beside the window.
 #[derive(Debug)]
 pub(super) struct Working {
@@ -87,24 +104,47 @@ pub(super) struct Working {
     what: String,
     kind: Kind,
     progress: Arc<Progress>,
-    done: Receiver<Done>,
+    by: By,
     since: Instant,
 }
 
 impl Working {
-    /// Begins it on a thread of its own, or where there are no threads does it at once.
-    fn start(
-        what: String,
-        kind: Kind,
-        work: impl FnOnce(&Progress) -> Done + Send + 'static,
-    ) -> Result<Self, String> {
+    /// Begins it on a thread of its own.
+    fn on_thread(what: String, kind: Kind, task: Box<dyn Task>) -> Result<Self, String> {
         let (send, done) = mpsc::channel();
         let progress = Arc::new(Progress::default());
         let of_thread = Arc::clone(&progress);
         // A window that is gone hears nothing any more.
-        platform::beside("work", move || drop(send.send(work(&of_thread))))
+        platform::beside("work", move || drop(send.send(task.run(&of_thread))))
             .map_err(|error| format!("{what}: {error}"))?;
-        Ok(Self { what, kind, progress, done, since: Instant::now() })
+        Ok(Self { what, kind, progress, by: By::Thread(done), since: Instant::now() })
+    }
+
+    /// Takes it up for this long at a time.
+    fn in_turns(what: String, kind: Kind, turn: Duration, task: Box<dyn Task>) -> Self {
+        Self { what, kind, progress: Arc::default(), by: By::Turns(turn, task), since: Instant::now() }
+    }
+
+    /// What has come of it, if that is known. It is worked on for a turn first, if it is done in turns.
+    fn poll(&mut self) -> Result<Done, TryRecvError> {
+        match &mut self.by {
+            By::Thread(done) => done.try_recv(),
+            By::Turns(turn, task) => {
+                let since = Instant::now();
+                loop {
+                    if let Some(done) = task.step(&self.progress) {
+                        return Ok(done);
+                    }
+                    if since.elapsed() >= *turn {
+                        return Err(TryRecvError::Empty);
+                    }
+                }
+            }
+        }
+    }
+
+    fn is_in_turns(&self) -> bool {
+        matches!(self.by, By::Turns(..))
     }
 }
 
@@ -123,7 +163,8 @@ impl Reading {
         how: Opening,
         plan: CullingPlan,
     ) -> Result<Self, String> {
-        Working::start(reading(path), Kind::Reading, read(path, autosaves, how, plan)).map(Self)
+        let task = ToDraw::new(path.to_owned(), autosaves.clone(), how, plan);
+        Working::on_thread(reading(path), Kind::Reading, Box::new(task)).map(Self)
     }
 
     /// Starts to read a session to play it, or with `plays` false to stand before its first frame.
@@ -137,23 +178,16 @@ impl Reading {
         options: OpenOptions,
         plays: bool,
     ) -> Result<Self, String> {
-        let (what, path) = (reading(path), path.to_owned());
-        let read = move |progress: &Progress| {
-            let player = Player::open_watched(&path, pace, camera, &options, &|done| progress.note(done));
-            let outcome = player.map(|mut player| {
-                player.play(plays);
-                Box::new(player)
-            });
-            Done::Played { path, outcome }
-        };
-        Working::start(what, Kind::Reading, read).map(Self)
+        let task = to_play(path, pace, camera, &options, plays, true);
+        Working::on_thread(reading(path), Kind::Reading, Box::new(task)).map(Self)
     }
 
     /// Waits until it is read, at most this long (`None`: as long as it takes).
     pub fn wait(self, at_most: Option<Duration>) -> Waited {
+        let By::Thread(done) = &self.0.by else { return Waited::GoesOn(self) };
         let done = match at_most {
-            Some(time) => self.0.done.recv_timeout(time),
-            None => self.0.done.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            Some(time) => done.recv_timeout(time),
+            None => done.recv().map_err(|_| RecvTimeoutError::Disconnected),
         };
         match done {
             Ok(Done::Opened { outcome, .. }) => {
@@ -185,22 +219,16 @@ fn reading(path: &Path) -> String {
     format!("reading {}", path.display())
 }
 
-fn read(
+fn to_play(
     path: &Path,
-    autosaves: &Autosaves,
-    how: Opening,
-    plan: CullingPlan,
-) -> impl FnOnce(&Progress) -> Done + Send + use<> {
-    let (path, autosaves) = (path.to_owned(), autosaves.clone());
-    move |progress| {
-        let is_new = !platform::fs::is_there(&path);
-        let opened = Document::open_watched(&path, &autosaves, how, &|done| progress.note(done));
-        let outcome = opened.map(|(document, opened)| {
-            let indexed = progress.wants_index().then(|| plan.index(document.scene(), &document.bounds()));
-            Box::new(ReadSession { document, opened, indexed })
-        });
-        Done::Opened { path, how, is_new, outcome }
-    }
+    pace: Pace,
+    camera: CameraChoice,
+    options: &OpenOptions,
+    plays: bool,
+    is_sole: bool,
+) -> ToPlay {
+    let reader = PlayerReader::new(path, pace, camera, options);
+    ToPlay { path: path.to_owned(), reader, plays, is_sole }
 }
 
 /// Work beside the window as it is shown.
@@ -215,7 +243,15 @@ pub struct WorkShown {
 impl Studio {
     /// Reads and writes beside the window from now on; until then a command has done what it says when it returns.
     pub fn work_beside(&mut self) {
-        self.works_beside = true;
+        self.works = match cfg!(target_arch = "wasm32") {
+            true => Way::Turns(TURN),
+            false => Way::Thread,
+        };
+    }
+
+    /// As [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] goes on with it for so long.
+    pub fn work_in_turns(&mut self, turn: Duration) {
+        self.works = Way::Turns(turn);
     }
 
     /// The work that has been going on for a while.
@@ -235,6 +271,11 @@ impl Studio {
     /// Whether something is done beside the window.
     pub fn is_working(&self) -> bool {
         self.working.is_some()
+    }
+
+    /// Whether it is done in turns, so that whoever has time for it should come soon.
+    pub(super) fn works_in_turns(&self) -> bool {
+        self.working.as_ref().is_some_and(Working::is_in_turns)
     }
 
     /// Whether another session is being read: the one that is left takes nothing any more, and everything else waits.
@@ -257,10 +298,10 @@ impl Studio {
         }
     }
 
-    /// Takes the outcome of the work beside the window, if it is there.
+    /// Takes the outcome of the work beside the window, if it is there. What is done in turns gets one.
     pub(super) fn take_work(&mut self) -> bool {
-        let Some(work) = &self.working else { return false };
-        match work.done.try_recv() {
+        let Some(work) = &mut self.working else { return false };
+        match work.poll() {
             Err(TryRecvError::Empty) => return false,
             Ok(done) => {
                 let is_cancelled = work.progress.is_cancelled.load(Relaxed);
@@ -272,8 +313,8 @@ impl Studio {
                         debug_assert!(closed.is_ok(), "nothing was drawn in it");
                         self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
                     }
-                    Done::Played { path, .. } if is_cancelled => {
-                        self.end_unread(OpenError::Cancelled(path));
+                    Done::Played { path, is_sole, .. } if is_cancelled => {
+                        self.end_unread(OpenError::Cancelled(path), is_sole);
                     }
                     done => self.take_done(done),
                 }
@@ -294,7 +335,11 @@ impl Studio {
         if is_reading {
             work.progress.is_cancelled.store(true, Relaxed);
         }
-        match work.done.recv() {
+        let done = match work.by {
+            By::Thread(done) => done.recv(),
+            By::Turns(_, task) => Ok(task.run(&work.progress)),
+        };
+        match done {
             Ok(Done::Opened { outcome: Ok(read), .. }) => {
                 // There is no window any more to say it.
                 for remark in read.opened.remarks {
@@ -310,17 +355,20 @@ impl Studio {
         }
     }
 
-    fn start(&mut self, what: String, kind: Kind, work: impl FnOnce(&Progress) -> Done + Send + 'static) {
-        if !self.works_beside {
-            let done = work(&Progress::default());
-            self.take_done(done);
-            return;
+    fn start(&mut self, what: String, kind: Kind, task: Box<dyn Task>) {
+        match self.works {
+            Way::AtOnce => {
+                let done = task.run(&Progress::default());
+                self.take_done(done);
+                return;
+            }
+            Way::Thread => match Working::on_thread(what, kind, task) {
+                Ok(working) => self.wait_for(working),
+                Err(error) => self.tell_of_file(Err(error)),
+            },
+            Way::Turns(turn) => self.wait_for(Working::in_turns(what, kind, turn, task)),
         }
-        match Working::start(what, kind, work) {
-            Ok(working) => self.wait_for(working),
-            Err(error) => self.tell_of_file(Err(error)),
-        }
-        // Where there are no threads it is done.
+        // What is short may be done.
         self.take_work();
     }
 
@@ -332,18 +380,22 @@ impl Studio {
                 self.replace(Subject::Replay(player), None);
                 self.tell_of_file(Ok(String::new()));
             }
-            Done::Played { outcome: Err(error), .. } => self.end_unread(error.into()),
+            Done::Played { is_sole, outcome: Err(error), .. } => self.end_unread(error.into(), is_sole),
             Done::Exported { path, outcome } => self.take_exported(&path, outcome),
         }
     }
 
-    /// Without its session there is nothing that a replay could show.
-    fn end_unread(&mut self, error: OpenError) {
-        self.unread = Some(error);
-        self.is_closing = true;
+    /// A window that was opened for this session only has nothing to show.
+    fn end_unread(&mut self, error: OpenError, is_sole: bool) {
+        self.is_closing |= is_sole;
+        if is_sole || !matches!(error, OpenError::Cancelled(_)) {
+            self.unread = Some(error);
+        } else {
+            self.tell_of_file(Err(error.to_string()));
+        }
     }
 
-    /// Why the window of a replay has closed before it showed anything.
+    /// Why the session of a replay is not shown; the window that was opened for it has closed.
     pub fn take_unread(&mut self) -> Option<OpenError> {
         self.unread.take()
     }
@@ -361,13 +413,28 @@ impl Studio {
 
     /// Opens a session instead of the current one; on an error the current one stays.
     pub(super) fn open_beside(&mut self, path: &Path, how: Opening) {
-        // Strokes of a tracker end in the session that they began in.
+        self.end_hands_strokes();
+        let how = Opening { limits: self.limits, ..how };
+        let task = ToDraw::new(path.to_owned(), self.autosaves.clone(), how, self.culling.plan().clone());
+        self.start(reading(path), Kind::Reading, Box::new(task));
+    }
+
+    /// Replays a session from its beginning instead of the current one; if it cannot be read the current one stays, and
+    /// [`Studio::take_unread`] says why.
+    pub fn replay_beside(&mut self, path: &Path, pace: Pace, camera: CameraChoice, options: &OpenOptions) {
+        if self.is_busy() {
+            return;
+        }
+        self.end_hands_strokes();
+        let task = to_play(path, pace, camera, options, true, false);
+        self.start(reading(path), Kind::Reading, Box::new(task));
+    }
+
+    /// Strokes of a tracker end in the session that they began in.
+    fn end_hands_strokes(&mut self) {
         let t = self.now_secs();
         self.hands.stop(t, &mut self.events);
         self.apply_events();
-        let how = Opening { limits: self.limits, ..how };
-        let read = read(path, &self.autosaves, how, self.culling.plan().clone());
-        self.start(reading(path), Kind::Reading, read);
     }
 
     fn take_opened(
@@ -413,7 +480,8 @@ impl Studio {
         let eye_in_world = Some(self.navigator.eye());
         let (scene, path) = (self.scene().clone(), path.to_owned());
         let what = format!("writing {}", path.display());
-        self.start(what, Kind::Writing { polygons: scene.counts().visible }, move |progress| {
+        let kind = Kind::Writing { polygons: scene.counts().visible };
+        let write = move |progress: &Progress| {
             let export = || {
                 let times = Some(times(&|| progress.note(0)));
                 let options = ExportOptions { times, eye_in_world, ..ExportOptions::default() };
@@ -428,7 +496,8 @@ impl Studio {
             };
             let outcome = export();
             Done::Exported { path, outcome }
-        });
+        };
+        self.start(what, kind, Box::new(Whole::new(write)));
         if self.is_working() {
             // Whatever dialog is open when it is done has not asked for it.
             self.tell_of_file(Ok(String::new()));
@@ -440,7 +509,7 @@ impl Studio {
         let outcome = outcome
             .map(|counts| format!("{} polygons exported to {}", counts.polygons, path.display()))
             .map_err(|error| format!("{}: {error}", path.display()));
-        if self.works_beside {
+        if self.works != Way::AtOnce {
             let (Ok(said) | Err(said)) = outcome;
             self.say(said);
         } else {

@@ -15,6 +15,8 @@ mod spaces;
 pub use clock::{Reading, Stage, StageClock};
 pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};
 pub use pass::{Pass, PassInput};
+#[cfg(feature = "window")]
+pub(crate) use pipeline::Loading;
 pub use pipeline::Pipeline;
 pub use previous_frame_pass::PreviousFramePass;
 pub use record::{FrameRecord, OcclusionRecord};

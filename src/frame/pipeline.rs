@@ -20,6 +20,10 @@ static NOTHING: VisibleBlocks = VisibleBlocks::new();
 /// Changes that an index is given at once.
 const ANNOUNCED: usize = 16;
 
+/// Polygons that a step of loading inserts: a multiple of [`ANNOUNCED`], so that the index is given the same at once.
+#[cfg(feature = "window")]
+const LOADED_AT_ONCE: usize = 64 * ANNOUNCED;
+
 /// Most updates that an index is handed at once, and fewest: fewer than these are handed over one by one.
 const MOST_TOGETHER: usize = 256;
 const LEAST_TOGETHER: usize = 4;
@@ -46,6 +50,14 @@ pub struct Pipeline {
     not_taken: Vec<IndexError>,
     refused: u64,
     frame: u64,
+}
+
+/// What [`Pipeline::load_some`] inserts, and how far it has come.
+#[cfg(feature = "window")]
+#[derive(Debug)]
+pub(crate) struct Loading {
+    all: Vec<Change>,
+    at: usize,
 }
 
 impl std::fmt::Debug for Pipeline {
@@ -215,6 +227,29 @@ impl Pipeline {
         if !self.spaces.is_unused() {
             self.spaces.commit();
         }
+    }
+
+    /// Begins [`Pipeline::load`] for whoever has little time at once.
+    #[cfg(feature = "window")]
+    pub(crate) fn begin_load(geometry: &dyn Geometry) -> Loading {
+        Loading { all: present(geometry), at: 0 }
+    }
+
+    /// Inserts the next polygons into the index, or after the last one lets the pass take all, at once. Returns whether there is
+    /// more to do.
+    #[cfg(feature = "window")]
+    pub(crate) fn load_some(&mut self, geometry: &dyn Geometry, loading: &mut Loading) -> bool {
+        let Loading { all, at } = loading;
+        if *at < all.len() {
+            let end = all.len().min(*at + LOADED_AT_ONCE);
+            self.apply(geometry, &all[*at..end], &mut FrameRecord::default());
+            *at = end;
+            return true;
+        }
+        if let Some(pass) = &mut self.pass {
+            pass.load(geometry, all);
+        }
+        false
     }
 
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and

@@ -67,6 +67,11 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
         Self { events, pace, next: None, frame_end_secs: None, last_secs: 0.0, ended: false }
     }
 
+    /// The session's events that it has not taken yet.
+    pub fn into_events(self) -> I {
+        self.events
+    }
+
     /// Replaces `frame` by the events of the next frame. `false`: there is no further frame.
     ///
     /// # Errors

@@ -139,10 +139,13 @@ impl Target {
                 view: &self.depth,
                 depth_ops: Some(wgpu::Operations {
                     load: match depth {
-                        DepthBefore::Nothing => FARTHEST,
+                        DepthBefore::Nothing | DepthBefore::NothingAndKept => FARTHEST,
                         DepthBefore::Kept => wgpu::LoadOp::Load,
                     },
-                    store: wgpu::StoreOp::Discard,
+                    store: match depth {
+                        DepthBefore::NothingAndKept => wgpu::StoreOp::Store,
+                        DepthBefore::Nothing | DepthBefore::Kept => wgpu::StoreOp::Discard,
+                    },
                 }),
                 stencil_ops: None,
             }),
@@ -202,6 +205,8 @@ pub(super) enum DepthBefore {
     Nothing,
     /// What a pass without colours has left.
     Kept,
+    /// Nothing, and what it leaves is kept for what comes after.
+    NothingAndKept,
 }
 
 /// Reversed: 0 is the farthest.

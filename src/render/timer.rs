@@ -175,8 +175,11 @@ fn pass_times(bytes: &[u8], period_ns: f64) -> Option<PassTimes> {
         Some((ticks as f64 * period_ns) as u64)
     };
     let stamps = bytes.len() / 8;
-    let last = stamps.checked_sub(1)?;
-    let total_ns = between(0, last)?;
+    // The passes come in one order or another.
+    let ends = |i: usize| stamp(i).map(|ticks| (ticks, i));
+    let (_, first) = (0..stamps).filter_map(ends).min()?;
+    let (_, last) = (0..stamps).filter_map(ends).max()?;
+    let total_ns = between(first, last)?;
     let of = |pass: usize| between(pass * 2, pass * 2 + 1);
     Some(match stamps / 2 {
         3.. => PassTimes { total_ns, depth_ns: of(0)?, test_ns: of(1)?, color_ns: of(2)? },

@@ -67,6 +67,12 @@ pub fn draw_on(path: &str) {
     page::wish(Wish::Do(Command::OpenAs(PathBuf::from(path), Opening::with(Access::Copy))));
 }
 
+/// Ends the reading of a session: the one before it stays.
+#[wasm_bindgen]
+pub fn cancel() {
+    page::wish(Wish::Do(Command::CancelWork));
+}
+
 /// Plays or pauses a replay, or goes to one of its frames.
 #[wasm_bindgen]
 pub fn seek(frame: Option<u32>) {
@@ -120,6 +126,7 @@ pub fn state() -> String {
         "drawn": state.drawn,
         "wantsText": state.wants_text,
         "message": state.message,
+        "work": state.work,
         "refused": state.refused,
         "failure": state.failure,
     })

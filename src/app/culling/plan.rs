@@ -1,7 +1,7 @@
 use std::{sync::Arc, time::Duration};
 
 use crate::{
-    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, Loading, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     lab::pvs::{Pvs, PvsPass},
     math::Aabb,
@@ -77,6 +77,14 @@ impl CullingPlan {
         Indexed { plan: self, root, pipeline, took }
     }
 
+    /// As [`CullingPlan::index`], in steps.
+    pub(in crate::app) fn begin_index(self, scene: &Scene, bounds: &Aabb) -> Indexing {
+        let root = root_for(bounds);
+        let pipeline = self.pipeline(root, scene.polygon_count());
+        let indexed = Indexed { plan: self, root, pipeline, took: Duration::ZERO };
+        Indexing { indexed, loading: Pipeline::begin_load(scene) }
+    }
+
     fn pipeline(&self, root: Aabb, polygons: usize) -> Pipeline {
         // Twice the size, so that the model can grow without new root levels within a frame.
         let capacity = IndexConfig::default().capacity.max(polygons * 2);
@@ -93,6 +101,29 @@ impl CullingPlan {
         }
         pipeline.set_occluders(self.occluders);
         pipeline
+    }
+}
+
+/// A model on its way into an index.
+#[derive(Debug)]
+pub(in crate::app) struct Indexing {
+    indexed: Indexed,
+    loading: Loading,
+}
+
+impl Indexing {
+    /// Inserts some of the model. Returns whether there is more to do.
+    pub(in crate::app) fn step(&mut self, scene: &Scene) -> bool {
+        let clock = StageClock::default();
+        let start = clock.start();
+        let goes_on = self.indexed.pipeline.load_some(scene, &mut self.loading);
+        self.indexed.took += Duration::from_nanos(clock.since(start).ns);
+        goes_on
+    }
+
+    /// The model in the index.
+    pub(in crate::app) fn finish(self) -> Indexed {
+        self.indexed
     }
 }
 

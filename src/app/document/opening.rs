@@ -6,7 +6,7 @@ use std::{
 
 use thiserror::Error;
 
-use super::Document;
+use super::{Document, reader::DocumentReader};
 use crate::{
     app::journal::{Autosaves, Journal, NotTaken, OpenElsewhere, SessionFile, SessionLock, Trouble},
     atomic_file::Destination,
@@ -90,6 +90,24 @@ impl OpenError {
     }
 }
 
+/// What comes of beginning to open a session.
+#[derive(Debug)]
+pub(in crate::app) enum Started {
+    /// There is nothing to read: it is empty.
+    Empty(Box<Document>),
+    /// It is to be read.
+    Reads(Box<DocumentReader>),
+}
+
+impl Started {
+    fn read(self, go_on: &dyn Fn(u64) -> bool) -> Result<(Document, Opened), RecordingError> {
+        match self {
+            Self::Empty(document) => Ok((*document, Opened::default())),
+            Self::Reads(reader) => reader.read(go_on),
+        }
+    }
+}
+
 impl Document {
     /// An empty session without a name.
     pub fn new(autosaves: &Autosaves) -> Self {
@@ -116,10 +134,9 @@ impl Document {
                     continue;
                 }
             };
-            let mut recovered = Opened { is_recovered: true, ..Opened::default() };
-            let all = &|_| true;
-            match Self::go_on(&path, limits, file, autosaves, &mut recovered, SessionFile::leave, all) {
-                Ok(mut document) => {
+            let reader = Self::to_go_on(&path, limits, file, autosaves, SessionFile::leave);
+            match reader.and_then(|reader| Ok(reader.read(&|_| true)?)) {
+                Ok((mut document, mut recovered)) => {
                     document.journal.forget_name();
                     opened.remarks.push(format!("brought back {}", path.display()));
                     opened.remarks.append(&mut recovered.remarks);
@@ -168,17 +185,20 @@ impl Document {
             was_cancelled.set(!goes_on);
             goes_on
         };
-        let outcome = Self::open_asking(path, autosaves, how, &watch);
+        let outcome = Self::start(path, autosaves, how)?.read(&watch);
         // The reader's error is that it was interrupted.
-        if was_cancelled.get() { Err(OpenError::Cancelled(path.to_owned())) } else { outcome }
+        if was_cancelled.get() { Err(OpenError::Cancelled(path.to_owned())) } else { Ok(outcome?) }
     }
 
-    fn open_asking(
+    /// Begins to open a session as [`Document::open_as`] does; its events are still to be read.
+    ///
+    /// # Errors
+    /// As there.
+    pub(in crate::app) fn start(
         path: &Path,
         autosaves: &Autosaves,
         how: Opening,
-        go_on: &dyn Fn(u64) -> bool,
-    ) -> Result<(Self, Opened), OpenError> {
+    ) -> Result<Started, OpenError> {
         let may_begin = how.access == Access::Write && is_ron(path);
         let is_new = match fs::metadata(path) {
             Ok(data) => data.is_file() && data.len() == 0,
@@ -186,28 +206,27 @@ impl Document {
             Err(error) => return Err(OpenError::io(path, error)),
         };
         if is_new && may_begin {
-            return Ok((Self::begin(path, autosaves)?, Opened::default()));
+            return Ok(Started::Empty(Box::new(Self::begin(path, autosaves)?)));
         }
         if how.access == Access::ReadOnly {
-            return Ok(Self::look_at_asking(path, autosaves, how, go_on)?);
+            return Ok(Self::to_look_at(path, autosaves, how)?);
         }
         let session = recording::open(path, &how.options())?;
         let why_copied = match how.access {
             Access::Copy => Some("as asked"),
             _ => why_not_itself(&session, path, how.lenient),
         };
-        let mut opened = Opened::default();
-        let document = match why_copied {
-            Some(why) => Self::copy(session, path, why, autosaves, &mut opened, go_on)?,
+        let reader = match why_copied {
+            Some(why) => Self::to_copy(session, path, why, autosaves)?,
             None => {
                 // One that a crash left open stays marked if it is not opened now.
                 let was_left_open = fs::is_there(&SessionLock::mark_of(path));
                 let file = take(path)?;
                 let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
-                Self::go_on(path, how.limits, file, autosaves, &mut opened, give_back, go_on)?
+                Self::to_go_on(path, how.limits, file, autosaves, give_back)?
             }
         };
-        Ok((document, opened))
+        Ok(Started::Reads(Box::new(reader)))
     }
 
     /// Opens a session that another window has, read-only. It may be empty.
@@ -219,26 +238,21 @@ impl Document {
         autosaves: &Autosaves,
         how: Opening,
     ) -> Result<(Self, Opened), RecordingError> {
-        Self::look_at_asking(path, autosaves, how, &|_| true)
+        Self::to_look_at(path, autosaves, how)?.read(&|_| true)
     }
 
-    fn look_at_asking(
-        path: &Path,
-        autosaves: &Autosaves,
-        how: Opening,
-        go_on: &dyn Fn(u64) -> bool,
-    ) -> Result<(Self, Opened), RecordingError> {
+    fn to_look_at(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, RecordingError> {
         if fs::metadata(path).map_or(true, |data| data.is_file() && data.len() == 0) {
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             let journal = Journal::of_reader(path, our_header(&stem), autosaves)?;
-            return Ok((Self::around(journal), Opened::default()));
+            return Ok(Started::Empty(Box::new(Self::around(journal))));
         }
         let session = recording::open(path, &how.options())?;
         let journal = Journal::of_reader(path, session.header.clone(), autosaves)?;
-        let mut opened = Opened::default();
-        opened.remarks.push(format!("{}: opened read-only", path.display()));
-        let document = Self::of_session(session, journal, &mut opened, go_on).map_err(|(error, _)| error)?;
-        Ok((document, opened))
+        let remark = format!("{}: opened read-only", path.display());
+        // It has no file that could be given back.
+        let reader = DocumentReader::new(session, journal, SessionFile::release);
+        Ok(Started::Reads(Box::new(reader.remarking(Some(remark), None))))
     }
 
     /// A session that is not there yet, or an empty file.
@@ -264,24 +278,19 @@ impl Document {
         Ok(Self::around(journal))
     }
 
-    /// Opens a session to continue in its file, whose lock we have. If it cannot be read, the lock is released.
-    fn go_on(
+    /// A session to continue in its file, whose lock we have. If it cannot be read, the lock is released.
+    fn to_go_on(
         path: &Path,
         limits: Limits,
         file: SessionFile,
         autosaves: &Autosaves,
-        opened: &mut Opened,
         give_back: fn(SessionFile),
-        go_on: &dyn Fn(u64) -> bool,
-    ) -> Result<Self, OpenError> {
+    ) -> Result<DocumentReader, OpenError> {
         // Nothing may be appended behind damage: it would not be read again.
         match recording::open(path, &OpenOptions { lenient: false, limits }) {
             Ok(session) => {
                 let journal = Journal::named(file, session.header.clone(), autosaves)?;
-                Self::of_session(session, journal, opened, go_on).map_err(|(error, journal)| {
-                    journal.give_back(give_back);
-                    error.into()
-                })
+                Ok(DocumentReader::new(session, journal, give_back))
             }
             Err(error) => {
                 give_back(file);
@@ -290,57 +299,20 @@ impl Document {
         }
     }
 
-    /// Reads a session into a new one among the autosaves.
-    fn copy(
+    /// A session to read into a new one among the autosaves.
+    fn to_copy(
         session: Session,
         path: &Path,
         why: &str,
         autosaves: &Autosaves,
-        opened: &mut Opened,
-        go_on: &dyn Fn(u64) -> bool,
-    ) -> Result<Self, OpenError> {
+    ) -> Result<DocumentReader, RecordingError> {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let source = format!("{}, from {}: {}", our_header("").source, path.display(), session.header.source);
         let format = session.header.format.max(ONE_AUTHOR_FORMAT);
         let header = Header { source, format, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
-        let document = Self::of_session(session, journal, opened, go_on).map_err(|(error, journal)| {
-            journal.give_back(SessionFile::release);
-            error
-        })?;
-        opened.remarks.push(format!("{}: {why}: a copy is drawn on", path.display()));
-        Ok(document)
-    }
-
-    fn of_session(
-        session: Session,
-        journal: Journal,
-        opened: &mut Opened,
-        go_on: &dyn Fn(u64) -> bool,
-    ) -> Result<Self, (RecordingError, Box<Journal>)> {
-        let mut document = Self::around(journal);
-        match document.read_whole(session, opened, go_on).and_then(|()| document.journal.start()) {
-            Ok(()) => {
-                document.end_open_strokes();
-                Ok(document)
-            }
-            Err(error) => Err((error, Box::new(document.journal))),
-        }
-    }
-
-    fn read_whole(
-        &mut self,
-        mut session: Session,
-        opened: &mut Opened,
-        go_on: &dyn Fn(u64) -> bool,
-    ) -> Result<(), RecordingError> {
-        self.read(&mut *session.events, go_on)?;
-        let notes = session.events.notes();
-        opened.remarks.extend(notes.warnings);
-        if notes.skipped > 0 {
-            opened.remarks.push(format!("{} damaged pieces were left out", notes.skipped));
-        }
-        Ok(())
+        let remark = format!("{}: {why}: a copy is drawn on", path.display());
+        Ok(DocumentReader::new(session, journal, SessionFile::release).remarking(None, Some(remark)))
     }
 }
 

@@ -9,7 +9,10 @@ use super::{
     state::Groups,
 };
 use crate::render::{
-    Blend, Gpu, GpuTimer, RenderError, read_back::read_buffer, target::DepthBefore, timer::Ends,
+    Blend, Gpu, GpuTimer, RenderError,
+    read_back::read_buffer,
+    target::DepthBefore,
+    timer::{Ends, Stamps},
 };
 
 /// Handles of a workgroup of the test.
@@ -31,13 +34,21 @@ impl HzbView {
         self.fit(frame);
         let Some(groups) = self.groups.take() else { return };
         timer.begin();
-        self.recall(frame, &groups, encoder, timer);
-        match &mut self.queries {
-            None => self.test(frame, &groups, encoder, timer),
-            Some(_) => self.ask(frame, encoder),
+        if self.has_jumped {
+            // All in view is kept: see `prepare`.
+            self.compact(frame, &groups, encoder, timer.stamps(0, Ends::Both));
+            self.draw(frame, encoder, timer, DepthBefore::NothingAndKept, more);
+            self.remember(frame, &groups, encoder, timer);
+        } else {
+            self.recall(frame, &groups, encoder, timer);
+            match &mut self.queries {
+                None => self.test(frame, &groups, encoder, timer),
+                Some(_) => self.ask(frame, encoder),
+            }
+            let ends = if self.queries.is_some() { Ends::Both } else { Ends::End };
+            self.compact(frame, &groups, encoder, timer.stamps(1, ends));
+            self.draw(frame, encoder, timer, DepthBefore::Kept, more);
         }
-        self.compact(frame, &groups, encoder, timer);
-        self.draw(frame, encoder, timer, more);
         timer.end(encoder, 3);
         self.begin_results();
         let bytes = self.result_bytes();
@@ -171,6 +182,33 @@ impl HzbView {
             label: Some("occlusion test"),
             timestamp_writes: timer.stamps(1, Ends::Begin).map(|stamps| stamps.of_compute()),
         });
+        self.build_pyramid(frame, groups, &mut pass);
+        let opaque = (&frame.hzb.test, &self.chunks, self.first_span[1], HANDLES_OF_TEST);
+        let transparent =
+            (&frame.hzb.test_transparent, &self.transparent, self.first_span[2], POLYGONS_OF_TEST);
+        for (pipeline, spans, first, of_workgroup) in [opaque, transparent] {
+            test_spans(frame, groups, &mut pass, pipeline, with_offsets(spans, first), of_workgroup);
+        }
+    }
+
+    /// Builds the pyramid of what has been drawn and tests, to know in the next frame what is visible in this one.
+    fn remember(
+        &self,
+        frame: &Frame<'_>,
+        groups: &Groups,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &GpuTimer,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("visible polygons"),
+            timestamp_writes: timer.stamps(1, Ends::Both).map(|stamps| stamps.of_compute()),
+        });
+        self.build_pyramid(frame, groups, &mut pass);
+        let spans = with_offsets(&self.chunks, self.first_span[1]);
+        test_spans(frame, groups, &mut pass, &frame.hzb.remember, spans, HANDLES_OF_TEST);
+    }
+
+    fn build_pyramid(&self, frame: &Frame<'_>, groups: &Groups, pass: &mut wgpu::ComputePass<'_>) {
         for (level, (_, width, height)) in (1..).zip(self.levels.iter()) {
             let (pipeline, texels) = match level {
                 1 => (&frame.hzb.base, 2 * TEXELS_OF_PYRAMID),
@@ -183,19 +221,6 @@ impl HzbView {
             let [x, y] = [width, height].map(|side| side.div_ceil(texels));
             pass.dispatch_workgroups(x, y, 1);
         }
-        let tests = [
-            (&frame.hzb.test, &self.chunks, self.first_span[1], HANDLES_OF_TEST),
-            (&frame.hzb.test_transparent, &self.transparent, self.first_span[2], POLYGONS_OF_TEST),
-        ];
-        for (pipeline, spans, first, of_workgroup) in tests {
-            pass.set_pipeline(pipeline);
-            for (span, offset) in with_offsets(spans, first) {
-                let Some(chunk) = frame.hzb.chunk(span.base as usize) else { continue };
-                pass.set_bind_group(0, &groups.test, &[offset]);
-                pass.set_bind_group(1, chunk, &[]);
-                dispatch(&mut pass, span.len().div_ceil(of_workgroup));
-            }
-        }
     }
 
     /// Compacts what is not hidden into the draw list.
@@ -204,12 +229,11 @@ impl HzbView {
         frame: &Frame<'_>,
         groups: &Groups,
         encoder: &mut wgpu::CommandEncoder,
-        timer: &GpuTimer,
+        stamps: Option<Stamps<'_>>,
     ) {
-        let ends = if self.queries.is_some() { Ends::Both } else { Ends::End };
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("compaction"),
-            timestamp_writes: timer.stamps(1, ends).map(|stamps| stamps.of_compute()),
+            timestamp_writes: stamps.map(|stamps| stamps.of_compute()),
         });
         for (pipeline, is_one) in
             [(&frame.hzb.count, false), (&frame.hzb.scan, true), (&frame.hzb.scatter, false)]
@@ -222,16 +246,17 @@ impl HzbView {
         }
     }
 
-    /// Draws the colours of the compacted list over the depth of the first pass.
+    /// Draws the colours of the compacted list, over the depth of the first pass if there was one.
     fn draw(
         &self,
         frame: &Frame<'_>,
         encoder: &mut wgpu::CommandEncoder,
         timer: &GpuTimer,
+        depth: DepthBefore,
         more: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
         let stamps = timer.stamps(2, Ends::Begin).map(|stamps| stamps.of_render());
-        let mut pass = frame.target.begin(encoder, frame.background, DepthBefore::Kept, stamps);
+        let mut pass = frame.target.begin(encoder, frame.background, depth, stamps);
         frame.pipelines.begin(&mut pass, frame.draw);
         pass.set_pipeline(frame.pipelines.with_colors(Blend::Opaque));
         for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
@@ -278,6 +303,24 @@ fn span_of(spans: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
         offset: 0,
         size: wgpu::BufferSize::new(size_of::<Span>() as u64),
     })
+}
+
+/// Tests what the spans hold, each with its chunk of polygons.
+fn test_spans<'a>(
+    frame: &Frame<'_>,
+    groups: &Groups,
+    pass: &mut wgpu::ComputePass<'_>,
+    pipeline: &wgpu::ComputePipeline,
+    spans: impl Iterator<Item = (&'a Span, u32)>,
+    of_workgroup: u32,
+) {
+    pass.set_pipeline(pipeline);
+    for (span, offset) in spans {
+        let Some(chunk) = frame.hzb.chunk(span.base as usize) else { continue };
+        pass.set_bind_group(0, &groups.test, &[offset]);
+        pass.set_bind_group(1, chunk, &[]);
+        dispatch(pass, span.len().div_ceil(of_workgroup));
+    }
 }
 
 fn dispatch(pass: &mut wgpu::ComputePass<'_>, workgroups: u32) {

@@ -9,6 +9,10 @@
 //! 4. and *compacted*: listed in the order of drawing, for an indirect draw call.
 //! 5. *Colours*: the list is drawn over the depth of the first pass.
 //!
+//! In a frame whose view has jumped (its first one, too) little of what is remembered hides anything, and what is visible is
+//! not known before all is drawn. So such a frame draws all in view at once, and the pyramid and the test come after the
+//! colours, only to remember what is visible. The next frame then recalls that, and not everything.
+//!
 //! Whatever has just come, moved or come into view is not remembered, is not proven hidden, and is drawn in step 5: no
 //! frame lags. The picture is that without culling, to the last bit:
 //! * What wins a sample is never proven hidden: the pyramid holds no nearer depth there than the winner's own.
@@ -26,6 +30,7 @@ mod buffers;
 mod config;
 mod encode;
 mod frame;
+mod jump;
 mod pipelines;
 mod pyramid;
 mod queries;

@@ -3,6 +3,7 @@ use std::ops::Range;
 use super::{
     DrawnCounts, HzbConfig,
     buffers::{LANES, create, grow},
+    jump::LastLook,
     pyramid::{Levels, MAX_LEVELS},
     queries::Queries,
     span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
@@ -23,6 +24,10 @@ pub(in super::super) struct HzbView {
     pub(super) queries: Option<Queries>,
     pub(super) buffers: Buffers,
     pub(super) groups: Option<Groups>,
+    last: LastLook,
+    /// Whether the frame draws all in view and looks for what is visible afterwards.
+    pub(super) has_jumped: bool,
+    kept_words: Vec<[u32; 2]>,
     /// The size of picture that `levels` is for.
     pub(super) size: (u32, u32),
     pub(super) levels: Levels,
@@ -93,6 +98,9 @@ impl HzbView {
             queries: None,
             buffers,
             groups: None,
+            last: LastLook::default(),
+            has_jumped: false,
+            kept_words: Vec::new(),
             size: (0, 0),
             levels: Levels::of(1, 1),
             pages: Vec::new(),
@@ -138,11 +146,12 @@ impl HzbView {
         let handles = order.handles();
         let sums = self.pages.last().map_or(0, |span| span.first_sum + span.len().div_ceil(LANES));
         let buffers = &mut self.buffers;
+        let forgets = grow(gpu, &mut buffers.remembered, polygon_count.div_ceil(BLOCK) as u64 * 4);
         let is_new = [
             grow(gpu, &mut buffers.spans, self.span_bytes.len() as u64),
             grow(gpu, &mut buffers.handles, size_of_val(handles) as u64),
             grow(gpu, &mut buffers.kept, handles.len() as u64 * 8),
-            grow(gpu, &mut buffers.remembered, polygon_count.div_ceil(BLOCK) as u64 * 4),
+            forgets,
             grow(gpu, &mut buffers.recalled, u64::from(transparent.start) * 4),
             grow(gpu, &mut buffers.sums, u64::from(sums) * 4),
             grow(gpu, &mut buffers.args, self.args_words.len() as u64 * 4),
@@ -154,6 +163,17 @@ impl HzbView {
         if self.ring.capacity() < self.buffers.args.size() {
             self.ring = ReadRing::new(gpu, self.buffers.args.size());
         }
+        let has_jumped =
+            self.last.jumps_to(view.eye_in_world, handles, scene) || forgets && !handles.is_empty();
+        // Queries keep what they know by group, and ask about all of it again.
+        self.has_jumped = has_jumped && self.queries.is_none();
+        self.kept_words.clear();
+        if self.has_jumped {
+            self.kept_words.resize(handles.len(), [0; 2]);
+            for handle in handles {
+                self.kept_words[handle.place as usize] = [handle.block, handle.mask];
+            }
+        }
         let mut sent = 0;
         let mut send = |buffer: &wgpu::Buffer, bytes: &[u8]| {
             if !bytes.is_empty() {
@@ -163,6 +183,7 @@ impl HzbView {
         };
         send(&self.buffers.spans, &self.span_bytes);
         send(&self.buffers.handles, bytemuck::cast_slice(handles));
+        send(&self.buffers.kept, bytemuck::cast_slice(&self.kept_words));
         send(&self.buffers.args, bytemuck::cast_slice(&self.args_words));
         let in_view = u64::from(transparent.end);
         let groups_tested = match &mut self.queries {
@@ -173,7 +194,7 @@ impl HzbView {
             None => {
                 let of_group = self.config.group.polygons();
                 let groups = handles.iter().map(|handle| u64::from(groups_in(handle, of_group)));
-                groups.sum::<u64>() + transparent.len() as u64
+                groups.sum::<u64>() + if self.has_jumped { 0 } else { transparent.len() as u64 }
             }
         };
         let counts = DrawnCounts { groups_tested, in_view, ..DrawnCounts::default() };

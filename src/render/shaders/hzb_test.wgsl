@@ -429,15 +429,17 @@ fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
     return bound;
 }
 
-// One lane for a polygon, sixteen for a handle.
-@compute @workgroup_size(LANES)
-fn test(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let at = span.first + group.x * 4u + lane / 16u;
-    let bit = lane % 16u;
+fn handle_at(at: u32) -> Handle {
     var handle: Handle;
     if at < span.end {
         handle = handles[at];
     }
+    return handle;
+}
+
+// Leaves in `visible` what is not hidden. One lane for a polygon, sixteen for a handle.
+fn find_visible(handle: Handle, lane: u32) {
+    let bit = lane % 16u;
     let is_on = ((handle.mask >> bit) & 1u) == 1u;
     var polygon: Polygon;
     bounds[lane] = nothing();
@@ -477,10 +479,28 @@ fn test(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         atomicOr(&visible[lane / 16u], 1u << bit);
     }
     workgroupBarrier();
-    if bit == 0u && at < span.end {
+}
+
+@compute @workgroup_size(LANES)
+fn test(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let at = span.first + group.x * 4u + lane / 16u;
+    let handle = handle_at(at);
+    find_visible(handle, lane);
+    if lane % 16u == 0u && at < span.end {
         let mask = atomicLoad(&visible[lane / 16u]);
         kept[handle.place] = vec2(handle.block, mask);
         remembered[handle.block] = mask;
+    }
+}
+
+// The same after all in view has been drawn, for the next frame alone.
+@compute @workgroup_size(LANES)
+fn remember(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let at = span.first + group.x * 4u + lane / 16u;
+    let handle = handle_at(at);
+    find_visible(handle, lane);
+    if lane % 16u == 0u && at < span.end {
+        remembered[handle.block] = atomicLoad(&visible[lane / 16u]);
     }
 }
 
