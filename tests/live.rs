@@ -20,6 +20,10 @@ mod failing;
 #[path = "live/sketch.rs"]
 mod sketch;
 
+#[cfg(unix)]
+#[path = "live/slow_line.rs"]
+mod slow_line;
+
 #[path = "live/strangers.rs"]
 mod strangers;
 

@@ -13,6 +13,7 @@ mod replaying;
 mod required;
 #[cfg(feature = "live")]
 #[path = "live/server.rs"]
+#[expect(dead_code, reason = "the tests of shared sessions use more of it")]
 mod server;
 #[path = "window/sketching.rs"]
 mod sketching;

@@ -87,7 +87,7 @@ pub use studio::{FrameReport, Studio};
 pub use subject::Subject;
 pub use tool::{Span, ToolChoice};
 #[cfg(all(feature = "live", not(target_arch = "wasm32")))]
-pub use wall_node::{NodeCounts, ShowError, show_node};
+pub use wall_node::{ShowError, show_node};
 #[cfg(not(target_arch = "wasm32"))]
 pub use window::monitors;
 pub use window::{MonitorInfo, WindowError, WindowOptions, run};

@@ -29,7 +29,7 @@ use crate::{
         Acquired, Gpu, GpuTimer, Layer, RenderError, Renderer, RendererConfig, Shown, Target, ViewSlot,
     },
     view::Rig,
-    wall::{Node, NodeOptions, Step, WallError},
+    wall::{Node, NodeCounts, NodeOptions, Step, WallError},
 };
 
 /// Between two looks for something to do, if nothing wakes the windows.
@@ -54,19 +54,8 @@ impl From<RenderError> for ShowError {
     }
 }
 
-/// What was shown.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NodeCounts {
-    /// Frames that were drawn.
-    pub frames: u64,
-    /// Events of the session that were applied.
-    pub events: u64,
-    /// Messages that no hub means to send.
-    pub garbage: u64,
-}
-
 /// Shows a node's screen on the monitors that its rig names for it, or in a plain window, until a window is closed, Escape
-/// is pressed, or `is_over`.
+/// is pressed, or `is_over`. `tell` hears what a person should know of the hub and the session.
 ///
 /// # Errors
 /// There is no display, nothing that can draw, no such monitor or screen; or the hub does not let the node in.
@@ -74,6 +63,7 @@ pub fn show_node(
     address: &Address,
     options: &NodeOptions,
     is_over: impl Fn() -> bool,
+    tell: impl Fn(&str),
 ) -> Result<NodeCounts, ShowError> {
     let event_loop = open_event_loop()?;
     let proxy = event_loop.create_proxy();
@@ -89,20 +79,20 @@ pub fn show_node(
         options.rig.screens.iter().filter(|screen| screen.name == options.screen).cloned().collect();
     let mut room = Room::new(Rig { screens, ..options.rig.clone() });
     room.set_stereo(options.stereo);
-    let mut show = Show { node, room, is_over, is_woken, display: None, failure: None };
+    let mut show = Show { node, room, is_over, tell, is_woken, display: None, failure: None };
     let outcome = event_loop.run_app(&mut show);
     if let Some(failure) = show.failure {
         return Err(failure);
     }
     outcome.map_err(|error| WindowError::NoDisplay(error.to_string()))?;
-    let node = show.node;
-    Ok(NodeCounts { frames: node.frames(), events: node.events(), garbage: node.garbage() })
+    Ok(show.node.counts())
 }
 
-struct Show<F> {
+struct Show<F, T> {
     node: Node,
     room: Room,
     is_over: F,
+    tell: T,
     /// Something has come since the last look.
     is_woken: Arc<AtomicBool>,
     display: Option<Display>,
@@ -127,7 +117,7 @@ struct Picture {
     timer: GpuTimer,
 }
 
-impl<F: Fn() -> bool> ApplicationHandler<Wake> for Show<F> {
+impl<F: Fn() -> bool, T: Fn(&str)> ApplicationHandler<Wake> for Show<F, T> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.display.is_none() {
             match Display::open(event_loop, &self.room) {
@@ -165,7 +155,7 @@ impl<F: Fn() -> bool> ApplicationHandler<Wake> for Show<F> {
     }
 }
 
-impl<F: Fn() -> bool> Show<F> {
+impl<F: Fn() -> bool, T: Fn(&str)> Show<F, T> {
     fn fail(&mut self, event_loop: &ActiveEventLoop, error: ShowError) {
         self.failure.get_or_insert(error);
         event_loop.exit();
@@ -177,31 +167,34 @@ impl<F: Fn() -> bool> Show<F> {
             event_loop.exit();
             return;
         }
-        match self.steps() {
-            Ok(is_waiting) => {
-                let look = if is_waiting { SHORT_LOOK } else { LOOK };
+        if let Some(news) = self.node.news() {
+            (self.tell)(&news);
+        }
+        match self.step() {
+            // The system's own events come between two frames.
+            Ok(Step::Draw | Step::Show) => event_loop.set_control_flow(ControlFlow::Poll),
+            Ok(Step::Nothing) => {
+                let look = if self.node.is_waiting() { SHORT_LOOK } else { LOOK };
                 event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + look));
             }
             Err(error) => self.fail(event_loop, error),
         }
     }
 
-    /// Does what there is to do; whether a frame waits for events.
-    fn steps(&mut self) -> Result<bool, ShowError> {
-        let Some(display) = &mut self.display else { return Ok(false) };
-        loop {
-            match self.node.step(Duration::ZERO)? {
-                Step::Nothing => return Ok(self.node.is_waiting()),
-                Step::Draw => {
-                    display.draw(&self.node, &self.room)?;
-                    self.node.ready();
-                }
-                Step::Show => {
-                    display.show();
-                    self.node.shown();
-                }
+    /// Does what is to be done next.
+    fn step(&mut self) -> Result<Step, ShowError> {
+        let Some(display) = &mut self.display else { return Ok(Step::Nothing) };
+        let step = self.node.step(Duration::ZERO)?;
+        match step {
+            Step::Nothing => {}
+            Step::Draw => {
+                display.draw(&self.node, &self.room)?;
+                self.node.ready();
             }
+            Step::Show if display.show() => self.node.shown(),
+            Step::Show => self.node.not_shown(),
         }
+        Ok(step)
     }
 }
 
@@ -306,10 +299,12 @@ impl Display {
         Ok(())
     }
 
-    /// Has the windows show what was drawn.
-    fn show(&mut self) {
+    /// Has the windows show what was drawn; whether all of them could.
+    fn show(&mut self) -> bool {
+        let is_whole = self.frames.iter().all(Option::is_some);
         for frame in self.frames.iter_mut().filter_map(Option::take) {
             self.gpu.queue().present(frame);
         }
+        is_whole
     }
 }

@@ -43,7 +43,7 @@ fn stereo_parser() -> impl TypedValueParser<Value = Stereo> {
     })
 }
 
-fn room_parser() -> impl TypedValueParser<Value = RoomMotion> {
+pub(super) fn room_parser() -> impl TypedValueParser<Value = RoomMotion> {
     PossibleValuesParser::new(RoomMotion::ALL.iter().map(|motion| motion.name())).try_map(|name| {
         let found = RoomMotion::ALL.iter().find(|motion| motion.name() == name);
         found.copied().ok_or_else(|| format!("no room is called {name}"))

@@ -16,15 +16,15 @@ use glam::{Quat, Vec3};
 use super::{
     Outcome, numbers,
     output::{complain, say},
-    rig_args::RigPathArgs,
+    rig_args::{RigArgs, room_parser},
     shared_args::{self, Way},
-    wall_text::{NodeSummary, text},
+    wall_text::{counts_text, text},
 };
 use crate::{
     live::Address,
     replay::RoomMotion,
     view::{Rig, Stereo},
-    wall::{Hub, HubOptions, Node, NodeOptions, Step, ask},
+    wall::{Hub, HubOptions, Node, NodeCounts, NodeOptions, Step, ask},
 };
 
 /// How long a node without a display waits for something to do, at most.
@@ -33,9 +33,9 @@ const NAP: Duration = Duration::from_millis(20);
 /// Show a shared session on a wall of several machines, each frame on all screens at once.
 ///
 /// A hub says which moment of the session is shown, and a node on each machine shows it on one screen of the rig. The hub
-/// waits until every node has drawn a frame, then has all of them show it. It has the model, too, and names a node that
-/// shows something else. A node that misses three frames in a row is left out; the others go on, and it comes back by
-/// itself once it answers in time.
+/// waits until every node that is in has drawn a frame, then has all of them show it. It has the model, too, and names a
+/// node that shows something else. A node that misses three frames in a row is out: the hub no longer waits for it, until it
+/// has answered 20 frames in time.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -50,8 +50,8 @@ const NAP: Duration = Duration::from_millis(20);
 The session is one that several people may draw in (osp sketch --join, osp join). A recording is put into one
 by osp join ADDRESS --play FILE.
 The rig is the same on all machines, but for its outputs: each machine has monitors of its own.
-The room follows the session's artist, or --room stands: it is the world's, and the artist walks in it. A
---tracker of the hub's room takes the artist's place.
+The screens show what the head of the session's artist sees (the first author who has recorded one), or with
+--tracker what the head in the hub's room sees.
 The displays are not locked to each other: that all show their picture at the same refresh is for the
 graphics driver (genlock)."
 )]
@@ -69,7 +69,11 @@ pub(super) struct WallArgs {
     #[arg(long, value_name = "SCREEN")]
     node: Option<String>,
     #[command(flatten)]
-    rig: RigPathArgs,
+    rig: RigArgs,
+    /// What the hub's room does: `follows`: it goes along with the head of the session's artist; `stands`: the room's space is
+    /// the world's, and the artist's head walks in it. With --tracker it stands.
+    #[arg(long, value_name = "HOW", default_value = "follows", conflicts_with = "node", value_parser = room_parser())]
+    room: RoomMotion,
     /// Most frames a second of the hub.
     #[arg(long, default_value_t = 90.0, value_name = "FRAMES", conflicts_with = "node", value_parser = rate)]
     rate: f64,
@@ -132,9 +136,14 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
     if let Some(What::Status { address, way }) = &args.what {
         return status(address, way);
     }
+    #[cfg(feature = "window")]
+    ensure!(
+        args.hub || args.tracker.tracker.is_none(),
+        "--tracker: expected --hub, which tells the nodes where the head is"
+    );
     let Some(address) = &args.address else { bail!("expected an ADDRESS") };
     let address = args.way.address(address)?;
-    let Some((rig, stereo)) = args.rig.screens.open()? else {
+    let Some((rig, stereo)) = args.rig.open()? else {
         bail!("expected --rig, with the screens of the wall");
     };
     let ending = Arc::new(AtomicBool::new(false));
@@ -166,7 +175,7 @@ impl WallArgs {
         ending: &AtomicBool,
     ) -> anyhow::Result<Outcome> {
         let mut head = TrackedHead::open(self, &rig)?;
-        let motion = if head.is_some() { RoomMotion::Stands } else { self.rig.room };
+        let motion = if head.is_some() { RoomMotion::Stands } else { self.room };
         let certificates = self.way.tls_ca.clone();
         let mut hub =
             Hub::open(address, &HubOptions { certificates, rig, stereo, motion, rate_hz: self.rate })?;
@@ -174,13 +183,16 @@ impl WallArgs {
         let started = Instant::now();
         let mut trouble = None;
         while !self.is_over(started, ending) {
-            for said in hub.frame(head.as_mut().map(TrackedHead::now))? {
+            for said in hub.frame(|| head.as_mut().map(TrackedHead::now))? {
                 complain(&said.to_string());
             }
             let now = hub.trouble();
             if now != trouble {
                 complain(now.as_deref().unwrap_or("the session is there"));
                 trouble = now;
+            }
+            if let Some(news) = head.as_mut().and_then(TrackedHead::news) {
+                complain(news);
             }
         }
         let report = hub.report();
@@ -203,13 +215,13 @@ impl WallArgs {
         let counts = match self.headless {
             true => answer(address, &options, || self.is_over(started, ending))?,
             #[cfg(feature = "window")]
-            false => crate::app::show_node(address, &options, || self.is_over(started, ending))?.into(),
+            false => crate::app::show_node(address, &options, || self.is_over(started, ending), complain)?,
             #[cfg(not(feature = "window"))]
             false => {
                 bail!("this build opens no windows (it has not the feature `window`): expected --headless")
             }
         };
-        say(&if self.way.json { serde_json::to_string_pretty(&counts)? } else { counts.text() })?;
+        say(&if self.way.json { serde_json::to_string_pretty(&counts)? } else { counts_text(&counts) })?;
         Ok(Outcome::Done)
     }
 }
@@ -219,16 +231,19 @@ fn answer(
     address: &Address,
     options: &NodeOptions,
     is_over: impl Fn() -> bool,
-) -> anyhow::Result<NodeSummary> {
+) -> anyhow::Result<NodeCounts> {
     let mut node = Node::open(address, options, || {})?;
     while !is_over() {
+        if let Some(news) = node.news() {
+            complain(&news);
+        }
         match node.step(NAP)? {
             Step::Nothing => {}
             Step::Draw => node.ready(),
             Step::Show => node.shown(),
         }
     }
-    Ok(NodeSummary { frames: node.frames(), events: node.events(), garbage: node.garbage() })
+    Ok(node.counts())
 }
 
 /// The head that a tracker in the hub's room sees.
@@ -239,6 +254,9 @@ struct TrackedHead {
     #[cfg(feature = "window")]
     rig: Rig,
     head: (Vec3, Quat),
+    heard: Instant,
+    /// Whether it was said that nothing is heard.
+    is_missed: bool,
 }
 
 impl TrackedHead {
@@ -246,10 +264,10 @@ impl TrackedHead {
     fn open(args: &WallArgs, rig: &Rig) -> anyhow::Result<Option<Self>> {
         use crate::app::tracker::Tracker;
         let Some(address) = &args.tracker.tracker else { return Ok(None) };
-        ensure!(args.hub, "--tracker: expected --hub, which tells the nodes where the head is");
         args.tracker.check()?;
         let tracker = Tracker::open(address, &args.tracker.options(), || {})?;
-        Ok(Some(Self { tracker, rig: rig.clone(), head: (rig.head, Quat::IDENTITY) }))
+        let head = (rig.head, Quat::IDENTITY);
+        Ok(Some(Self { tracker, rig: rig.clone(), head, heard: Instant::now(), is_missed: false }))
     }
 
     #[cfg(not(feature = "window"))]
@@ -264,8 +282,19 @@ impl TrackedHead {
             if let crate::app::tracker::Message::Head { p, q } = message {
                 let of_rig = self.rig.room_from_tracker;
                 self.head = (of_rig.point(p), of_rig.turn(q));
+                self.heard = Instant::now();
             }
         }
         self.head
+    }
+
+    /// What is to be said of the tracker, if that is new.
+    fn news(&mut self) -> Option<&'static str> {
+        let is_missed = self.heard.elapsed() > Duration::from_secs(1);
+        let is_new = std::mem::replace(&mut self.is_missed, is_missed) != is_missed;
+        is_new.then_some(match is_missed {
+            true => "no pose of the head has come from the tracker for a second",
+            false => "the tracker has the head",
+        })
     }
 }

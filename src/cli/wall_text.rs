@@ -1,12 +1,11 @@
 //! The state of a wall as text.
 
 use comfy_table::{CellAlignment, Table, TableComponent, presets};
-use serde::Serialize;
 
 use super::output::one_line;
 use crate::{
     lab::report::thousands,
-    wall::{NodeReport, Times, WallReport},
+    wall::{NodeCounts, NodeReport, Times, WallReport},
 };
 
 fn ms(us: u64) -> String {
@@ -33,7 +32,7 @@ pub(super) fn text(report: &WallReport) -> String {
     lines.extend(report.trouble.as_deref().map(|trouble| one_line(trouble).into_owned()));
     lines.push(format!("frame (from the hub's word to the swap): {}", times(&report.frame)));
     lines.push(format!("between two swaps: {}", times(&report.period)));
-    lines.push(format!("skew (first to last node that shows a frame): {}", times(&report.skew)));
+    lines.push(format!("skew (first to last word of a node that it shows a frame): {}", times(&report.skew)));
     if report.garbage > 0 {
         lines.push(format!("{} messages were no messages of a wall", thousands(report.garbage)));
     }
@@ -87,26 +86,6 @@ fn row(node: &NodeReport) -> [String; 9] {
 }
 
 /// What a node says in the end.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct NodeSummary {
-    /// Frames that it has drawn.
-    pub(super) frames: u64,
-    /// Events of the session that it has applied.
-    pub(super) events: u64,
-    /// Messages that no hub means to send.
-    pub(super) garbage: u64,
-}
-
-impl NodeSummary {
-    pub(super) fn text(&self) -> String {
-        format!("{} frames, {} events of the session", thousands(self.frames), thousands(self.events))
-    }
-}
-
-#[cfg(feature = "window")]
-impl From<crate::app::NodeCounts> for NodeSummary {
-    fn from(counts: crate::app::NodeCounts) -> Self {
-        let crate::app::NodeCounts { frames, events, garbage } = counts;
-        Self { frames, events, garbage }
-    }
+pub(super) fn counts_text(counts: &NodeCounts) -> String {
+    format!("{} frames, {} events of the session", thousands(counts.frames), thousands(counts.events))
 }

@@ -118,6 +118,9 @@ pub(super) async fn talk(
         talk.publish(&server, again).await;
         let answered = talk.member.counts.own_messages;
         talk.read(&mut server, messages, patience).await?;
+        if let Some(why) = complaints.forbids(&address.subject()) {
+            return Err(LiveError::NotAllowed { server: address.server(), why });
+        }
         let is_better = talk.member.counts.own_messages > answered;
         patience = if is_better { PATIENCE } else { LONGEST_PATIENCE.min(patience * 2) };
         talk.member.counts.reopened += 1;

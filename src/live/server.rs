@@ -24,10 +24,15 @@ const RETRY: Duration = Duration::from_millis(500);
 /// Most messages that the server may send before it is asked for more.
 const BATCH_MESSAGES: usize = 256;
 
+/// Refusals that are remembered, each once.
+const MOST_REFUSALS: usize = 64;
+
 /// What the server and the client complain about, and how often there was a connection.
 #[derive(Debug, Default)]
 pub(crate) struct Complaints {
     said: Mutex<(Option<String>, u64)>,
+    /// What the server has refused since there is this connection.
+    forbidden: Mutex<Vec<String>>,
 }
 
 impl Complaints {
@@ -41,6 +46,28 @@ impl Complaints {
 
     pub(super) fn clear(&self) {
         self.with(|(said, _)| *said = None);
+    }
+
+    fn heard(&self, text: String) {
+        let mut forbidden = self.forbidden.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_of_rights = text.to_lowercase().contains("permissions violation for");
+        if is_of_rights && forbidden.len() < MOST_REFUSALS && !forbidden.contains(&text) {
+            forbidden.push(text.clone());
+        }
+        drop(forbidden);
+        self.set(text);
+    }
+
+    fn connected(&self) {
+        self.with(|(_, connections)| *connections += 1);
+        self.forbidden.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
+    /// Why nothing may be said or heard on a subject, if the server has refused that.
+    pub(crate) fn forbids(&self, subject: &str) -> Option<String> {
+        let forbidden = self.forbidden.lock().unwrap_or_else(PoisonError::into_inner);
+        let quoted = format!("\"{subject}\"");
+        forbidden.iter().find(|text| text.contains(&quoted)).cloned()
     }
 
     /// The last complaint, and how many connections there were.
@@ -92,8 +119,8 @@ fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complai
         .reconnect_delay_callback(|tries| RETRY.min(Duration::from_millis(20 * tries as u64)))
         .event_callback(move |event| {
             match event {
-                Event::Connected => complaints.with(|(_, connections)| *connections += 1),
-                Event::ServerError(ServerError::Other(text)) => complaints.set(text),
+                Event::Connected => complaints.connected(),
+                Event::ServerError(ServerError::Other(text)) => complaints.heard(text),
                 Event::ServerError(error) => complaints.set(error.to_string()),
                 Event::ClientError(error) => complaints.set(error.to_string()),
                 Event::Disconnected => complaints.set("the server has gone"),

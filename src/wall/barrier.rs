@@ -20,13 +20,15 @@ const LEAST_PATIENCE: Duration = Duration::from_millis(15);
 const MOST_PATIENCE: Duration = Duration::from_secs(1);
 /// A node that says nothing for so long has gone.
 const SILENCE: Duration = Duration::from_millis(1500);
-/// Frames whose answers may still come.
-const REMEMBERED: usize = 64;
+/// Answers to a frame may still come for so long.
+const REMEMBERED: Duration = Duration::from_secs(2);
+/// Frames whose answers may still come, at most.
+const MOST_REMEMBERED: usize = 4096;
 
 /// What a hub has to say.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Said {
-    /// A node shows this screen from now on.
+    /// Frames wait for the node of this screen from now on.
     In {
         /// The screen.
         screen: String,
@@ -118,8 +120,9 @@ struct Turn {
     /// What each screen's node should answer.
     expected: Vec<Answer>,
     swapped: bool,
-    /// Nodes that were in when it was swapped and have not shown it, and when the first one did.
-    to_show: usize,
+    /// Screens whose nodes were in when it was swapped, and have not shown it.
+    to_show: Vec<usize>,
+    /// When the first of them did.
     first_shown: Option<Duration>,
 }
 
@@ -139,7 +142,7 @@ pub(super) struct Barrier {
     skew_us: Histogram<u64>,
 }
 
-pub(super) fn histogram() -> Histogram<u64> {
+fn histogram() -> Histogram<u64> {
     Histogram::new_with_bounds(1, 3_600_000_000, 3).expect("bounds and digits that fit")
 }
 
@@ -235,10 +238,12 @@ impl Barrier {
 
     /// A frame was sent; `expected` is what the hub itself has for it, a screen each.
     pub(super) fn begin(&mut self, number: u64, expected: Vec<Answer>, now: Duration) {
-        if self.turns.len() == REMEMBERED {
+        let is_over = |turn: &Turn| now.saturating_sub(turn.began) > REMEMBERED;
+        while self.turns.len() >= MOST_REMEMBERED || self.turns.front().is_some_and(is_over) {
             self.turns.pop_front();
         }
-        let turn = Turn { number, began: now, expected, swapped: false, to_show: 0, first_shown: None };
+        let turn =
+            Turn { number, began: now, expected, swapped: false, to_show: Vec::new(), first_shown: None };
         self.turns.push_back(turn);
     }
 
@@ -314,8 +319,8 @@ impl Barrier {
         let mut late = Vec::new();
         for (slot, member) in self.members.iter_mut().enumerate() {
             let Some(member) = member.as_mut().filter(|member| member.is_in) else { continue };
+            turn.to_show.push(slot);
             if member.answered == Some(number) {
-                turn.to_show += 1;
                 continue;
             }
             (member.misses, member.missed) = (member.misses + 1, member.missed + 1);
@@ -323,6 +328,7 @@ impl Barrier {
                 late.push(slot);
             }
         }
+        turn.to_show.retain(|slot| !late.contains(slot));
         for slot in late {
             self.put_out(slot, "three frames without an answer in time");
         }
@@ -336,16 +342,13 @@ impl Barrier {
     /// A node has shown a frame.
     pub(super) fn shown(&mut self, node: u64, frame: u64, now: Duration) {
         let Some(slot) = self.find(node) else { return };
-        if !self.members[slot].as_ref().is_some_and(|member| member.is_in) {
-            return;
-        }
-        let Some(turn) = self.turns.iter_mut().find(|turn| turn.number == frame && turn.to_show > 0) else {
-            return;
-        };
-        turn.to_show -= 1;
-        let first = *turn.first_shown.get_or_insert(now);
-        if turn.to_show == 0 {
-            record(&mut self.skew_us, now.saturating_sub(first));
+        let Some(turn) = self.turns.iter_mut().find(|turn| turn.number == frame) else { return };
+        let Some(at) = turn.to_show.iter().position(|other| *other == slot) else { return };
+        turn.to_show.swap_remove(at);
+        match turn.first_shown {
+            None => turn.first_shown = Some(now),
+            Some(first) if turn.to_show.is_empty() => record(&mut self.skew_us, now.saturating_sub(first)),
+            Some(_) => {}
         }
     }
 

@@ -17,20 +17,23 @@ use crate::{
 };
 
 /// Events that wait for their frame; the rest waits at the link.
-const MOST_WAITING: usize = 1 << 18;
+const MOST_WAITING: u64 = 1 << 18;
 
 /// See the [module](self).
 #[derive(Debug)]
 pub(super) struct Follower {
     link: Link,
-    waiting: VecDeque<Event>,
+    /// Messages of the log. Hub and nodes apply each as a whole: which numbers polygons get, and what shape a stroke has that has
+    /// not ended, follows from how its events are cut.
+    waiting: VecDeque<Vec<Event>>,
+    /// Events in them.
+    events_waiting: u64,
     applied: u64,
     /// A number for all events that were applied.
     log: u64,
     line: String,
     state: SessionState,
     pipeline: Pipeline,
-    recent: Vec<Event>,
     changes: Vec<Change>,
 }
 
@@ -45,12 +48,12 @@ impl Follower {
         Ok(Self {
             link: Link::open(address, &options, wake)?,
             waiting: VecDeque::new(),
+            events_waiting: 0,
             applied: 0,
             log: 0,
             line: String::new(),
             state: SessionState::default(),
             pipeline: Pipeline::new(Box::new(index), 0, StageClock::default()),
-            recent: Vec::new(),
             changes: Vec::new(),
         })
     }
@@ -69,11 +72,12 @@ impl Follower {
 
     /// Takes the events that have come.
     pub(super) fn take(&mut self) -> Result<(), WallError> {
-        while self.waiting.len() < MOST_WAITING
+        while self.events_waiting < MOST_WAITING
             && let Some(news) = self.link.news()?
         {
             if let News::Events { events, .. } = news {
-                self.waiting.extend(events);
+                self.events_waiting += events.len() as u64;
+                self.waiting.push_back(events);
             }
         }
         Ok(())
@@ -84,24 +88,31 @@ impl Follower {
         self.applied
     }
 
-    /// Applies so many of the next events, or all that are here; what they change is appended to `changes`.
-    pub(super) fn advance(&mut self, events: usize, changes: &mut Vec<Change>) {
-        self.recent.clear();
-        if self.waiting.is_empty() {
-            return;
+    /// Applies the next messages as long as no more than `up_to` events are applied in all, and stops once it has applied `at_once`
+    /// of them. What they change is appended to `changes`.
+    pub(super) fn advance(&mut self, up_to: u64, at_once: u64, changes: &mut Vec<Change>) {
+        let before = self.applied;
+        while self.applied - before < at_once
+            && self.waiting.front().is_some_and(|next| self.applied + next.len() as u64 <= up_to)
+            && let Some(message) = self.waiting.pop_front()
+        {
+            for event in &message {
+                self.line.clear();
+                push_event(&mut self.line, event);
+                self.log = xxh3_64_with_seed(self.line.as_bytes(), self.log);
+            }
+            self.applied += message.len() as u64;
+            self.events_waiting -= message.len() as u64;
+            self.changes.clear();
+            self.state.play(&message, &mut self.changes);
+            self.pipeline.skip(&self.state.scene, &self.changes);
+            changes.extend_from_slice(&self.changes);
         }
-        self.recent.extend(self.waiting.drain(..events.min(self.waiting.len())));
-        for event in &self.recent {
-            self.line.clear();
-            // An event that came as a line has one.
-            push_event(&mut self.line, event);
-            self.log = xxh3_64_with_seed(self.line.as_bytes(), self.log);
-        }
-        self.applied += self.recent.len() as u64;
-        self.changes.clear();
-        self.state.play(&self.recent, &mut self.changes);
-        self.pipeline.skip(&self.state.scene, &self.changes);
-        changes.extend_from_slice(&self.changes);
+    }
+
+    /// Frees what no undo brings back. Changes that were not looked at yet may name it.
+    pub(super) fn let_go(&mut self) {
+        self.state.scene.let_go();
     }
 
     /// Culls the views of a frame.

@@ -20,8 +20,14 @@ use crate::{
     view::{Projection, Rig, Stereo, View},
 };
 
-/// Events of the session that a frame takes at most: so many take a few milliseconds.
-const EVENTS_A_FRAME: usize = 1 << 12;
+/// Once a frame has taken so many events of the session, it takes no more messages: so many take a few milliseconds.
+const EVENTS_A_FRAME: u64 = 1 << 12;
+/// Messages of nodes that a frame takes after its time is over.
+const MESSAGES_AFTER_TIME: u32 = 256;
+/// The state is put together so often at most, however many ask.
+const REPORT: Duration = Duration::from_millis(100);
+/// So long a session may be looked for before that is said.
+const SEARCH: Duration = Duration::from_secs(2);
 /// As far as one sees at least, metres.
 const LEAST_FAR_M: f32 = 100.0;
 
@@ -30,6 +36,9 @@ const NEAREST_EYE_M: f32 = 0.05;
 
 /// Animated brushes start again after this time, seconds, before a shader's numbers become too coarse.
 const MOST_TIME_S: f64 = 1000.0;
+
+/// The place of [`STATUS`] among what a hub listens to.
+const ON_STATUS: usize = 1;
 
 /// What a hub shows.
 #[derive(Clone, Debug)]
@@ -65,6 +74,8 @@ pub struct Hub {
     due: Duration,
     frame: u64,
     garbage: u64,
+    /// The last answer to a question, and when it was put together.
+    told: Option<(Duration, String)>,
 }
 
 impl Hub {
@@ -77,7 +88,7 @@ impl Hub {
         let screens = rig.screens.iter().map(|screen| screen.name.clone()).collect();
         let mut path = RigPath::new(rig, stereo, motion).keeping_eyes_in_front(NEAREST_EYE_M);
         let mut views = Vec::new();
-        // A room that stands stands where its own place for the head is that of the world.
+        // The first eye decides where a standing room is: this one makes the room's space the world's.
         path.views_into(&camera(path.rig().head, Quat::IDENTITY, LEAST_FAR_M), &mut views);
         Ok(Self {
             number: new_sender().0,
@@ -95,6 +106,7 @@ impl Hub {
             due: Duration::ZERO,
             frame: 0,
             garbage: 0,
+            told: None,
         })
     }
 
@@ -102,29 +114,31 @@ impl Hub {
         self.started.elapsed()
     }
 
-    /// Waits until it is time, and has the nodes show the next frame. `head` is the tracked head in the room, if there is a
-    /// tracker; otherwise it is that of the session's artist.
+    /// Waits until it is time, and has the nodes show the next frame. `head` is asked then for the tracked head in the room, if
+    /// there is a tracker; otherwise the head is that of the session's artist.
     ///
     /// # Errors
     /// The session or the connection has ended for good.
-    pub fn frame(&mut self, head: Option<(Vec3, Quat)>) -> Result<Vec<Said>, WallError> {
+    pub fn frame(&mut self, head: impl FnOnce() -> Option<(Vec3, Quat)>) -> Result<Vec<Said>, WallError> {
         self.hear_until(self.due, |_| false)?;
+        self.due += Duration::from_secs_f64(1.0 / self.rate_hz);
         // A frame that is late does not hurry those that follow.
-        self.due = self.due.max(self.now()) + Duration::from_secs_f64(1.0 / self.rate_hz);
+        self.due = self.due.max(self.now());
         self.follower.take()?;
         self.changes.clear();
-        self.follower.advance(EVENTS_A_FRAME, &mut self.changes);
+        self.follower.let_go();
+        self.follower.advance(u64::MAX, EVENTS_A_FRAME, &mut self.changes);
         for change in &self.changes {
             if let Change::Insert(id) | Change::Update(id) = change {
                 self.bounds = self.bounds.union(&self.follower.state().scene.bounds(*id));
             }
         }
         let recorded = self.follower.state().moment.head;
-        let (eye, turn) = head.or(recorded).unwrap_or((self.path.rig().head, Quat::IDENTITY));
-        let far_m = (self.bounds.is_empty())
-            .then_some(0.0)
-            .unwrap_or_else(|| (self.bounds.max - eye).abs().max((self.bounds.min - eye).abs()).length());
-        self.path.views_into(&camera(eye, turn, far_m.max(LEAST_FAR_M)), &mut self.views);
+        let (eye, turn) = head().or(recorded).unwrap_or((self.path.rig().head, Quat::IDENTITY));
+        self.path.views_into(&camera(eye, turn, LEAST_FAR_M), &mut self.views);
+        for view in self.views.iter_mut().filter_map(|seen| seen.view.as_mut()) {
+            view.projection.far_m = far_m(view.eye_in_world, &self.bounds);
+        }
 
         let views = self.views.iter().map(|seen| seen.view.as_ref().map(Numbers::of)).collect();
         let (hub, number, events) = (self.number, self.frame, self.follower.applied());
@@ -156,13 +170,16 @@ impl Hub {
     }
 
     fn hear_until(&mut self, until: Duration, is_enough: impl Fn(&Barrier) -> bool) -> Result<(), WallError> {
+        let mut after_time = 0;
         loop {
             if is_enough(&self.barrier) {
                 return Ok(());
             }
             let left = until.saturating_sub(self.now());
+            after_time += u32::from(left.is_zero());
             match self.wire.hear(left)? {
-                Some(heard) => self.take(heard),
+                Some(heard) if after_time <= MESSAGES_AFTER_TIME => self.take(heard),
+                Some(_) => return Ok(()),
                 None if left.is_zero() => return Ok(()),
                 None => {}
             }
@@ -170,11 +187,15 @@ impl Hub {
     }
 
     fn take(&mut self, heard: Heard) {
-        if let Some(reply) = heard.reply {
-            self.wire.answer(reply, message::write(&self.report()));
+        let now = self.now();
+        if heard.on == ON_STATUS {
+            // Only to who asks: with another address somebody would write with the hub's rights.
+            match heard.reply.filter(|reply| reply.starts_with("_INBOX.")) {
+                Some(reply) => self.tell(reply, now),
+                None => self.garbage += 1,
+            }
             return;
         }
-        let now = self.now();
         match message::read(&heard.bytes) {
             Ok(FromNode::Here { node, screen, host, rig, events })
                 if screen.len() <= MAX_NAME_BYTES && host.len() <= MAX_NAME_BYTES =>
@@ -194,6 +215,16 @@ impl Hub {
         }
     }
 
+    fn tell(&mut self, reply: String, now: Duration) {
+        let is_fresh = |(told, _): &(Duration, String)| now.saturating_sub(*told) < REPORT;
+        if !self.told.as_ref().is_some_and(is_fresh) {
+            self.told = Some((now, message::write(&self.report())));
+        }
+        if let Some((_, text)) = &self.told {
+            self.wire.answer(reply, text.clone());
+        }
+    }
+
     fn here(&mut self, node: u64, screen: &str, host: &str, rig: u64, events: u64, now: Duration) {
         let is_same = rig == self.rig_number;
         let outcome = match is_same {
@@ -201,7 +232,12 @@ impl Hub {
             false => Err("its rig has other screens or eyes than the hub's".to_owned()),
         };
         if let Err(why) = outcome {
-            self.wire.say(message::write(&FromHub::Refused { node, why, is_for_good: !is_same }));
+            self.wire.say(message::write(&FromHub::Refused {
+                hub: self.number,
+                node,
+                why,
+                is_for_good: !is_same,
+            }));
         }
     }
 
@@ -211,7 +247,9 @@ impl Hub {
         match (&status.connection, status.trouble) {
             (_, Some(trouble)) => Some(trouble),
             (Connection::Silent, None) => Some("the server does not answer".to_owned()),
-            (Connection::Connecting, None) => Some("there is no such session yet".to_owned()),
+            (Connection::Connecting, None) if self.now() > SEARCH => {
+                Some("the session is not found yet".to_owned())
+            }
             _ => None,
         }
     }
@@ -236,6 +274,16 @@ impl Hub {
             nodes: self.barrier.nodes(self.follower.applied()),
         }
     }
+}
+
+/// As far as an eye has to see to see all of the model.
+fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
+    if bounds.is_empty() {
+        return LEAST_FAR_M;
+    }
+    let farthest = (bounds.max - eye).abs().max((bounds.min - eye).abs()).length();
+    // Beyond what is rounded.
+    (1.05 * farthest).max(LEAST_FAR_M)
 }
 
 /// An eye from which the rig's views are made.

@@ -22,7 +22,7 @@ pub(super) enum FromHub {
     /// Show it.
     Swap { hub: u64, frame: u64 },
     /// A node is not let in.
-    Refused { node: u64, why: String, is_for_good: bool },
+    Refused { hub: u64, node: u64, why: String, is_for_good: bool },
 }
 
 /// A frame of the wall.
@@ -120,7 +120,7 @@ pub(super) fn read<'m, T: Deserialize<'m>>(bytes: &'m [u8]) -> Result<T, String>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand_pcg::{Pcg32, rand_core::RngCore as _};
+    use rand_pcg::{Pcg32, rand_core::Rng as _};
 
     #[test]
     fn a_view_arrives_bit_for_bit() {

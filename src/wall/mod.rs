@@ -29,7 +29,7 @@ mod wire;
 pub use barrier::{MISSES, Said};
 pub use hub::{Hub, HubOptions};
 pub use node::{Node, NodeOptions, Step};
-pub use report::{NodeReport, Place, Times, WallReport, ask};
+pub use report::{NodeCounts, NodeReport, Place, Times, WallReport, ask};
 
 use thiserror::Error;
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::{
-    WallError,
+    NodeCounts, WallError,
     follower::Follower,
     message::{self, Frame, FromHub, FromNode, Numbers},
     wire::{HUB, Heard, NODE, Wire},
@@ -20,7 +20,9 @@ use crate::{
 /// A node says so often that it is there.
 const HERE: Duration = Duration::from_millis(400);
 /// Events that are applied at once, of many.
-const EVENTS_AT_ONCE: usize = 1 << 14;
+const EVENTS_AT_ONCE: u64 = 1 << 14;
+/// Messages of a hub that are heard at once.
+const MESSAGES_AT_ONCE: u32 = 1024;
 /// How long a screen may be taken by somebody else, who may be gone.
 const TAKEN: Duration = Duration::from_secs(5);
 /// A hub that says nothing for so long is no longer followed.
@@ -72,7 +74,10 @@ pub struct Node {
     views: Vec<View>,
     eyes: Vec<Eye>,
     time_s: f32,
+    /// The hub that is followed, and when it spoke last.
     hub: Option<(u64, Instant)>,
+    /// The number of its newest frame.
+    newest: Option<u64>,
     /// The newest frame that was not drawn.
     wanted: Option<Frame>,
     /// The hub and number of the frame that was drawn last.
@@ -82,7 +87,10 @@ pub struct Node {
     is_ready: bool,
     is_shown: bool,
     told: Option<Instant>,
-    refused: Option<Instant>,
+    /// Since when it is not let in, and when it was told so last.
+    refused: Option<(Instant, Instant)>,
+    /// What was said last of the hub and the session.
+    said: String,
     frames: u64,
     garbage: u64,
 }
@@ -117,6 +125,7 @@ impl Node {
             eyes: Vec::new(),
             time_s: 0.0,
             hub: None,
+            newest: None,
             wanted: None,
             drawn: None,
             swapped: None,
@@ -124,6 +133,7 @@ impl Node {
             is_shown: false,
             told: None,
             refused: None,
+            said: String::new(),
             frames: 0,
             garbage: 0,
         })
@@ -138,23 +148,27 @@ impl Node {
         self.say_here();
         let wait = if self.wanted.is_some() { wait.min(LOOK) } else { wait };
         let mut heard = self.wire.hear(wait)?;
-        while let Some(one) = heard {
+        for _ in 0..MESSAGES_AT_ONCE {
+            let Some(one) = heard else { break };
             self.hear(one)?;
             heard = self.wire.hear(Duration::ZERO)?;
         }
-        if self.is_ready && !self.is_shown && self.swapped == self.drawn {
+        let is_swapped = match (self.swapped, self.drawn) {
+            // Who is late shows what it has: the others are further on already.
+            (Some((hub, swapped)), Some((of, drawn))) => hub == of && swapped >= drawn,
+            _ => false,
+        };
+        if self.is_ready && !self.is_shown && is_swapped {
             return Ok(Step::Show);
         }
         let Some(frame) = &self.wanted else { return Ok(Step::Nothing) };
         self.follower.take()?;
-        let behind = frame.events.saturating_sub(self.follower.applied());
         if frame.events < self.follower.applied() {
             // A hub that was started later than this node has not read as much yet.
             self.wanted = None;
             return Ok(Step::Nothing);
         }
-        self.follower
-            .advance(usize::try_from(behind).unwrap_or(usize::MAX).min(EVENTS_AT_ONCE), &mut self.changes);
+        self.follower.advance(frame.events, EVENTS_AT_ONCE, &mut self.changes);
         if self.follower.applied() < frame.events {
             return Ok(Step::Nothing);
         }
@@ -169,7 +183,7 @@ impl Node {
         }
         self.follower.cull(&self.views);
         self.drawn = Some((frame.hub, frame.number));
-        self.time_s = frame.time_s;
+        self.time_s = if frame.time_s.is_finite() { frame.time_s } else { 0.0 };
         (self.is_ready, self.is_shown) = (false, false);
         Ok(Step::Draw)
     }
@@ -192,12 +206,15 @@ impl Node {
             Ok(FromHub::Frame(frame)) if frame.views.len() == self.all => {
                 let now = Instant::now();
                 match self.hub {
+                    // A frame that was said before.
+                    Some((hub, _)) if hub == frame.hub && self.newest >= Some(frame.number) => return Ok(()),
                     Some((hub, _)) if hub == frame.hub => {}
                     // One hub at a time.
-                    Some((_, heard)) if now.duration_since(heard) < SILENCE => return Ok(()),
+                    Some(_) if self.has_hub() => return Ok(()),
                     _ => self.told = None,
                 }
                 self.hub = Some((frame.hub, now));
+                self.newest = Some(frame.number);
                 self.wanted = Some(frame);
             }
             Ok(FromHub::Swap { hub, frame }) => {
@@ -205,9 +222,16 @@ impl Node {
                     self.swapped = Some((hub, frame));
                 }
             }
-            Ok(FromHub::Refused { node, why, is_for_good }) if node == self.number => {
-                let since = *self.refused.get_or_insert_with(Instant::now);
-                if is_for_good || since.elapsed() > TAKEN {
+            // Another hub may be there by mistake.
+            Ok(FromHub::Refused { hub, node, why, is_for_good })
+                if node == self.number
+                    && (!self.has_hub() || self.hub.is_some_and(|(own, _)| own == hub)) =>
+            {
+                let now = Instant::now();
+                let goes_on = |(_, last): &(Instant, Instant)| now.duration_since(*last) < 3 * HERE;
+                let since = self.refused.filter(goes_on).map_or(now, |(since, _)| since);
+                self.refused = Some((since, now));
+                if is_for_good || now.duration_since(since) > TAKEN {
                     return Err(WallError::Refused(why));
                 }
             }
@@ -224,6 +248,7 @@ impl Node {
         self.is_ready = true;
         self.frames += 1;
         self.changes.clear();
+        self.follower.let_go();
         self.wire.say(message::write(&FromNode::Ready {
             node: self.number,
             hub,
@@ -237,8 +262,27 @@ impl Node {
     pub fn shown(&mut self) {
         let Some((hub, frame)) = self.drawn else { return };
         self.is_shown = true;
-        self.refused = None;
         self.wire.say(message::write(&FromNode::Shown { node: self.number, hub, frame }));
+    }
+
+    /// The frame cannot be shown: the window is hidden, or has just changed.
+    pub fn not_shown(&mut self) {
+        self.is_shown = true;
+    }
+
+    /// What a person should know of the hub and the session, if that is another thing than at the last call.
+    pub fn news(&mut self) -> Option<String> {
+        let status = self.follower.link().status();
+        let text = match (status.trouble, self.has_hub()) {
+            (Some(trouble), _) => trouble,
+            (None, false) => "no hub speaks (osp wall --hub)".to_owned(),
+            (None, true) => "a hub leads".to_owned(),
+        };
+        if text == self.said {
+            return None;
+        }
+        self.said.clone_from(&text);
+        Some(text)
     }
 
     /// The model as it is in the frame to draw.
@@ -272,28 +316,13 @@ impl Node {
     }
 
     /// Whether frames have come from a hub within the last second.
-    pub fn has_hub(&self) -> bool {
+    fn has_hub(&self) -> bool {
         self.hub.is_some_and(|(_, heard)| heard.elapsed() < SILENCE)
     }
 
-    /// Frames that were drawn.
-    pub fn frames(&self) -> u64 {
-        self.frames
-    }
-
-    /// Events of the session that were applied.
-    pub fn events(&self) -> u64 {
-        self.follower.applied()
-    }
-
-    /// Messages that no hub means to send.
-    pub fn garbage(&self) -> u64 {
-        self.garbage
-    }
-
-    /// What is wrong with the connection to the session, if something is.
-    pub fn trouble(&self) -> Option<String> {
-        self.follower.link().status().trouble
+    /// What it has done.
+    pub fn counts(&self) -> NodeCounts {
+        NodeCounts { frames: self.frames, events: self.follower.applied(), garbage: self.garbage }
     }
 }
 

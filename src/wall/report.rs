@@ -80,6 +80,17 @@ pub struct NodeReport {
     pub difference: Option<String>,
 }
 
+/// What a node has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct NodeCounts {
+    /// Frames that it has drawn.
+    pub frames: u64,
+    /// Events of the session that it has applied.
+    pub events: u64,
+    /// Messages that no hub means to send.
+    pub garbage: u64,
+}
+
 /// See the [module](self).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WallReport {
@@ -113,9 +124,10 @@ pub struct WallReport {
 }
 
 impl WallReport {
-    /// Whether every screen has a node that is in and shows what the hub has.
+    /// Whether the session is there, and every screen has a node that is in and shows what the hub has.
     pub fn is_well(&self) -> bool {
-        self.nodes.iter().all(|node| node.place == Place::In && node.difference.is_none())
+        let is_well = |node: &NodeReport| node.place == Place::In && node.difference.is_none();
+        self.trouble.is_none() && self.nodes.iter().all(is_well)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The connection that carries what hub and nodes say: on a thread of its own, for the rest waits for nothing but a frame.
 //!
-//! Nothing is kept for later: what cannot be sent at once is about a frame that is over by then.
+//! What is said while there is no server is not kept: it is about a frame that is over by then.
 
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
@@ -14,7 +14,7 @@ use tokio::{
     sync::{mpsc as queue, oneshot},
 };
 
-use super::WallError;
+use super::{WallError, message::MAX_BYTES};
 use crate::live::{Address, Complaints, LinkOptions, LiveError, Role, connect};
 
 /// What the hub says to all nodes.
@@ -24,9 +24,16 @@ pub(super) const NODE: &str = "node";
 /// Questions for the state of the wall.
 pub(super) const STATUS: &str = "status";
 
+/// Messages that wait to be heard; more are dropped.
+const MOST_WAITING: usize = 4096;
+/// Between two looks at what the server has refused.
+const LOOK: Duration = Duration::from_millis(500);
+
 /// Something that was said.
 #[derive(Debug)]
 pub(super) struct Heard {
+    /// Which of the subjects that are listened to it was said on.
+    pub(super) on: usize,
     pub(super) bytes: Vec<u8>,
     /// Where an answer goes.
     pub(super) reply: Option<String>,
@@ -62,17 +69,22 @@ impl Wire {
     ) -> Result<Self, WallError> {
         let runtime = runtime()?;
         let (said, to_say) = queue::unbounded_channel();
-        let (tell, heard) = mpsc::channel();
+        let (tell, heard) = mpsc::sync_channel(MOST_WAITING);
         let (close, closing) = oneshot::channel();
-        let subjects = listens_to.iter().map(|what| address.wall(what)).collect();
+        let subjects = Subjects {
+            listens_to: listens_to.iter().map(|what| address.wall(what)).collect(),
+            speaks_to: address.wall(speaks_to),
+        };
+        let to = subjects.speaks_to.clone();
         let of_thread = address.clone();
         let work = move || {
             runtime.block_on(async {
                 let options = options(certificates);
                 tokio::select! {
-                    ended = carry(&of_thread, &options, subjects, to_say, &tell, &wake) => {
+                    ended = carry(&of_thread, &options, &subjects, to_say, &tell, &wake) => {
                         if let Err(error) = ended {
-                            let _ = tell.send(Err(error.into()));
+                            // It comes after what is waiting, or as the end without a word.
+                            let _ = tell.try_send(Err(error.into()));
                             wake();
                         }
                     }
@@ -84,7 +96,7 @@ impl Wire {
         };
         let thread = std::thread::Builder::new().name("wall".to_owned()).spawn(work);
         let thread = Some(thread.map_err(WallError::System)?);
-        Ok(Self { said: Some(said), heard, to: address.wall(speaks_to), close: Some(close), thread })
+        Ok(Self { said: Some(said), heard, to, close: Some(close), thread })
     }
 
     /// Says something to all who listen.
@@ -125,24 +137,38 @@ impl Drop for Wire {
     }
 }
 
+/// What a connection is used for.
+struct Subjects {
+    listens_to: Vec<String>,
+    speaks_to: String,
+}
+
 async fn carry(
     address: &Address,
     options: &LinkOptions,
-    subjects: Vec<String>,
+    subjects: &Subjects,
     mut to_say: queue::UnboundedReceiver<(String, String)>,
-    tell: &mpsc::Sender<Result<Heard, WallError>>,
+    tell: &mpsc::SyncSender<Result<Heard, WallError>>,
     wake: &(dyn Fn() + Send),
 ) -> Result<(), LiveError> {
-    let client = connect(address, options, &Arc::new(Complaints::default())).await?;
-    let not_allowed = |error: async_nats::SubscribeError| LiveError::NotAllowed {
-        server: address.server(),
-        why: error.to_string(),
+    let complaints = Arc::new(Complaints::default());
+    let not_allowed = |why| LiveError::NotAllowed { server: address.server(), why };
+    let mut connecting = std::pin::pin!(connect(address, options, &complaints));
+    let client = loop {
+        tokio::select! {
+            client = &mut connecting => break client?,
+            said = to_say.recv() => if said.is_none() { return Ok(()) },
+        }
     };
     let mut all = Vec::new();
-    for subject in subjects {
-        all.push(client.subscribe(subject).await.map_err(not_allowed)?);
+    for (on, subject) in subjects.listens_to.iter().enumerate() {
+        let heard =
+            client.subscribe(subject.clone()).await.map_err(|error| not_allowed(error.to_string()))?;
+        all.push(heard.map(move |message| (on, message)).boxed());
     }
     let mut all = select_all(all);
+    let mut looks = tokio::time::interval(LOOK);
+    looks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     loop {
         tokio::select! {
             // What is to be shown goes before what else there is to hear.
@@ -155,13 +181,21 @@ async fn carry(
                 };
                 say(&client, subject, text).await;
             }
-            heard = all.next() => {
-                let Some(Message { payload, reply, .. }) = heard else { return Ok(()) };
-                let heard = Heard { bytes: payload.to_vec(), reply: reply.map(|subject| subject.to_string()) };
-                if tell.send(Ok(heard)).is_err() {
-                    return Ok(());
+            _ = looks.tick() => {
+                let used = subjects.listens_to.iter().chain([&subjects.speaks_to]);
+                if let Some(why) = used.filter_map(|subject| complaints.forbids(subject)).next() {
+                    return Err(not_allowed(why));
                 }
-                wake();
+            }
+            heard = all.next() => {
+                let Some((on, Message { payload, reply, .. })) = heard else { return Ok(()) };
+                // One byte more is enough to see that it is none.
+                let bytes = payload[..payload.len().min(MAX_BYTES + 1)].to_vec();
+                let heard = Heard { on, bytes, reply: reply.map(|subject| subject.to_string()) };
+                match tell.try_send(Ok(heard)) {
+                    Ok(()) | Err(mpsc::TrySendError::Full(_)) => wake(),
+                    Err(mpsc::TrySendError::Disconnected(_)) => return Ok(()),
+                }
             }
         }
     }
@@ -180,7 +214,8 @@ pub(super) fn ask(
     certificates: Option<PathBuf>,
     patience: Duration,
 ) -> Result<Option<Vec<u8>>, WallError> {
-    runtime()?.block_on(async {
+    let runtime = runtime()?;
+    let answer = runtime.block_on(async {
         let complaints = Arc::new(Complaints::default());
         let options = options(certificates);
         let connecting = connect(address, &options, &complaints);
@@ -192,8 +227,14 @@ pub(super) fn ask(
         let asked = client.request(address.wall(STATUS), "".into());
         Ok(match tokio::time::timeout(patience, asked).await {
             Ok(Ok(answer)) => Some(answer.payload.to_vec()),
-            // Nobody listens, or nobody answers.
-            Ok(Err(_)) | Err(_) => None,
+            // Nobody listens, or nobody answers, or one may not ask.
+            Ok(Err(_)) | Err(_) => match complaints.forbids(&address.wall(STATUS)) {
+                Some(why) => return Err(LiveError::NotAllowed { server: address.server(), why }.into()),
+                None => None,
+            },
         })
-    })
+    });
+    // A look-up of a name may hang.
+    runtime.shutdown_background();
+    answer
 }

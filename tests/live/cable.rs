@@ -9,9 +9,11 @@ use super::{
 };
 
 /// A namespace with a cable to it: addresses of this side and of the other.
-struct Cable {
+pub(crate) struct Cable {
     space: String,
     near: String,
+    /// The address of this side.
+    pub(crate) here: String,
 }
 
 fn ip(args: &str) -> bool {
@@ -20,19 +22,23 @@ fn ip(args: &str) -> bool {
 }
 
 impl Cable {
-    const HERE: &'static str = "10.213.77.1";
-
-    /// None, said in a line: this system does not let us.
-    fn lay() -> Option<Self> {
-        let id = std::process::id() % 100_000;
-        let cable = Self { space: format!("osp{id}"), near: format!("ospn{id}") };
+    /// The cable of this number. None, said in a line: this system does not let us.
+    pub(crate) fn lay(number: u8) -> Option<Self> {
+        if !cfg!(target_os = "linux") {
+            eprintln!("skipped: there are no network namespaces");
+            return None;
+        }
+        let id = format!("{}{}", std::process::id() % 100_000, char::from(b'a' + number));
+        let network = format!("10.213.{}", 77 + number);
+        let cable =
+            Self { space: format!("osp{id}"), near: format!("ospn{id}"), here: format!("{network}.1") };
         let (space, near, far) = (&cable.space, &cable.near, format!("ospf{id}"));
         let is_laid = ip(&format!("netns add {space}"))
             && ip(&format!("link add {near} type veth peer name {far}"))
             && ip(&format!("link set {far} netns {space}"))
-            && ip(&format!("addr add {}/24 dev {near}", Self::HERE))
+            && ip(&format!("addr add {}/24 dev {near}", cable.here))
             && ip(&format!("link set {near} up"))
-            && ip(&format!("-n {space} addr add 10.213.77.2/24 dev {far}"))
+            && ip(&format!("-n {space} addr add {network}.2/24 dev {far}"))
             && ip(&format!("-n {space} link set {far} up"));
         if !is_laid {
             eprintln!("skipped: this system makes no network namespaces (root and iproute2 are needed)");
@@ -50,9 +56,15 @@ impl Cable {
     }
 
     /// A member at the far end.
-    fn join(&self, folder: &Path, file: &str, address: &str, args: &[&str]) -> Member {
+    pub(crate) fn join(&self, folder: &Path, file: &str, address: &str, args: &[&str]) -> Member {
         let before = ["ip", "netns", "exec", &self.space, env!("CARGO_BIN_EXE_osp")];
         Member::run(&before, folder, file, address, args)
+    }
+
+    /// Runs a program at the far end; what it prints, if it succeeds.
+    pub(crate) fn at_far_end(&self, program: &[&str]) -> Option<String> {
+        let output = Command::new("ip").args(["netns", "exec", &self.space]).args(program).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
     }
 }
 
@@ -67,7 +79,7 @@ impl Drop for Cable {
 fn draw_with_the_cable_out(cable: &Cable, server: &Server, out: Duration) -> usize {
     let folder = tempfile::tempdir().expect("a folder");
     let (here, class, name) = (server.session("class"), recording("class.ron"), "Ann");
-    let there = here.replace("127.0.0.1", Cable::HERE);
+    let there = here.replace("127.0.0.1", &cable.here);
     // Somebody who stays says who is not heard of.
     let mut keeper = Member::join(folder.path(), "keeper.ron", &here, &["--name", "keeper"]);
     keeper.wait_for(|text| text.contains("Join("));
@@ -94,11 +106,7 @@ fn draw_with_the_cable_out(cable: &Cable, server: &Server, out: Duration) -> usi
 
 #[test]
 fn a_cable_that_is_out_loses_nothing_however_long() {
-    if !cfg!(target_os = "linux") {
-        eprintln!("skipped: there are no network namespaces");
-        return;
-    }
-    let Some(cable) = Cable::lay() else { return };
+    let Some(cable) = Cable::lay(0) else { return };
     let Some(server) = Server::everywhere() else { return };
     assert_eq!(draw_with_the_cable_out(&cable, &server, Duration::from_secs(3)), 1);
     drop(server);

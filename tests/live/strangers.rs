@@ -98,12 +98,13 @@ fn who_may_only_look_looks_and_writes_nothing() {
     assert_eq!((early.count("own_messages"), early.summary["author"].is_null()), (0, true));
     let had = ann.bytes.clone();
     assert_same(&[ann, early, late]);
-    // She cannot draw.
-    let args = ["--play", &class, "--play-author", "2", "--name", "Eve", "--speed", "10", "--for", "4"];
+    // She cannot draw, and is told so.
+    let args = ["--play", &class, "--play-author", "2", "--name", "Eve", "--speed", "10"];
     let eve = Member::join(folder.path(), "eve.ron", &address("eve:other"), &args).end();
-    assert_eq!(eve.code, Some(1), "{}", eve.said);
-    assert!(eve.summary["undelivered"].as_u64().expect("a number") > 0);
-    assert!(eve.said.to_lowercase().contains("permissions violation"), "{}", eve.said);
+    assert_eq!(eve.code, Some(2), "{}", eve.said);
+    let said = eve.said.to_lowercase();
+    assert!(said.contains("own events are not in the session"), "{}", eve.said);
+    assert!(said.contains("does not let us in: permissions violation"), "{}", eve.said);
     assert_eq!(eve.bytes, had, "there is nothing new");
     // And who is nobody does not come in.
     for who in ["eve:wrong", "token"] {

@@ -155,7 +155,7 @@ fn a_session_that_is_read_in_turns_is_given_up_at_any_time() {
         let mut table = Table::new();
         let (drawn, visible, _) = before(&mut table);
         table.studio.command(Command::Open(path.clone()));
-        (0..after).for_each(|_| drop(table.studio.tend()));
+        (0..after).for_each(|_| _ = table.studio.tend());
         let was_reading = table.studio.is_reading();
         table.studio.command(Command::CancelWork);
         table.studio.tend();
