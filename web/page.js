@@ -1,5 +1,6 @@
 // The page around the window: files come in, files go out, and what is wrong stands on the page.
 import init, * as osp from './osp_web.js';
+import { Benchmark } from './bench.js';
 import { openStore } from './keep.js';
 
 const EXAMPLES = ['room', 'portrait', 'grow', 'scribble', 'nested', 'class'];
@@ -201,6 +202,12 @@ async function start() {
     if (kind) saveAs(kind);
   });
   byId('draw').addEventListener('click', () => opened && osp.draw_on(opened));
+  const benchmark = new Benchmark(complain);
+  byId('measure').addEventListener('click', () => {
+    const { path, isReplay, length } = JSON.parse(osp.state());
+    if (!isReplay && length === 0) return complain('There is nothing to measure yet: open a session, or draw.');
+    return benchmark.start(osp.session_files(), path);
+  });
   byId('full').addEventListener('click', () =>
     document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen());
   addEventListener('dragover', (event) => {

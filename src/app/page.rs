@@ -67,6 +67,11 @@ pub enum Typed {
     Enter,
 }
 
+/// Where the page puts the files that are opened, each set into a folder of its own.
+const INPUT_FOLDER: &str = "/input";
+/// Parts of such a folder's path: the root, this one, and its number.
+const SET_DEPTH: usize = 3;
+
 #[derive(Default)]
 struct Page {
     typed: Vec<Typed>,
@@ -136,6 +141,13 @@ pub fn put_file(path: &Path, bytes: Vec<u8>) {
 /// There is no such file.
 pub fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     memory::read(path)
+}
+
+/// The files that the session at `path` is read from: all that were put into a folder of `/input` with it, or the one.
+pub fn files_of_session(path: &Path) -> Vec<PathBuf> {
+    let set: PathBuf = path.components().take(SET_DEPTH).collect();
+    let is_in_set = path.starts_with(INPUT_FOLDER) && path.components().count() > SET_DEPTH;
+    if is_in_set { memory::files_below(&set) } else { vec![path.to_owned()] }
 }
 
 /// A part of one of the program's own files ([`USER_FOLDER`]) or of a saved session that is to be kept from one visit to the next.

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, rest::Rest},
     occlusion::{
@@ -212,6 +214,11 @@ impl OcclusionPass {
 impl Pass for OcclusionPass {
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.stage.load(geometry, changes);
+    }
+
+    fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
+        let is_last = part.end == all.len();
+        self.stage.load_part(geometry, &all[part], is_last);
     }
 
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {

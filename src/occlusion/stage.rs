@@ -95,6 +95,14 @@ impl OcclusionStage {
         self.pool.join_walls(geometry);
     }
 
+    /// [`OcclusionStage::load`] in parts.
+    pub(crate) fn load_part(&mut self, geometry: &dyn Geometry, part: &[Change], is_last: bool) {
+        self.pool.follow(geometry, part);
+        if is_last {
+            self.pool.join_walls(geometry);
+        }
+    }
+
     /// As [`OcclusionStage::follow`], but what is left over from candidates that have died is offered anew a few at a time,
     /// in this and later frames.
     pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change]) {

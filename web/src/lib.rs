@@ -111,6 +111,18 @@ pub fn session_file() -> Result<JsValue, JsError> {
     Ok(object(&[("name", name.into()), ("bytes", js_sys::Uint8Array::from(&bytes[..]).into())]))
 }
 
+/// The files that the session that is open is read from: an array of `{path, bytes}`.
+#[wasm_bindgen]
+pub fn session_files() -> Result<js_sys::Array, JsError> {
+    let paths = page::files_of_session(&page::state().path).into_iter();
+    let file = |path: PathBuf| {
+        let bytes = page::read_file(&path)?;
+        let path = path.to_string_lossy();
+        Ok(object(&[("path", path.as_ref().into()), ("bytes", js_sys::Uint8Array::from(&bytes[..]).into())]))
+    };
+    paths.map(file).collect()
+}
+
 /// The window's state, as JSON.
 #[wasm_bindgen]
 pub fn state() -> String {
