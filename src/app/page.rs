@@ -10,7 +10,7 @@ use winit::event_loop::EventLoopProxy;
 use super::{command::Command, player::Player, studio::Studio, subject::Subject, window::Wake};
 use crate::{
     platform::memory,
-    recording::{OpenOptions, Pace},
+    recording::{Camera, OpenOptions, Pace},
     replay::CameraChoice,
 };
 
@@ -23,6 +23,8 @@ pub enum Wish {
     Replay(PathBuf),
     /// Carry out a command.
     Do(Command),
+    /// Let the camera go along with that of the replay, or stay where it is.
+    FollowCamera(bool),
 }
 
 /// The window as the page sees it.
@@ -40,6 +42,10 @@ pub struct State {
     pub position: u64,
     /// Frames of the session.
     pub length: u64,
+    /// The view of the last frame.
+    pub camera: Option<Camera>,
+    /// The step in which the clock advances, nanoseconds.
+    pub clock_step_ns: u64,
     /// Polygons of the model that are not removed.
     pub polygons: u64,
     /// Polygons handed to the GPU in the last frame.
@@ -186,6 +192,10 @@ pub(super) fn before_frame(studio: &mut Studio) {
                 studio.command(command);
                 Ok(())
             }
+            Wish::FollowCamera(follows) => {
+                studio.follow_replay_camera(follows);
+                Ok(())
+            }
         };
         PAGE.with_borrow_mut(|page| page.state.refused = outcome.err());
     }
@@ -203,7 +213,7 @@ fn replay(studio: &mut Studio, path: &Path) -> Result<(), String> {
     Ok(())
 }
 
-pub(super) fn after_frame(studio: &Studio, adapter: String, is_shown: bool) {
+pub(super) fn after_frame(studio: &Studio, adapter: String, clock_step_ns: u64, is_shown: bool) {
     let (is_replay, path, position, length) = match studio.subject() {
         Subject::Replay(player) => (true, player.path(), player.position(), player.frame_count()),
         Subject::Sketch(document) => {
@@ -216,8 +226,20 @@ pub(super) fn after_frame(studio: &Studio, adapter: String, is_shown: bool) {
         state.frames += u64::from(is_shown);
         (state.adapter, state.is_replay, state.path) = (adapter, is_replay, path.to_owned());
         (state.position, state.length) = (position, length);
+        (state.camera, state.clock_step_ns) = (camera(studio), clock_step_ns);
         state.polygons = studio.scene().counts().visible;
         state.drawn = studio.culling().drawn(0).len() as u64;
         state.message = studio.messages().last().cloned().unwrap_or_default();
     });
+}
+
+/// A page has one view, whose sides are as far from its middle.
+fn camera(studio: &Studio) -> Option<Camera> {
+    let view = &studio.views().first()?.view;
+    Some(Camera {
+        p: view.eye_in_world,
+        q: view.world_from_view,
+        fov_degrees: 2.0 * view.projection.top.atan().to_degrees(),
+        near_m: Some(view.projection.near_m),
+    })
 }
