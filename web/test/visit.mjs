@@ -123,7 +123,7 @@ export async function catchDownloads(page) {
 
 /// Waits for a download; its bytes.
 export async function takeDownload(page, name) {
-  const found = await page.waitForFunction((name) => globalThis.saved[name], { timeout: 30_000 }, name);
+  const found = await page.waitForFunction((name) => globalThis.saved[name], { timeout: 120_000 }, name);
   const bytes = Buffer.from(await found.jsonValue(), 'base64');
   await page.evaluate((name) => delete globalThis.saved[name], name);
   return bytes;
@@ -139,13 +139,13 @@ export function corpus() {
   }
   const json = readdirSync(join(folder, 'cassie/raw_data')).sort()[0];
   return [
+    { paths: ['poses/index-yank-up-down_T20_POSE.poses'], isCompared: true },
+    { paths: [`cassie/raw_data/${json}`, `cassie/sketch_history/${json}`], isCompared: true },
+    { paths: ['apa/it_follows.apa'], isCompared: true },
+    { paths: ['tilt/tbtk_TiltBrushUnitySDK_Dungeon_Chest.tilt'], isCompared: true },
+    { paths: ['tilt/tb_Promoted_Blue_Tit.tilt'], isCompared: true },
     { paths: ['tilt/tb_Intro_Intro_Sketch_Simple.tilt'] },
     { paths: ['tilt/ob_peacock-japan_by_Manami_Igarashi.tilt'] },
     { paths: ['tilt/tb_Promoted_TiltMech.tilt'] },
-    { paths: ['tilt/tbtk_TiltBrushUnitySDK_Dungeon_Chest.tilt'], isCompared: true },
-    { paths: ['tilt/tb_Promoted_Blue_Tit.tilt'], isCompared: true },
-    { paths: ['apa/it_follows.apa'], isCompared: true },
-    { paths: [`cassie/raw_data/${json}`, `cassie/sketch_history/${json}`], isCompared: true },
-    { paths: ['poses/index-yank-up-down_T20_POSE.poses'], isCompared: true },
   ].map(({ paths, isCompared = false }) => ({ files: paths.map((path) => join(folder, path)), isCompared }));
 }
