@@ -148,7 +148,7 @@ async function start() {
   const adapter = await navigator.gpu?.requestAdapter();
   if (!adapter) {
     said.textContent = '';
-    complain('This browser offers no WebGPU adapter, and osp cannot draw without one. Current versions of Chrome, Edge, Safari and Firefox have it where the machine has a graphics driver.');
+    complain('This browser offers no WebGPU adapter, and osp cannot draw without one. Use a current Chrome, Edge, Safari or Firefox on a machine with a driver for its graphics; chrome://gpu and about:support say whether it is in use. Or install osp: `osp sketch` opens its window without a browser.');
     return;
   }
   await init({ module_or_path: 'osp_web_bg.wasm' });
@@ -181,7 +181,15 @@ async function start() {
     if (osp.wants_file()) files.click();
   }, 100);
   setInterval(keep, 300);
-  for (const event of ['visibilitychange', 'pagehide']) addEventListener(event, keep);
+  const leave = () => {
+    keep();
+    return !store || store.writer.leave();
+  };
+  for (const event of ['visibilitychange', 'pagehide']) addEventListener(event, leave);
+  // What is too much to be kept in the last moment needs some more: the browser asks whether to stay.
+  addEventListener('beforeunload', (event) => {
+    if (!leave()) event.preventDefault();
+  });
 
   byId('open').addEventListener('click', () => files.click());
   files.addEventListener('change', async () => {

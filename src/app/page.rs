@@ -10,7 +10,7 @@ use winit::event_loop::EventLoopProxy;
 use super::{command::Command, studio::Studio, subject::Subject, window::Wake};
 use crate::{
     platform::memory,
-    recording::{OpenOptions, Pace},
+    recording::{Camera, OpenOptions, Pace},
     replay::CameraChoice,
 };
 
@@ -23,6 +23,8 @@ pub enum Wish {
     Replay(PathBuf),
     /// Carry out a command.
     Do(Command),
+    /// Let the camera go along with that of the replay, or stay where it is.
+    FollowCamera(bool),
 }
 
 /// The window as the page sees it.
@@ -40,6 +42,10 @@ pub struct State {
     pub position: u64,
     /// Frames of the session.
     pub length: u64,
+    /// The view of the last frame.
+    pub camera: Option<Camera>,
+    /// The step in which the clock advances, nanoseconds.
+    pub clock_step_ns: u64,
     /// Polygons of the model that are not removed.
     pub polygons: u64,
     /// Polygons handed to the GPU in the last frame.
@@ -206,6 +212,7 @@ pub(super) fn before_frame(studio: &mut Studio) {
                 studio.replay_beside(&path, Pace::Recorded, camera, &options);
             }
             Wish::Do(command) => studio.command(command),
+            Wish::FollowCamera(follows) => studio.follow_replay_camera(follows),
         }
     }
     // The others wait until the session is there.
@@ -213,7 +220,7 @@ pub(super) fn before_frame(studio: &mut Studio) {
     PAGE.with_borrow_mut(|page| page.wishes.splice(..0, waiting).for_each(drop));
 }
 
-pub(super) fn after_frame(studio: &mut Studio, adapter: String, is_shown: bool) {
+pub(super) fn after_frame(studio: &mut Studio, adapter: String, clock_step_ns: u64, is_shown: bool) {
     let refused = studio.take_unread().map(|error| error.to_string());
     let (is_replay, path, position, length) = match studio.subject() {
         Subject::Replay(player) => (true, player.path(), player.position(), player.frame_count()),
@@ -229,8 +236,20 @@ pub(super) fn after_frame(studio: &mut Studio, adapter: String, is_shown: bool) 
         state.work = studio.work_shown().map(|work| work.text);
         (state.adapter, state.is_replay, state.path) = (adapter, is_replay, path.to_owned());
         (state.position, state.length) = (position, length);
+        (state.camera, state.clock_step_ns) = (camera(studio), clock_step_ns);
         state.polygons = studio.scene().counts().visible;
         state.drawn = studio.culling().drawn(0).len() as u64;
         state.message = studio.messages().last().cloned().unwrap_or_default();
     });
+}
+
+/// A page has one view, whose sides are as far from its middle.
+fn camera(studio: &Studio) -> Option<Camera> {
+    let view = &studio.views().first()?.view;
+    Some(Camera {
+        p: view.eye_in_world,
+        q: view.world_from_view,
+        fov_degrees: 2.0 * view.projection.top.atan().to_degrees(),
+        near_m: Some(view.projection.near_m),
+    })
 }
