@@ -13,9 +13,9 @@ use osp::{
     math::Aabb,
     math::Sphere,
     occlusion::{
-        BuildCounts, CullConfig, DepthConfig, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
-        PoolConfig, PreviousFrameCounts, PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume,
-        Tested,
+        BuildCounts, CullConfig, DepthConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller,
+        OcclusionStage, OcclusionVisitor, PolygonTest, PoolConfig, PreviousFrameCounts,
+        PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Tested,
     },
     polygon::{Change, VisibleBlocks},
     replay::{CameraChoice, CameraPath, Moment},
@@ -145,6 +145,28 @@ fn occlusion(c: &mut Criterion) {
                 counts
             });
         });
+
+        // What a frame does; each element is a test.
+        for (name, polygon_test, least_polygons) in [
+            ("nodes-of-24", PolygonTest::Never, 24),
+            ("nodes", PolygonTest::Never, 1),
+            ("polygons", PolygonTest::InPartlyHiddenLeaves, 1),
+        ] {
+            let cull = CullConfig { polygon_test, least_polygons, ..CullConfig::default() };
+            let select = SelectConfig { occluders: OCCLUDERS, ..SelectConfig::default() };
+            let config = OcclusionConfig { select, cull, ..OcclusionConfig::default() };
+            let mut stage = OcclusionStage::new(Occlusion::Msvbsp, config);
+            stage.follow(&looked.scene, &looked.changes);
+            stage.select(&looked.scene, &looked.window);
+            stage.build(&looked.window);
+            let (index, scene, frustum) = (&*looked.index, &looked.scene, looked.view.frustum());
+            let mut left = VisibleBlocks::new();
+            let mut thin_out = || stage.thin_out(index, scene, &frustum, &in_view, &mut left);
+            let counts = thin_out();
+            group.throughput(Throughput::Elements(counts.node_tests + counts.polygon_tests));
+            group.bench_function(format!("thin-out/{name}"), |b| b.iter(&mut thin_out));
+        }
+        group.throughput(Throughput::Elements(1));
 
         for kind in Occlusion::CULLERS {
             let mut culler = kind.create(OCCLUDERS);

@@ -106,7 +106,7 @@
 //! | `world` | finished sessions that are larger than memory, in blocks | `worlds` |
 //! | `rivals` | every other index; other crates' trees (`peers`) | `rivals` |
 //! | `render` | drawing with wgpu, occlusion culling on the GPU | `render` |
-//! | `lab` | oracle, verification, test scenes, benchmarks, reports | `lab` |
+//! | `lab` | oracle, verification, test scenes; with `bench` benchmarks and reports | `lab`, `bench` |
 //! | `live` | several authors in one session, over a server of NATS | `live` |
 //! | `app` | the window | `window` |
 //! | `cli` | the program | `cli` (default) |
@@ -179,6 +179,10 @@ pub mod live;
 pub mod wall;
 
 #[cfg(any(feature = "formats", feature = "render"))]
+#[cfg_attr(
+    all(target_arch = "wasm32", not(feature = "window")),
+    expect(dead_code, reason = "only the window saves files")
+)]
 #[cfg_attr(target_arch = "wasm32", path = "platform/web_atomic_file.rs")]
 mod atomic_file;
 #[cfg(feature = "formats")]

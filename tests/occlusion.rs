@@ -18,9 +18,12 @@
 //! | sixteen boxes at once get the answers of one at a time | `wide::…` |
 //! | walls joined at load hide only what is behind their polygons | `walls::…` |
 //! | what is known of the frames before saves work | `coherence::…` |
+//! | `osp verify` measures what a frame does | `as_frames_do::…` |
 
 #[path = "occlusion/allocations.rs"]
 mod allocations;
+#[path = "occlusion/as_frames_do.rs"]
+mod as_frames_do;
 #[path = "occlusion/coherence.rs"]
 mod coherence;
 #[cfg(feature = "cli")]

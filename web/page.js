@@ -1,5 +1,6 @@
 // The page around the window: files come in, files go out, and what is wrong stands on the page.
 import init, * as osp from './osp_web.js';
+import { Benchmark } from './bench.js';
 import { openStore } from './keep.js';
 
 const EXAMPLES = ['room', 'portrait', 'grow', 'scribble', 'nested', 'class'];
@@ -147,7 +148,7 @@ async function start() {
   const adapter = await navigator.gpu?.requestAdapter();
   if (!adapter) {
     said.textContent = '';
-    complain('This browser offers no WebGPU adapter, and osp cannot draw without one. Current versions of Chrome, Edge, Safari and Firefox have it where the machine has a graphics driver.');
+    complain('This browser offers no WebGPU adapter, and osp cannot draw without one. Use a current Chrome, Edge, Safari or Firefox on a machine with a driver for its graphics; chrome://gpu and about:support say whether it is in use. Or install osp: `osp sketch` opens its window without a browser.');
     return;
   }
   await init({ module_or_path: 'osp_web_bg.wasm' });
@@ -180,7 +181,15 @@ async function start() {
     if (osp.wants_file()) files.click();
   }, 100);
   setInterval(keep, 300);
-  for (const event of ['visibilitychange', 'pagehide']) addEventListener(event, keep);
+  const leave = () => {
+    keep();
+    return !store || store.writer.leave();
+  };
+  for (const event of ['visibilitychange', 'pagehide']) addEventListener(event, leave);
+  // What is too much to be kept in the last moment needs some more: the browser asks whether to stay.
+  addEventListener('beforeunload', (event) => {
+    if (!leave()) event.preventDefault();
+  });
 
   byId('open').addEventListener('click', () => files.click());
   files.addEventListener('change', async () => {
@@ -201,6 +210,12 @@ async function start() {
     if (kind) saveAs(kind);
   });
   byId('draw').addEventListener('click', () => opened && osp.draw_on(opened));
+  const benchmark = new Benchmark(complain);
+  byId('measure').addEventListener('click', () => {
+    const { path, isReplay, length } = JSON.parse(osp.state());
+    if (!isReplay && length === 0) return complain('There is nothing to measure yet: open a session, or draw.');
+    return benchmark.start(osp.session_files(), path);
+  });
   byId('full').addEventListener('click', () =>
     document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen());
   addEventListener('dragover', (event) => {

@@ -81,6 +81,8 @@ pub enum Command {
     Occluders(Option<usize>),
     /// Turn stages of culling on and off.
     Stages(Stages),
+    /// Show brushes that move by themselves as they are at this moment, seconds; `None` lets them move.
+    Moment(Option<f32>),
     /// Choose which structures are drawn over the model.
     Layers(LayerChoice),
     /// Change how the rig's screens show the model to two eyes.

@@ -179,6 +179,7 @@ impl Studio {
             Command::Occlusion(choice) => self.switch_index(self.culling.kind(), choice),
             Command::Occluders(most) => self.culling.set_occluders(most),
             Command::Stages(stages) => self.culling.set_stages(stages),
+            Command::Moment(moment_s) => self.moment_s = moment_s,
             Command::Layers(layers) => self.layers = layers,
             Command::Stereo(stereo) => self.room.set_stereo(stereo),
             Command::SwapEyes(swaps) => self.room.set_swaps_eyes(swaps),

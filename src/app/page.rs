@@ -10,7 +10,7 @@ use winit::event_loop::EventLoopProxy;
 use super::{command::Command, studio::Studio, subject::Subject, window::Wake};
 use crate::{
     platform::memory,
-    recording::{OpenOptions, Pace},
+    recording::{Camera, OpenOptions, Pace},
     replay::CameraChoice,
 };
 
@@ -23,6 +23,8 @@ pub enum Wish {
     Replay(PathBuf),
     /// Carry out a command.
     Do(Command),
+    /// Let the camera go along with that of the replay, or stay where it is.
+    FollowCamera(bool),
 }
 
 /// The window as the page sees it.
@@ -40,6 +42,10 @@ pub struct State {
     pub position: u64,
     /// Frames of the session.
     pub length: u64,
+    /// The view of the last frame.
+    pub camera: Option<Camera>,
+    /// The step in which the clock advances, nanoseconds.
+    pub clock_step_ns: u64,
     /// Polygons of the model that are not removed.
     pub polygons: u64,
     /// Polygons handed to the GPU in the last frame.
@@ -66,6 +72,11 @@ pub enum Typed {
     /// The key that ends the entry.
     Enter,
 }
+
+/// Where the page puts the files that are opened, each set into a folder of its own.
+const INPUT_FOLDER: &str = "/input";
+/// Parts of such a folder's path: the root, this one, and its number.
+const SET_DEPTH: usize = 3;
 
 #[derive(Default)]
 struct Page {
@@ -138,6 +149,13 @@ pub fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     memory::read(path)
 }
 
+/// The files that the session at `path` is read from: all that were put into a folder of `/input` with it, or the one.
+pub fn files_of_session(path: &Path) -> Vec<PathBuf> {
+    let set: PathBuf = path.components().take(SET_DEPTH).collect();
+    let is_in_set = path.starts_with(INPUT_FOLDER) && path.components().count() > SET_DEPTH;
+    if is_in_set { memory::files_below(&set) } else { vec![path.to_owned()] }
+}
+
 /// A part of one of the program's own files ([`USER_FOLDER`]) or of a saved session that is to be kept from one visit to the next.
 #[derive(Clone, Debug)]
 pub struct Kept {
@@ -194,6 +212,7 @@ pub(super) fn before_frame(studio: &mut Studio) {
                 studio.replay_beside(&path, Pace::Recorded, camera, &options);
             }
             Wish::Do(command) => studio.command(command),
+            Wish::FollowCamera(follows) => studio.follow_replay_camera(follows),
         }
     }
     // The others wait until the session is there.
@@ -201,7 +220,7 @@ pub(super) fn before_frame(studio: &mut Studio) {
     PAGE.with_borrow_mut(|page| page.wishes.splice(..0, waiting).for_each(drop));
 }
 
-pub(super) fn after_frame(studio: &mut Studio, adapter: String, is_shown: bool) {
+pub(super) fn after_frame(studio: &mut Studio, adapter: String, clock_step_ns: u64, is_shown: bool) {
     let refused = studio.take_unread().map(|error| error.to_string());
     let (is_replay, path, position, length) = match studio.subject() {
         Subject::Replay(player) => (true, player.path(), player.position(), player.frame_count()),
@@ -217,8 +236,20 @@ pub(super) fn after_frame(studio: &mut Studio, adapter: String, is_shown: bool) 
         state.work = studio.work_shown().map(|work| work.text);
         (state.adapter, state.is_replay, state.path) = (adapter, is_replay, path.to_owned());
         (state.position, state.length) = (position, length);
+        (state.camera, state.clock_step_ns) = (camera(studio), clock_step_ns);
         state.polygons = studio.scene().counts().visible;
         state.drawn = studio.culling().drawn(0).len() as u64;
         state.message = studio.messages().last().cloned().unwrap_or_default();
     });
+}
+
+/// A page has one view, whose sides are as far from its middle.
+fn camera(studio: &Studio) -> Option<Camera> {
+    let view = &studio.views().first()?.view;
+    Some(Camera {
+        p: view.eye_in_world,
+        q: view.world_from_view,
+        fov_degrees: 2.0 * view.projection.top.atan().to_degrees(),
+        near_m: Some(view.projection.near_m),
+    })
 }

@@ -93,6 +93,8 @@ pub(super) struct Painter {
     clock: StageClock,
     /// When the animation of brushes started.
     opened: Reading,
+    /// Whether it is stopped.
+    is_still: bool,
     draw_ns: u64,
     /// A way of culling on the GPU that the adapter refused last, and why.
     cannot_cull: Option<(Occlusion, String)>,
@@ -132,6 +134,7 @@ impl Painter {
             walls: Vec::new(),
             clock: StageClock::default(),
             opened: StageClock::default().start(),
+            is_still: false,
             draw_ns: 0,
             cannot_cull: None,
         })
@@ -147,7 +150,7 @@ impl Painter {
 
     /// Whether something moves by itself, so that the next frame is another one.
     pub(super) fn is_animated(&self) -> bool {
-        self.renderer.is_animated()
+        !self.is_still && self.renderer.is_animated()
     }
 
     pub(super) fn max_texture_side(&self) -> usize {
@@ -284,9 +287,10 @@ impl Painter {
         self.renderer.set_colors(if by_author { Colors::Authors } else { Colors::Own });
         self.renderer.follow(&pending.changes);
         studio.give_back(pending);
+        self.is_still = studio.moment_s().is_some();
         // Starts again before a shader's numbers become too coarse.
         let time_s = self.clock.since(self.opened).ns as f64 * 1.0e-9 % MOST_TIME_S;
-        self.renderer.set_time(time_s as f32);
+        self.renderer.set_time(studio.moment_s().unwrap_or(time_s as f32));
         self.renderer.send(studio.scene());
         #[cfg(feature = "live")]
         self.follow_overlay(studio);

@@ -1,5 +1,7 @@
 use std::collections::VecDeque;
 
+use crate::render::PassTimes;
+
 /// Parts of a frame, in the order in which they happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameStage {
@@ -70,6 +72,10 @@ impl History {
     /// Frames kept.
     pub const LENGTH: usize = 240;
 
+    /// Frames whose mean times are shown: about a second of them. A clock's steps may be longer than a stage, which then takes
+    /// either no time or a whole step; over so many frames the mean comes near the truth.
+    pub const MEAN_OF: usize = 60;
+
     /// Adds a frame and drops the oldest one.
     pub fn push(&mut self, times: FrameTimes) {
         if self.frames.len() == Self::LENGTH {
@@ -86,9 +92,17 @@ impl History {
         self.frames.iter()
     }
 
-    /// The latest frame.
-    pub fn last(&self) -> FrameTimes {
-        self.frames.back().copied().unwrap_or_default()
+    /// The mean times of the last [`History::MEAN_OF`] frames.
+    pub fn mean(&self) -> FrameTimes {
+        let latest = self.frames.iter().rev().take(Self::MEAN_OF);
+        let count = latest.len().max(1) as u64;
+        let mut sums = [0u64; FrameStage::ALL.len()];
+        for times in latest {
+            for (sum, ns) in sums.iter_mut().zip(times.0) {
+                *sum = sum.saturating_add(ns);
+            }
+        }
+        FrameTimes(sums.map(|sum| sum / count))
     }
 
     /// The time that this part of the frames (0 to 1) did not exceed, nanoseconds; 0 where there is none.
@@ -110,9 +124,84 @@ impl History {
     }
 }
 
+/// The GPU's times of the last frames: browsers make them as coarse as the clock.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PassHistory(VecDeque<PassTimes>);
+
+impl PassHistory {
+    /// Adds the times of a frame and drops the oldest one. A frame without times ends the row: another method is chosen.
+    pub(super) fn push(&mut self, times: Option<PassTimes>) {
+        let Some(times) = times else {
+            self.0.clear();
+            return;
+        };
+        if self.0.len() == History::MEAN_OF {
+            self.0.pop_front();
+        }
+        self.0.push_back(times);
+    }
+
+    /// The mean times of the last [`History::MEAN_OF`] frames; `None` without any.
+    pub(super) fn mean(&self) -> Option<PassTimes> {
+        let count = self.0.len() as u64;
+        let sum = self.0.iter().copied().reduce(|a, b| a + b)?;
+        let mean = |ns: u64| ns / count;
+        Some(PassTimes {
+            total_ns: mean(sum.total_ns),
+            depth_ns: mean(sum.depth_ns),
+            test_ns: mean(sum.test_ns),
+            color_ns: mean(sum.color_ns),
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_mean_is_of_the_last_frames() {
+        let mut history = History::default();
+        assert_eq!(history.mean(), FrameTimes::default());
+        for n in 0..200 {
+            let mut times = FrameTimes::default();
+            // What was before does not count.
+            times.set(FrameStage::Cull, if n < 140 { 1_000_000 } else { 30_000 });
+            history.push(times);
+        }
+        assert_eq!(history.mean().get(FrameStage::Cull), 30_000);
+        assert_eq!(history.mean().total_ns(), 30_000);
+    }
+
+    #[test]
+    fn the_mean_finds_a_stage_that_is_shorter_than_a_step_of_the_clock() {
+        // 9 µs by a clock of 100 µs, 60 times a second: nothing, or a whole step.
+        let (step_ns, stage_ns) = (100_000, 9_000);
+        let told = |ns: u64| ns - ns % step_ns;
+        let mut history = History::default();
+        for frame in 0..History::MEAN_OF as u64 {
+            let start = frame * 16_661_803;
+            let mut times = FrameTimes::default();
+            times.set(FrameStage::Cull, told(start + stage_ns) - told(start));
+            assert!([0, step_ns].contains(&times.get(FrameStage::Cull)), "one frame alone tells nothing");
+            history.push(times);
+        }
+        let mean_ns = history.mean().get(FrameStage::Cull);
+        assert!(mean_ns.abs_diff(stage_ns) < 5_000, "{mean_ns} ns");
+    }
+
+    #[test]
+    fn the_mean_of_passes_ends_with_a_frame_without() {
+        let of = |ns| PassTimes { total_ns: 3 * ns, depth_ns: ns, test_ns: ns, color_ns: ns };
+        let mut passes = PassHistory::default();
+        assert_eq!(passes.mean(), None);
+        for ns in [0, 100_000, 0, 0] {
+            passes.push(Some(of(ns)));
+        }
+        assert_eq!(passes.mean(), Some(of(25_000)));
+        passes.push(None);
+        assert_eq!(passes.mean(), None);
+    }
 
     #[test]
     fn percentiles_and_shares_are_of_the_frames_kept() {

@@ -98,6 +98,8 @@ pub struct Studio {
     pub(super) measured: Option<(Vec3, Vec3)>,
     pub(super) gestures: Gestures,
     pub(super) layers: LayerChoice,
+    /// The moment at which brushes that move by themselves stand still, seconds.
+    pub(super) moment_s: Option<f32>,
     /// Polygons in view that lie in the frustum as a whole, and those that its planes cut, while that is shown.
     cut: Option<(u64, u64)>,
     pub(super) follows_replay_camera: bool,
@@ -177,6 +179,7 @@ impl Studio {
             measured: None,
             gestures: Gestures::default(),
             layers: LayerChoice::default(),
+            moment_s: None,
             cut: None,
             follows_replay_camera: true,
             tracker: None,

@@ -480,6 +480,7 @@ impl App {
         times.set(FrameStage::Panel, panel_ns - drawn_ns);
         times.set(FrameStage::Draw, painted.draw_ns);
         live.interface.note_frame(times);
+        live.interface.note_passes(studio.while_drawing().and_then(|(_, times)| times));
         set_title(&live.window, studio);
 
         let delay =
@@ -500,7 +501,12 @@ impl App {
             event_loop.exit();
         }
         #[cfg(target_arch = "wasm32")]
-        super::page::after_frame(studio, live.painter.adapter(), painted.is_shown);
+        super::page::after_frame(
+            studio,
+            live.painter.adapter(),
+            live.interface.clock_step_ns(),
+            painted.is_shown,
+        );
         self.trace(&times, painted.is_shown, (window_size.width, window_size.height));
         Ok(())
     }

@@ -36,7 +36,7 @@ use crate::{
     occlusion::Occlusion,
     output_file::OutputKind,
     polygon::VisibleBlocks,
-    recording::Pace,
+    recording::{Camera, Pace},
     render::{
         Colors, DrawTimes, Gpu, Image, Layer, Offscreen, Painter, RendererConfig, background_for,
         ffmpeg_command,
@@ -55,6 +55,7 @@ use crate::{
 #[command(after_help = "Examples:
   osp render recordings/portrait.ron portrait.png
   osp render sketch.tilt --frame 120 --camera orbit --size 1920x1080 sketch.png
+  osp render sketch.tilt sketch.png --view '(p:(0,1.6,3),q:(0,0,0,1),fov_degrees:60)'
   osp render painting.apa --every 30 --to frames/
   osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
   osp render sketch.tilt sketch.png --occlusion hzb --check
@@ -131,6 +132,10 @@ pub(super) struct RenderArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "whole", value_parser = camera_parser())]
     camera: RenderCamera,
+    /// Where the eye is, in place of --camera, as the header of a recording says it: `(p: (x, y, z), q: (x, y, z, w),
+    /// fov_degrees: 60)` is the eye in metres, the turn from view to world, and the vertical field of view.
+    #[arg(long, conflicts_with = "camera")]
+    view: Option<Camera>,
     /// Colour strokes as they were painted (`own`), or by who drew them (`authors`, which `osp info` lists).
     #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
     color_by: String,
@@ -252,6 +257,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
 
     let session = OpenSession::open(&args.file, &args.reading)?;
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
+        _ if args.view.is_some() => {
+            let path = CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds);
+            // Without a head: nothing comes before the fixed camera.
+            let view = path.view(&Moment::default()).with_aspect(drawer.aspect());
+            Box::new(move |_| view)
+        }
         RenderCamera::Whole => {
             let of_camera = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
             let backwards = of_camera.or_else(|| artist.backwards());

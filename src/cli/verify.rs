@@ -66,8 +66,8 @@ The table has a line for each method and number of occluders (times of this mach
   hidden   share of the really hidden polygons that were culled
   tests    boxes tested in a view
   planes   splitting planes of the tree, or tiles of the depth buffer that are covered
-  select, build, query   time to choose the occluders, to build the culler, and to traverse the
-           index: microseconds a view
+  select, build, query   time to choose the occluders, to build the culler, and to take
+           what is hidden out of what the frustum may see, as a frame does: microseconds a view
 
 The figures of all methods are of the same frames. At each view the camera rests for --settle
 frames, which do not count, and then for --frames frames, which do; the table gives means over

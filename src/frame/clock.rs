@@ -29,6 +29,11 @@ impl std::ops::AddAssign for Stage {
     }
 }
 
+/// Steps of the clock that are looked at to find their length.
+const STEPS: u32 = 16;
+/// Readings at most: a clock that stands still does not hold anybody up.
+const MOST_READINGS: u32 = 1_000_000;
+
 impl StageClock {
     /// A clock that reads the number of allocations so far from `allocations` (of the calling thread).
     pub fn counting(allocations: fn() -> u64) -> Self {
@@ -38,6 +43,13 @@ impl StageClock {
     /// Reads the clock.
     pub fn start(&self) -> Reading {
         Reading { allocations: (self.allocations)(), at: Instant::now() }
+    }
+
+    /// The step in which the clock advances, nanoseconds: the shortest of 16 between readings that differ. Browsers make
+    /// their clocks coarse, by 5 to 1000 µs; elsewhere this is about what a reading takes. 0 if the clock stands still.
+    pub fn step_ns(&self) -> u64 {
+        let start = Instant::now();
+        shortest_step_ns(|| u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX))
     }
 
     /// Time and allocations since a reading.
@@ -51,5 +63,61 @@ impl Default for StageClock {
     /// A clock that does not count allocations.
     fn default() -> Self {
         Self { allocations: || 0 }
+    }
+}
+
+/// The shortest step of a clock, by its readings in nanoseconds.
+fn shortest_step_ns(mut read: impl FnMut() -> u64) -> u64 {
+    let (mut last, mut shortest, mut steps) = (read(), u64::MAX, 0);
+    for _ in 0..MOST_READINGS {
+        let now = read();
+        if now > last {
+            shortest = shortest.min(now - last);
+            steps += 1;
+        }
+        last = now;
+        if steps == STEPS {
+            break;
+        }
+    }
+    if steps == 0 { 0 } else { shortest }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clock that is read every 40 ns and tells the time in steps.
+    fn coarse(step_ns: u64) -> impl FnMut() -> u64 {
+        let mut now = 0;
+        move || {
+            now += 40;
+            now - now % step_ns
+        }
+    }
+
+    #[test]
+    fn the_step_of_a_coarse_clock_is_found() {
+        for step_ns in [5_000, 100_000, 1_000_000] {
+            assert_eq!(shortest_step_ns(coarse(step_ns)), step_ns);
+        }
+        assert_eq!(shortest_step_ns(coarse(1)), 40, "a fine clock advances with every reading");
+    }
+
+    #[test]
+    fn a_clock_that_stands_still_or_goes_back_ends_the_search() {
+        assert_eq!(shortest_step_ns(|| 7), 0);
+        let mut now = 1_000_000_000;
+        let backwards = || {
+            now -= 1;
+            now
+        };
+        assert_eq!(shortest_step_ns(backwards), 0);
+    }
+
+    #[test]
+    fn this_clock_has_steps() {
+        let step_ns = StageClock::default().step_ns();
+        assert!((1..20_000_000).contains(&step_ns), "{step_ns} ns");
     }
 }

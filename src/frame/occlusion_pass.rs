@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, rest::Rest},
     occlusion::{
@@ -214,6 +216,11 @@ impl Pass for OcclusionPass {
         self.stage.load(geometry, changes);
     }
 
+    fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
+        let is_last = part.end == all.len();
+        self.stage.load_part(geometry, &all[part], is_last);
+    }
+
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.stage.follow_roughly(geometry, changes, 0.0);
         self.came_unseen |= !changes.is_empty();
@@ -225,6 +232,16 @@ impl Pass for OcclusionPass {
         let PassInput { geometry, changes, views, in_view, clock, .. } = *frame;
         let mut record = OcclusionRecord::default();
         let seen = in_view.iter().map(|list| list.len() as u64).sum();
+        if let Some(switch) = &mut self.switch
+            && changes.is_empty()
+            && !switch.can_pay(seen)
+        {
+            // Reading the clock would take longer than the rest.
+            switch.decide(seen);
+            self.since_last = self.since_last.saturating_add(1);
+            self.by_last = false;
+            return record;
+        }
         let start = clock.start();
         self.came_unseen |= changes.len() > FEW_CHANGES;
         if self.switch.is_none() {

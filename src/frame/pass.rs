@@ -1,4 +1,4 @@
-use std::{any::Any, fmt::Debug};
+use std::{any::Any, fmt::Debug, ops::Range};
 
 use crate::{
     frame::{OcclusionRecord, StageClock},
@@ -8,10 +8,18 @@ use crate::{
 };
 
 /// A method that culls after the frustum: the one place in a [`super::Pipeline`] for occlusion culling of any kind. The
-/// pipeline calls `load` at most once and then, for each frame, `frame` or `skip`.
+/// pipeline calls `load`, or `load_part` for each part, at most once and then, for each frame, `frame` or `skip`.
 pub trait Pass: Any + Debug + Send + Sync {
     /// Takes a whole model, before the first frame.
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]);
+
+    /// Follows the loading of a whole model of which only this part is new, the part after the last one that it was given. A pass that
+    /// cannot be loaded in parts loads everything with the last one.
+    fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
+        if part.end == all.len() {
+            self.load(geometry, all);
+        }
+    }
 
     /// Follows the changes of a frame that nobody draws.
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]);

@@ -235,21 +235,17 @@ impl Pipeline {
         Loading { all: present(geometry), at: 0 }
     }
 
-    /// Inserts the next polygons into the index, or after the last one lets the pass take all, at once. Returns whether there is
-    /// more to do.
+    /// Inserts the next polygons. Returns whether there are more.
     #[cfg(feature = "window")]
     pub(crate) fn load_some(&mut self, geometry: &dyn Geometry, loading: &mut Loading) -> bool {
         let Loading { all, at } = loading;
-        if *at < all.len() {
-            let end = all.len().min(*at + LOADED_AT_ONCE);
-            self.apply(geometry, &all[*at..end], &mut FrameRecord::default());
-            *at = end;
-            return true;
-        }
+        let part = *at..all.len().min(*at + LOADED_AT_ONCE);
+        *at = part.end;
+        self.apply(geometry, &all[part.clone()], &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
-            pass.load(geometry, all);
+            pass.load_part(geometry, all, part);
         }
-        false
+        *at < all.len()
     }
 
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and

@@ -2,16 +2,16 @@
 //!
 //! [`oracle`] finds the visible polygons, [`verify`] compares culling with it, [`scenes`] are models for that, [`literal`] is
 //! what the paper says where that is wrong, [`pvs`] samples potentially visible sets, [`mod@bench`] measures structures against
-//! each other, [`study`] keeps the figures of many sessions on many machines, [`report`] makes tables, pages and charts. Knows
+//! each other (feature `bench`), [`study`] keeps the figures of many sessions on many machines, [`report`] makes tables, pages and charts. Knows
 //! all but the window and the command line.
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "bench")]
 pub mod bench;
 pub mod literal;
 pub mod oracle;
 pub mod pvs;
 mod reach;
-#[cfg(feature = "cli")]
+#[cfg(feature = "bench")]
 pub mod report;
 pub mod scenes;
 #[cfg(feature = "cli")]

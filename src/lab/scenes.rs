@@ -58,7 +58,7 @@ impl TestScene {
 pub(super) struct Random(u64);
 
 impl Random {
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "bench")]
     pub(super) fn new(seed: u64) -> Self {
         Self(seed)
     }

@@ -11,10 +11,10 @@ use crate::{
     },
     math::Frustum,
     occlusion::{
-        BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
-        PoolConfig, PreviousFrameOccluders, SelectConfig, SelectCounts, Selector, Soundness,
+        BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, PoolConfig,
+        PreviousFrameOccluders, SelectConfig, SelectCounts, Selector, Soundness, thin_out,
     },
-    polygon::{Change, Geometry, PolygonId},
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     scene::Scene,
     view::{View, ViewWindow},
 };
@@ -108,7 +108,7 @@ pub struct Totals {
     pub select_ns: u64,
     /// Building the culler, nanoseconds.
     pub build_ns: u64,
-    /// Walking the index with tests, nanoseconds.
+    /// Taking what is hidden out of what the frustum may see, with all tests, nanoseconds: as a frame does it.
     pub query_ns: u64,
 }
 
@@ -191,6 +191,8 @@ pub struct Verifier {
     at_rest: AtRest,
     clock: StageClock,
     in_view: DrawList,
+    /// The same as a frame has it, and what a method leaves of it.
+    blocks: [VisibleBlocks; 2],
     drawn: DrawList,
     /// By polygon, for one view: what the truth says, and how often it was drawn.
     truth: Vec<(Option<Sight>, u8)>,
@@ -216,6 +218,7 @@ impl Verifier {
             at_rest: AtRest::default(),
             clock,
             in_view: DrawList::new(),
+            blocks: Default::default(),
             drawn: DrawList::new(),
             truth: Vec::new(),
         };
@@ -309,6 +312,9 @@ impl Verifier {
             self.in_view.clear();
             self.index.frustum_cull(&frustum, &mut self.in_view);
         });
+        let [blocks, left] = &mut self.blocks;
+        blocks.clear();
+        self.index.frustum_cull_blocks(&frustum, blocks);
         self.truth.clear();
         self.truth.resize(scene.polygon_count(), (None, 0));
         if self.has_truth {
@@ -351,13 +357,11 @@ impl Verifier {
                     let build = &mut || culler.build(&window, selector.chosen());
                     let build = look.fastest(&mut totals.build_ns, build);
                     let cull = &mut || {
-                        self.drawn.clear();
-                        let drawn = &mut self.drawn;
-                        let mut visitor = OcclusionVisitor::new(&**culler, scene, self.config.cull, drawn);
-                        look.index.traverse(look.frustum, &mut visitor);
-                        visitor.counts()
+                        thin_out(&**culler, self.config.cull, look.index, scene, look.frustum, blocks, left)
                     };
                     let cull = look.fastest(&mut totals.query_ns, cull);
+                    self.drawn.clear();
+                    self.drawn.extend(left.ids());
                     totals.add_counts(&select, &build, &cull);
                     totals.add(look.number, &self.drawn, &mut self.truth, &self.in_view);
                 }

@@ -203,6 +203,13 @@ impl AutoSwitch {
         many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::DepthLast.least_ns(many)
     }
 
+    /// Whether any method would pay in a frame with so many polygons in the frustum if it culled all of them. If not,
+    /// [`AutoSwitch::decide`] says none.
+    pub(crate) fn can_pay(&self, in_view: u64) -> bool {
+        let all_ns = in_view as f64 * self.config.polygon_ns;
+        Method::ALL.iter().any(|method| all_ns >= self.config.least_ratio * method.least_ns(in_view))
+    }
+
     /// The method for the next frame. To be called once before each frame, with the number of polygons in the frustum.
     pub(crate) fn decide(&mut self, in_view: u64) -> Occlusion {
         self.choose(in_view).into()

@@ -99,7 +99,7 @@ impl Default for DepthConfig {
 }
 
 /// Eight blocks side by side.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tile {
     /// Reciprocal depth that everything in the block is at least as near as.
     all: [f32; LANES],
@@ -107,8 +107,6 @@ pub(super) struct Tile {
     part: [f32; LANES],
     mask: [u32; LANES],
 }
-
-const EMPTY_TILE: Tile = Tile { all: [0.0; LANES], part: [0.0; LANES], mask: [0; LANES] };
 
 /// A software depth buffer with masked layers (Hasselgren, Andersson, Akenine-Möller, "Masked Software Occlusion Culling",
 /// 2016), filled with the occluders.
@@ -174,7 +172,7 @@ impl DepthBuffer {
             height,
             raster: None,
             nearest_sine: f64::INFINITY,
-            tiles: vec![EMPTY_TILE; count],
+            tiles: vec![Tile::EMPTY; count],
             order: Vec::new(),
             backend: Backend::detect(),
         }
@@ -295,6 +293,14 @@ impl DepthBuffer {
 }
 
 impl Tile {
+    pub(super) const EMPTY: Self = Self { all: [0.0; LANES], part: [0.0; LANES], mask: [0; LANES] };
+
+    /// Whether everything in it is hidden by something nearer than this reciprocal depth, or as near.
+    #[inline(always)]
+    pub(super) fn hides(&self, nearest: f32) -> bool {
+        self.all.iter().all(|all| *all >= nearest)
+    }
+
     /// Adds a polygon's pixels with its depth in each block.
     #[inline(always)]
     pub(super) fn add(&mut self, masks: &[u32; LANES], depths: &[f32; LANES]) {
@@ -386,7 +392,7 @@ impl OcclusionCuller for DepthBuffer {
         let raster = Raster::new(window, f64::from(self.width), f64::from(self.height));
         self.raster = Some(raster);
         self.nearest_sine = nearest_sine(&raster);
-        self.tiles.fill(EMPTY_TILE);
+        self.tiles.fill(Tile::EMPTY);
         // Front to back, so that near layers close before far ones come.
         self.order.clear();
         self.order.extend(occluders.iter().enumerate().map(|(i, o)| {

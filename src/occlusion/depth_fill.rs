@@ -48,15 +48,26 @@ impl WithKernel for Fill<'_> {
     }
 }
 
+/// A side plane by pixels, inside where `a x + b y + c >= 0`, set up for rows of pixels.
+#[derive(Clone, Copy, Default)]
+struct Edge {
+    b: f64,
+    /// `c` at the worst point of a pixel's height.
+    c: f64,
+    /// `-1 / a`; 0 if the plane is the same for the whole row.
+    by: f64,
+}
+
 /// A polygon set up for filling.
 struct Filling {
-    /// `a x + b y + c >= 0` inside: the side planes, by pixels.
-    edges: [[f64; 3]; MAX_SIDES],
+    edges: [Edge; MAX_SIDES],
     len: usize,
     /// Reciprocal depth `w[0] + w[1] x + w[2] y`.
     depth: [f64; 3],
     /// The farthest of the polygon itself.
     farthest: f64,
+    /// Nothing that is filled is nearer than this.
+    nearest: f32,
     rows: Range<i32>,
 }
 
@@ -66,22 +77,37 @@ impl Fill<'_> {
         let raster = self.raster;
         // The side planes themselves, not lines between projected corners: those are badly known where a corner lies
         // near the eye's plane.
-        let mut edges = [[0.0; 3]; MAX_SIDES];
+        let mut edges = [Edge::default(); MAX_SIDES];
+        // [`SIDE_SLACK`] for the longest direction to a pixel, the eye's distance from the pixels being 1.
+        let slack = SIDE_SLACK * (1.0 + 1.5 * raster.largest_tangent());
         for (edge, side) in edges.iter_mut().zip(occluder.sides()) {
-            *edge = raster.in_pixels(*side);
+            let [a, b, c] = raster.in_pixels(*side);
+            let c = match self.coverage {
+                Coverage::WholePixels => c + b.min(0.0) - slack,
+                Coverage::PixelCenters => c + b * 0.5,
+            };
+            *edge = Edge { b, c, by: if a.abs() < LEAST_SLOPE { 0.0 } else { -1.0 / a } };
         }
-        let (mut farthest, mut low, mut high) = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY);
+        let (mut near_m, mut far_m) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for corner in occluder.corners() {
-            farthest = farthest.min(1.0 / raster.forward.dot(*corner));
-            let y = raster.project(*corner).y;
+            let away_m = raster.forward.dot(*corner);
+            (near_m, far_m) = (near_m.min(away_m), far_m.max(away_m));
+            let y = raster.project_up(*corner, away_m);
             (low, high) = (low.min(y), high.max(y));
         }
+        // Of what reaches back to the eye's plane nothing is known but its own plane.
+        let is_before = near_m > 0.0;
+        let farthest = if is_before { 1.0 / far_m } else { f64::NEG_INFINITY };
+        // More than any rounding here and in `depths` makes of it.
+        let nearest = if is_before { (1.0 / near_m * (1.0 + DEPTH_SLACK)) as f32 } else { f32::INFINITY };
         // On the cap plane n.p = d, p = z (forward + X right + Y up): 1/z is linear in X and Y, and so in pixels.
         let [by_x, by_y, at_corner] =
             raster.in_pixels(occluder.cap_normal()).map(|v| v / occluder.cap_distance_m());
         // `as` saturates, so an outline far outside the window gives an empty or a whole range.
         let rows = (low.floor() as i32).max(0)..(high.ceil() as i32).min(self.height);
-        Filling { edges, len: occluder.sides().len(), depth: [at_corner, by_x, by_y], farthest, rows }
+        let len = occluder.sides().len();
+        Filling { edges, len, depth: [at_corner, by_x, by_y], farthest, nearest, rows }
     }
 
     /// The covered pixels of the rows from this one on: from, to.
@@ -89,23 +115,20 @@ impl Fill<'_> {
     fn intervals(&self, filling: &Filling, first_row: i32) -> ([i32; STRIP], [i32; STRIP]) {
         let width = f64::from(self.width);
         let (mut from, mut to) = ([0.0_f64; STRIP], [width; STRIP]);
-        // [`SIDE_SLACK`] for the longest direction to a pixel, the eye's distance from the pixels being 1.
-        let slack = SIDE_SLACK * (1.0 + 1.5 * self.raster.largest_tangent());
-        for [a, b, c] in &filling.edges[..filling.len] {
-            // The worst point of the pixels' height, and of their width.
-            let (c, left, right) = match self.coverage {
-                Coverage::WholePixels => (c + b.min(0.0) - slack, 0.0, 1.0),
-                Coverage::PixelCenters => (c + b * 0.5, 0.5, 0.5),
-            };
+        // The worst point of the pixels' width.
+        let (left, right) = match self.coverage {
+            Coverage::WholePixels => (0.0, 1.0),
+            Coverage::PixelCenters => (0.5, 0.5),
+        };
+        for Edge { b, c, by } in &filling.edges[..filling.len] {
             let rest: [f64; STRIP] = std::array::from_fn(|k| c + b * f64::from(first_row + k as i32));
-            if a.abs() < LEAST_SLOPE {
+            if *by == 0.0 {
                 for k in 0..STRIP {
                     to[k] = if rest[k] < 0.0 { 0.0 } else { to[k] };
                 }
                 continue;
             }
-            let by = -1.0 / a;
-            if *a > 0.0 {
+            if *by < 0.0 {
                 for k in 0..STRIP {
                     from[k] = from[k].max(rest[k] * by - left);
                 }
@@ -141,11 +164,15 @@ impl Fill<'_> {
                     last = last.max(if at < end { (end + TILE_WIDTH - 1) / TILE_WIDTH } else { 0 });
                 }
                 for tile_column in first.min(last)..last {
-                    let x = tile_column * TILE_WIDTH;
-                    let masks = block_masks(rows.map(|k| row_mask(from[k] - x, to[k] - x)));
-                    let depths = filling.depths(x, y);
-                    self.tiles[(y / BLOCK[1] * across + tile_column) as usize].add(&masks, &depths);
                     touched += 1;
+                    let x = tile_column * TILE_WIDTH;
+                    let tile = &mut self.tiles[(y / BLOCK[1] * across + tile_column) as usize];
+                    // Front to back, most of what comes late lies behind what is there.
+                    if tile.hides(filling.nearest) {
+                        continue;
+                    }
+                    let masks = block_masks(rows.map(|k| row_mask(from[k] - x, to[k] - x)));
+                    tile.add(&masks, &filling.depths(x, y));
                 }
             }
             row += STRIP as i32;
@@ -168,5 +195,81 @@ impl Filling {
             let depth = first + by_x * f64::from(BLOCK[0] * i as i32) - slack;
             depth.max(farthest) as f32
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Quat, Vec3};
+
+    use super::*;
+    use crate::{
+        index::simd::Backend,
+        view::{Projection, View},
+    };
+
+    /// Outlines one behind the other, some across others, a few of them large.
+    fn outlines(view: &View) -> Vec<ShadowVolume> {
+        let window = view.window().expect("a pointed cone");
+        let mut outlines = Vec::new();
+        for i in 0..400 {
+            let part = |step: usize| (i * step % 101) as f32 / 101.0 - 0.5;
+            let away = 2.0 + (i * 61 % 97) as f32 * 0.1;
+            let size = if i % 16 == 0 { 0.8 } else { 0.05 } * away * 0.3;
+            let turn = Quat::from_euler(glam::EulerRot::XYZ, part(13), part(29), part(37));
+            let middle = Vec3::new(part(17) * away, part(23) * away * 0.6, -away);
+            let corner = |x: f32, y: f32| middle + turn * Vec3::new(x, y, 0.0) * size;
+            let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+            ShadowVolume::push_polygon(&corners, &window, &mut outlines);
+        }
+        outlines
+    }
+
+    /// Fills without leaving a tile out, and counts the tiles that would have been left out.
+    struct FillAll<'a>(Fill<'a>, u32);
+
+    impl WithKernel for FillAll<'_> {
+        type Output = u32;
+
+        #[inline(always)]
+        fn run<K: Kernel>(mut self, _: K) -> u32 {
+            for k in 0..self.0.order.len() {
+                let mut filling = self.0.set_up(&self.0.outlines[self.0.order[k].1 as usize]);
+                self.1 += self.0.tiles.iter().filter(|tile| tile.hides(filling.nearest)).count() as u32;
+                filling.nearest = f32::INFINITY;
+                self.0.fill(&filling);
+            }
+            self.1
+        }
+    }
+
+    #[test]
+    fn tiles_that_are_left_out_would_stay_as_they_are() {
+        let view =
+            View::look_at(Vec3::ZERO, Vec3::NEG_Z, Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0));
+        let raster = Raster::new(&view.window().expect("a pointed cone"), 1024.0, 576.0);
+        let outlines = outlines(&view);
+        assert!(outlines.len() > 350, "{}", outlines.len());
+        let away =
+            |o: &ShadowVolume| o.corners().iter().map(|v| v.length_squared()).fold(f64::INFINITY, f64::min);
+        let mut order: Vec<(f64, u32)> = outlines.iter().zip(0..).map(|(o, i)| (away(o), i)).collect();
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        for coverage in [Coverage::WholePixels, Coverage::PixelCenters] {
+            let mut tiles = [(); 2].map(|()| vec![Tile::EMPTY; 1024 / 64 * 576 / 4]);
+            let fill = |tiles| Fill {
+                raster: &raster,
+                coverage,
+                width: 1024,
+                height: 576,
+                tiles,
+                outlines: &outlines,
+                order: &order,
+            };
+            let [some, all] = &mut tiles;
+            let touched = Backend::detect().run(fill(some));
+            let hidden = Backend::detect().run(FillAll(fill(all), 0));
+            assert!(touched > 1000 && hidden > 1000, "{touched} {hidden}");
+            assert!(some == all, "{coverage:?}");
+        }
     }
 }

@@ -49,6 +49,12 @@ impl Raster {
         (flat - self.corner) * self.pixels_a_unit
     }
 
+    /// Where a point at distance `away` along the view lies, pixels up: [`Raster::project`]'s, to the last bit.
+    #[inline]
+    pub(crate) fn project_up(&self, p: DVec3, away: f64) -> f64 {
+        (self.up.dot(p) / away - self.corner.y) * self.pixels_a_unit.y
+    }
+
     /// The largest tangent, of the angle to the direction of view, of the window's borders.
     pub(crate) fn largest_tangent(&self) -> f64 {
         self.corner.abs().max(self.far_corner.abs()).max_element()

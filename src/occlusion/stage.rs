@@ -95,6 +95,14 @@ impl OcclusionStage {
         self.pool.join_walls(geometry);
     }
 
+    /// [`OcclusionStage::load`] in parts.
+    pub(crate) fn load_part(&mut self, geometry: &dyn Geometry, part: &[Change], is_last: bool) {
+        self.pool.follow(geometry, part);
+        if is_last {
+            self.pool.join_walls(geometry);
+        }
+    }
+
     /// As [`OcclusionStage::follow`], but what is left over from candidates that have died is offered anew a few at a time,
     /// in this and later frames.
     pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
@@ -187,16 +195,11 @@ impl OcclusionStage {
         in_view: &VisibleBlocks,
         drawn: &mut VisibleBlocks,
     ) -> CullCounts {
-        drawn.copy_from(in_view);
         if self.selector.chosen().is_empty() {
+            drawn.copy_from(in_view);
             return CullCounts::default();
         }
-        let mut tests = Tests::new(&*self.culler, self.config.cull);
-        if index.thin_out(frustum, drawn, &mut tests) {
-            return tests.counts();
-        }
-        drawn.clear();
-        self.cull(index, geometry, frustum, drawn).0
+        thin_out(&*self.culler, self.config.cull, index, geometry, frustum, in_view, drawn)
     }
 
     /// The candidates.
@@ -213,6 +216,27 @@ impl OcclusionStage {
     pub fn culler(&self) -> &dyn OcclusionCuller {
         &*self.culler
     }
+}
+
+/// What is left of `in_view` becomes `drawn`, by a culler that was built for the same view: see [`OcclusionStage::thin_out`].
+pub(crate) fn thin_out(
+    culler: &dyn OcclusionCuller,
+    config: CullConfig,
+    index: &dyn SpatialIndex,
+    geometry: &dyn Geometry,
+    frustum: &Frustum,
+    in_view: &VisibleBlocks,
+    drawn: &mut VisibleBlocks,
+) -> CullCounts {
+    drawn.copy_from(in_view);
+    let mut tests = Tests::new(culler, config);
+    if index.thin_out(frustum, drawn, &mut tests) {
+        return tests.counts();
+    }
+    drawn.clear();
+    let mut visitor = OcclusionVisitor::new(culler, geometry, config, drawn);
+    index.traverse(frustum, &mut visitor);
+    visitor.counts()
 }
 
 /// About what a frame's occlusion culling costs, nanoseconds, from its work counts alone: the same on every machine.

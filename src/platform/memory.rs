@@ -151,6 +151,12 @@ pub(crate) fn read_dir(path: impl AsRef<Path>) -> io::Result<impl Iterator<Item 
     Ok(entries.into_iter())
 }
 
+/// The files in a folder and in those inside it.
+pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let folder = without_dots(folder);
+    lock(&FILES).by_name.keys().filter(|file| file.starts_with(&folder)).cloned().collect()
+}
+
 #[derive(Debug)]
 pub(crate) struct DirEntry(PathBuf);
 

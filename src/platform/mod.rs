@@ -3,6 +3,10 @@
 
 #[cfg(all(feature = "session", any(target_arch = "wasm32", test)))]
 #[cfg_attr(not(target_arch = "wasm32"), expect(dead_code, reason = "pages use it; here it is only tested"))]
+#[cfg_attr(
+    all(target_arch = "wasm32", not(feature = "window")),
+    expect(dead_code, reason = "only the window writes files")
+)]
 pub(crate) mod memory;
 
 /// The files: those of the system, or on a page those in its memory.
@@ -49,6 +53,10 @@ pub(crate) mod fs {
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use ::zstd;
 #[cfg(all(feature = "formats", any(target_arch = "wasm32", test)))]
+#[cfg_attr(
+    all(target_arch = "wasm32", not(feature = "window")),
+    expect(dead_code, reason = "only the window compresses")
+)]
 pub(crate) mod web_zstd;
 #[cfg(all(feature = "formats", target_arch = "wasm32"))]
 pub(crate) use web_zstd as zstd;
@@ -60,13 +68,14 @@ pub(crate) use user_folder::user_folder;
 
 /// The folder of the program's own files on a page, which are kept from one visit to the next.
 #[cfg(all(target_arch = "wasm32", any(feature = "formats", feature = "render")))]
+#[cfg_attr(not(feature = "window"), expect(unreachable_pub, reason = "the page has it"))]
 pub const USER_FOLDER: &str = "/osp";
 
 /// The clock.
 pub(crate) mod time {
-    #[cfg(not(all(target_arch = "wasm32", feature = "window")))]
+    #[cfg(not(all(target_arch = "wasm32", any(feature = "window", feature = "bench"))))]
     pub(crate) use std::time::Instant;
-    #[cfg(all(target_arch = "wasm32", feature = "window"))]
+    #[cfg(all(target_arch = "wasm32", any(feature = "window", feature = "bench")))]
     pub(crate) use web_time::Instant;
 
     /// The time of day.

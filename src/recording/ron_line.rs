@@ -6,7 +6,7 @@ use std::str::Utf8Error;
 use ron::error::{Error as RonError, SpannedError};
 use ron::extensions::Extensions;
 
-use super::{Event, FORMAT_VERSION, Header, ron_scan};
+use super::{Camera, Event, FORMAT_VERSION, Header, ron_scan};
 
 /// Longest line that is read or written, bytes. A polygon of [`Event::MAX_VERTICES`] corners needs about 50 kB, a move
 /// names each of its strokes by up to 11 bytes, so a line has room for 1.5 million of them. The limit bounds what a
@@ -116,6 +116,19 @@ pub(super) fn write_header(line: &mut String, header: &Header) -> Result<(), ron
     options().to_writer(&mut *line, header)?;
     line.push('\n');
     Ok(())
+}
+
+/// A camera as the header has it.
+pub(super) fn camera_text(camera: &Camera) -> Result<String, ron::Error> {
+    options().to_string(camera)
+}
+
+/// Reads a camera as the header has it; its numbers are not checked.
+pub(super) fn parse_camera(text: &str) -> Result<Camera, String> {
+    options().from_str(text).map_err(|e| {
+        let Mismatch { expected, .. } = explain(text, &e);
+        format!("expected a camera, `(p: (x, y, z), q: (x, y, z, w), fov_degrees: 60)`: {expected}")
+    })
 }
 
 /// Appends the event as a line with its newline.

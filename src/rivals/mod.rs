@@ -42,8 +42,10 @@ pub use kind::IndexKind;
 pub use loose_octree::{LooseOctree, LooseOctreeConfig};
 pub use octree_paper::{OctreePaper, OctreePaperConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
+#[cfg(feature = "bench")]
+pub(crate) use osp_paper::DEFAULT_MAX_DEPTH;
 #[cfg(feature = "cli")]
-pub(crate) use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH};
+pub(crate) use osp_paper::MAX_MAX_DEPTH;
 pub use osp_paper::{OspGrid, OspPaper, OspPlace};
 #[cfg(feature = "peers")]
 pub use peers::PeerKind;

@@ -61,6 +61,16 @@ fn numbers_out_of_range_are_refused_by_every_command() {
                 "--size",
                 &["0x1", "1x0", "16385x1", "4294967295x4294967295", "NaNxNaN", "5"][..],
             ),
+            (
+                &["render", "a.ron", "o.png"],
+                "--view",
+                &[
+                    "",
+                    "whole",
+                    "(p:(0,0,0),q:(0,0,0,1),fov_degrees:180)",
+                    "(p:(0,NaN,0),q:(0,0,0,1),fov_degrees:60)",
+                ],
+            ),
             (&["render", "a.ron", "--to", "d"], "--every", &["0", "-1", "NaN", "18446744073709551616"]),
             (&["replay", "a.ron"], "--draw", &["0x1", "99999x99999", "x"]),
             (&["verify", "a.ron"], "--size", &["0x1", "99999x99999", "x"]),

@@ -298,3 +298,34 @@ fn where_nothing_is_hidden_few_frames_look_for_occluders_though_old_polygons_com
     let looks = looks.count();
     assert!((5..40).contains(&looks), "{looks} looks in 330 frames");
 }
+
+thread_local! {
+    static READINGS: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
+}
+
+/// Where nothing can pay, `auto` is not even asked what it costs: a frame of a few microseconds would notice.
+#[test]
+fn a_frame_in_which_nothing_can_pay_does_not_read_the_clock() {
+    fn count_reading() -> u64 {
+        READINGS.with(|readings| readings.replace(readings.get() + 1))
+    }
+    let readings = || READINGS.with(std::cell::Cell::get);
+    let (model, changes, _) = finished_rooms();
+    let view = view(Vec3::new(0.0, 1.5, 12.0), Vec3::new(0.0, 1.5, 0.0));
+    let read = [None, Some(10.0), Some(100_000.0)].map(|polygon_ns| {
+        let index = IndexKind::Osp.create(&IndexConfig::default());
+        let mut pipeline = Pipeline::new(index, 10_000, StageClock::counting(count_reading));
+        if let Some(polygon_ns) = polygon_ns {
+            pipeline = pipeline.with_occlusion(auto(polygon_ns, AutoBasis::Work));
+        }
+        pipeline.frame(&model, &changes, &view);
+        let before = readings();
+        for _ in 0..100 {
+            let record = pipeline.frame(&model, &[], &view);
+            assert!(record.visible > 100 && record.visible < 3600, "{}", record.visible);
+        }
+        readings() - before
+    });
+    assert_eq!(read[0], read[1], "without a pass, and with one that cannot pay");
+    assert!(read[2] > read[1], "{read:?}");
+}

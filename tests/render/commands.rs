@@ -157,6 +157,26 @@ fn a_picture_shows_the_whole_model_unless_asked_otherwise() {
 }
 
 #[test]
+fn a_view_given_is_that_of_a_session_with_the_same_camera() {
+    let Some(_) = gpu() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let view = "(p:(0.5,1.5,1.0),q:(0.0,0.0,0.1,0.99498743),fov_degrees:50.0,near_m:0.1)";
+    let polygon = "Polygon(t:0,vertices:[(0,1,-3),(1,1,-3),(0,2,-3)],color:(1,0.5,0.2,1))\n";
+    let drawn = |name: &str, header: &str, camera: &[&str]| {
+        let path = |ending| folder.path().join(format!("{name}.{ending}")).to_str().expect("text").to_owned();
+        std::fs::write(path("ron"), format!("Header(format:2{header})\n{polygon}")).expect("written");
+        let (session, picture) = (path("ron"), path("png"));
+        let output = osp(&[&["render", &session, &picture, "--size", "160x90"][..], camera].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        std::fs::read(picture).expect("a picture")
+    };
+    let own = drawn("own", &format!(",camera:{view}"), &["--camera", "recorded"]);
+    assert!(own == drawn("given", "", &["--view", view]), "the same eye, the same picture");
+    let elsewhere = view.replace("(0.5,", "(0.4,");
+    assert!(own != drawn("elsewhere", "", &["--view", &elsewhere]), "another eye, another picture");
+}
+
+#[test]
 fn the_portrait_shows_its_face() {
     let Some(_) = gpu() else { return };
     let folder = tempfile::tempdir().expect("a folder");

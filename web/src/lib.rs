@@ -2,18 +2,21 @@
 //!
 //! Nothing that is opened leaves the machine: there is no server behind the page.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use osp::{
     app::{
-        Access, Autosaves, Command, Document, Opening, Settings, Studio, Subject, WindowOptions,
+        Access, Autosaves, Command, Document, LayerChoice, Opening, Settings, Studio, Subject, WindowOptions,
         page::{self, Typed, USER_FOLDER, Wish},
         run,
     },
     frame::{Pipeline, StageClock},
     index::{IndexConfig, Osp},
     occlusion::Occlusion,
-    recording::{OpenOptions, Pace, open_bytes},
+    recording::{self, OpenOptions, Pace, RecordingError, Session, open_bytes},
     replay::{CameraChoice, CameraPath, Player, SessionFingerprint, fingerprint_of_frame, summarize},
     rivals::IndexKind,
 };
@@ -82,6 +85,12 @@ pub fn seek(frame: Option<u32>) {
     }
 }
 
+/// Lets the camera go along with that of the replay, or stay where it is.
+#[wasm_bindgen]
+pub fn follow_camera(follows: bool) {
+    page::wish(Wish::FollowCamera(follows));
+}
+
 /// Chooses an index and a way of occlusion culling by their names on the command line.
 #[wasm_bindgen]
 pub fn choose(index: &str, occlusion: &str) -> Result<(), JsError> {
@@ -92,6 +101,14 @@ pub fn choose(index: &str, occlusion: &str) -> Result<(), JsError> {
     page::wish(Wish::Do(Command::Index(index)));
     page::wish(Wish::Do(Command::Occlusion(occlusion)));
     Ok(())
+}
+
+/// What a picture shows beside the model: the floor or not, and brushes that move by themselves as they are at this moment,
+/// seconds; without one they move. No other layer is shown.
+#[wasm_bindgen]
+pub fn look(floor: bool, moment_s: Option<f32>) {
+    page::wish(Wish::Do(Command::Layers(LayerChoice { grid: floor, ..LayerChoice::default() })));
+    page::wish(Wish::Do(Command::Moment(moment_s)));
 }
 
 /// Has the model saved as `NAME.glb`, or the window's picture of it as `NAME.png`; see [`take_downloads`].
@@ -111,7 +128,19 @@ pub fn session_file() -> Result<JsValue, JsError> {
     Ok(object(&[("name", name.into()), ("bytes", js_sys::Uint8Array::from(&bytes[..]).into())]))
 }
 
-/// The window's state, as JSON.
+/// The files that the session that is open is read from: an array of `{path, bytes}`.
+#[wasm_bindgen]
+pub fn session_files() -> Result<js_sys::Array, JsError> {
+    let paths = page::files_of_session(&page::state().path).into_iter();
+    let file = |path: PathBuf| {
+        let bytes = page::read_file(&path)?;
+        let path = path.to_string_lossy();
+        Ok(object(&[("path", path.as_ref().into()), ("bytes", js_sys::Uint8Array::from(&bytes[..]).into())]))
+    };
+    paths.map(file).collect()
+}
+
+/// The window's state, as JSON. `camera` is the view of the last frame, as `osp render --view` takes it.
 #[wasm_bindgen]
 pub fn state() -> String {
     let state = page::state();
@@ -120,6 +149,8 @@ pub fn state() -> String {
         "adapter": state.adapter,
         "path": state.path,
         "isReplay": state.is_replay,
+        "camera": state.camera.map(|camera| camera.to_string()),
+        "clockStepNs": state.clock_step_ns,
         "position": state.position,
         "length": state.length,
         "polygons": state.polygons,
@@ -187,7 +218,16 @@ fn object(fields: &[(&str, JsValue)]) -> JsValue {
 #[wasm_bindgen]
 pub fn fingerprint(name: &str, bytes: Vec<u8>) -> Result<String, JsError> {
     let bytes: Arc<[u8]> = bytes.into();
-    let open = || open_bytes(name, Arc::clone(&bytes), &OpenOptions::default());
+    fingerprint_with(|| open_bytes(name, Arc::clone(&bytes), &OpenOptions::default()))
+}
+
+/// [`fingerprint`] of a file in the page's memory, with the files that belong to it.
+#[wasm_bindgen]
+pub fn fingerprint_of(path: &str) -> Result<String, JsError> {
+    fingerprint_with(|| recording::open(Path::new(path), &OpenOptions::default()))
+}
+
+fn fingerprint_with(open: impl Fn() -> Result<Session, RecordingError>) -> Result<String, JsError> {
     let (summary, _, read) = summarize(open()?, Pace::Samples(16));
     read?;
     let session = open()?;

@@ -1,102 +1,32 @@
 // Opens the page in a headless Chromium on a software adapter and uses it: every shipped recording, drop, draw, undo, save,
-// close and come back. What is compared: the pinned fingerprints of whole sessions, pixels that are not blank, no complaint.
+// close and come back. What is compared: the fingerprints of sessions with those of the program on this machine, the page's
+// pictures with those of `osp render` (see pictures.mjs), pixels that are not blank, no complaint.
 //
 //   web/build && npm ci --prefix web/test && node web/test/page.mjs [PICTURES]
-import { spawn } from 'node:child_process';
-import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+//
+// OSP names the program; target/debug/osp if it is not set. It has to be built with the feature window.
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { inflateSync } from 'node:zlib';
-import puppeteer from 'puppeteer-core';
-import { check, executablePath, finish, pictures, root } from './common.mjs';
-
-const profile = mkdtempSync(join(tmpdir(), 'osp-web-'));
-const flags =
-  '--no-sandbox --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-features=Vulkan --use-vulkan=swiftshader ' +
-  '--use-angle=swiftshader --enable-unsafe-swiftshader --ignore-gpu-blocklist --enable-gpu --disable-background-networking ' +
-  '--no-first-run';
-
-const server = spawn(process.env.OSP ?? join(root, 'target/debug/osp'), ['serve', join(root, 'web/dist'), '--port', '0'], {
-  stdio: ['ignore', 'pipe', 'inherit'],
-});
-const address = await new Promise((resolve, reject) => {
-  server.once('exit', (code) => reject(new Error(`the server ended with ${code}`)));
-  server.stdout.once('data', (text) => resolve(/http:\S+/.exec(text)[0]));
-});
-
-const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
-
-async function launch() {
-  return puppeteer.launch({
-    executablePath, headless: true, args: flags.split(' '), userDataDir: profile,
-    defaultViewport: { width: 1280, height: 800 }, protocolTimeout: 300_000,
-  });
-}
-
-async function openPage(browser, path = '') {
-  const page = await browser.newPage();
-  page.complaints = [];
-  page.on('console', (message) => {
-    if (message.type() === 'error') page.complaints.push(message.text());
-  });
-  page.on('pageerror', (error) => page.complaints.push(String(error)));
-  const start = Date.now();
-  await page.goto(address + path);
-  await until(page, 'the window to open', (state) => state.frames > 0, 60_000);
-  page.startMs = Date.now() - start;
-  return page;
-}
-
-const stateOf = (page) => page.evaluate(() => (globalThis.osp ? JSON.parse(globalThis.osp.state()) : { frames: 0 }));
-const wrongOf = (page) => page.evaluate(() => (document.getElementById('wrong').hidden ? '' : document.getElementById('wrong').textContent));
-
-async function until(page, what, holds, ms = 30_000) {
-  const end = Date.now() + ms;
-  for (;;) {
-    const state = await stateOf(page);
-    if (holds(state)) return state;
-    if (Date.now() > end) throw new Error(`waited for ${what}: ${JSON.stringify(state)} ${await wrongOf(page)} ${page.complaints}`);
-    await sleep(50);
-  }
-}
-
-/// Pixels of a PNG of 8 bits a channel without interlacing, as the browser writes it.
-function pixels(png) {
-  const [width, height, channels] = [png.readUInt32BE(16), png.readUInt32BE(20), png[25] === 6 ? 4 : 3];
-  const parts = [];
-  for (let at = 8; at < png.length; at += 12 + png.readUInt32BE(at)) {
-    if (png.toString('latin1', at + 4, at + 8) === 'IDAT') parts.push(png.subarray(at + 8, at + 8 + png.readUInt32BE(at)));
-  }
-  const raw = inflateSync(Buffer.concat(parts));
-  const stride = width * channels;
-  const out = Buffer.alloc(stride * height);
-  for (let y = 0; y < height; y += 1) {
-    const filter = raw[y * (stride + 1)];
-    for (let x = 0; x < stride; x += 1) {
-      const left = x < channels ? 0 : out[y * stride + x - channels];
-      const up = y === 0 ? 0 : out[(y - 1) * stride + x];
-      const corner = x < channels || y === 0 ? 0 : out[(y - 1) * stride + x - channels];
-      const p = left + up - corner;
-      const [a, b, c] = [left, up, corner].map((v) => Math.abs(p - v));
-      const paeth = a <= b && a <= c ? left : b <= c ? up : corner;
-      const guess = [0, left, up, (left + up) >> 1, paeth][filter];
-      out[y * stride + x] = (raw[y * (stride + 1) + 1 + x] + guess) & 255;
-    }
-  }
-  return { width, height, channels, out };
-}
+import { PNG } from 'pngjs';
+import { check, finish, pictures, root } from './common.mjs';
+import { canRender, fingerprints } from './native.mjs';
+import { compare } from './pictures.mjs';
+import {
+  catchDownloads, corpus, dropFiles, isClean, isOpen, launch, newProfile, openPage, serve, sleep, stateOf, stroke, takeDownload,
+  until, wrongOf,
+} from './visit.mjs';
 
 /// The middle of the model's part of the window: how many colours it has, and a sum over its pixels.
 async function coloursOf(page, name) {
   const png = Buffer.from(await page.screenshot());
   if (pictures) writeFileSync(join(pictures, `${name}.png`), png);
-  const { width, height, channels, out } = pixels(png);
+  const { width, height, data } = PNG.sync.read(png);
   const seen = new Set();
   coloursOf.sum = 0;
   for (let y = height >> 2; y < (height * 3) >> 2; y += 2) {
     for (let x = width >> 2; x < (width * 3) >> 2; x += 2) {
-      const at = (y * width + x) * channels;
-      const colour = (out[at] << 16) | (out[at + 1] << 8) | out[at + 2];
+      const at = (y * width + x) * 4;
+      const colour = (data[at] << 16) | (data[at + 1] << 8) | data[at + 2];
       seen.add(colour);
       coloursOf.sum = (Math.imul(coloursOf.sum, 31) + colour) | 0;
     }
@@ -111,38 +41,22 @@ function pinned() {
   return [...text.matchAll(pattern)].map(([, name, frames, fingerprint]) => ({ name, frames: Number(frames), fingerprint }));
 }
 
-/// Drops files as a person does: through the page's own event.
-async function dropFiles(page, list) {
-  const files = list.map((path) => ({ name: path.split('/').pop(), text: readFileSync(path).toString('base64') }));
-  await page.evaluate((files) => {
-    const data = new DataTransfer();
-    for (const { name, text } of files) {
-      data.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
-    }
-    dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true }));
-  }, files);
+/// Ten frames spread over a session have the same visible polygons here and there.
+async function tenFrames(name, file, found) {
+  const native = await fingerprints(file);
+  const other = found.ten.filter(([frame, fingerprint]) => native.get(frame) !== fingerprint);
+  const count = new Set(found.ten.map(([frame]) => frame)).size;
+  check(count === Math.min(10, native.size) && found.frames === native.size && other.length === 0,
+    `${name}: ${count} frames of ${found.frames} have the fingerprints that osp replay finds in ${native.size} ${other}`);
 }
 
-/// Draws a stroke with the mouse; `y` in the window.
-async function stroke(page, y) {
-  await page.mouse.move(420, y);
-  await page.mouse.down();
-  for (let i = 1; i <= 20; i += 1) {
-    await page.mouse.move(420 + i * 12, y + 20 * Math.sin(i / 3));
-    await sleep(16);
-  }
-  await page.mouse.up();
-}
-
-async function isClean(page, what) {
-  const wrong = await wrongOf(page);
-  check(page.complaints.length === 0 && wrong === '', `${what}: nothing is complained of ${wrong} ${page.complaints.join(' | ')}`);
-}
-
-process.on('exit', () => server.kill());
-let browser = await launch();
+const address = await serve();
+const profile = newProfile();
+const draws = canRender();
+let browser = await launch(profile);
 try {
-  const page = await openPage(browser);
+  const page = await openPage(browser, address);
+  await catchDownloads(page);
   console.log(`the page opens in ${page.startMs} ms on ${(await stateOf(page)).adapter}`);
 
   const pins = pinned();
@@ -154,6 +68,8 @@ try {
       return JSON.parse(globalThis.osp.fingerprint(url, bytes));
     }, url);
     check(found.fingerprint === fingerprint && found.frames === frames, `${name}: fingerprint ${found.fingerprint} of ${found.frames} frames`);
+    const file = join(root, 'recordings', name);
+    await tenFrames(name, file, found);
 
     const start = Date.now();
     await page.select('#examples', name.replace('.ron', ''));
@@ -165,6 +81,7 @@ try {
     await sleep(500);
     const colours = await coloursOf(page, name);
     check(colours > 30, `${name}: ${colours} colours, ${state.drawn} of ${state.polygons} polygons drawn, shown ${readMs} ms after it was chosen`);
+    if (draws) await compare(page, file, (length) => [Math.ceil(length * 0.75), length]);
   }
   await isClean(page, 'recordings');
 
@@ -197,21 +114,12 @@ try {
   await page.evaluate(() => globalThis.osp.choose('osp', 'auto'));
   console.log(`${drawnAtFirst} polygons were drawn before`);
 
-  // What is saved: the test takes what the browser would put into its folder of downloads.
-  await page.evaluate(() => {
-    globalThis.saved = {};
-    HTMLAnchorElement.prototype.click = async function () {
-      const bytes = new Uint8Array(await (await fetch(this.href)).arrayBuffer());
-      globalThis.saved[this.download] = [bytes.length, ...bytes.slice(0, 4)];
-    };
-  });
+  // What is saved.
   for (const kind of ['session', 'glb', 'png']) await page.select('#save', kind);
-  await page.waitForFunction(() => Object.keys(globalThis.saved).length === 3, { timeout: 20_000 });
-  const saved = await page.evaluate(() => globalThis.saved);
-  console.log(`saved: ${JSON.stringify(saved)}`);
-  check(String(saved['scribble.glb']?.slice(1)) === '103,108,84,70', 'a model is saved');
-  check(String(saved['scribble.png']?.slice(1)) === '137,80,78,71', 'a picture is saved');
-  check(saved['scribble.ron']?.[0] === readFileSync(join(root, 'recordings/scribble.ron')).length, 'a session is saved');
+  const [session, model, picture] = await Promise.all(['ron', 'glb', 'png'].map((ending) => takeDownload(page, `scribble.${ending}`)));
+  check(model.toString('latin1', 0, 4) === 'glTF', `a model of ${model.length} bytes is saved`);
+  check(PNG.sync.read(picture).width > 100, `a picture of ${picture.length} bytes is saved`);
+  check(session.equals(readFileSync(join(root, 'recordings/scribble.ron'))), 'a session is saved');
   await isClean(page, 'culling and saving');
 
   // Files are dropped; one that is none is refused on the page.
@@ -224,9 +132,9 @@ try {
   const refused = await wrongOf(page);
   check(refused.includes('junk.tilt') && refused.includes('expected'), `a file that is none: ${refused}`);
   await page.click('#wrong');
-  for (const sketch of corpus()) {
-    await dropFiles(page, sketch);
-    const name = sketch[0].split('/').pop();
+  for (const { files, isCompared } of corpus()) {
+    await dropFiles(page, files);
+    const name = files[0].split('/').pop();
     await until(page, name, (state) => state.isReplay && state.path.endsWith(name) && state.length > 0, 60_000);
     const { length } = await stateOf(page);
     await page.evaluate((frame) => globalThis.osp.seek(frame), length);
@@ -234,12 +142,16 @@ try {
     await sleep(500);
     const colours = await coloursOf(page, name);
     check(colours > 10, `${name}: ${colours} colours`);
+    if (!isCompared) continue;
+    const found = await page.evaluate(() => JSON.parse(globalThis.osp.fingerprint_of(JSON.parse(globalThis.osp.state()).path)));
+    await tenFrames(name, files[0], found);
+    if (draws) await compare(page, files[0], (length) => [length]);
   }
   await isClean(page, 'dropped files');
   await page.close();
 
   // Drawing, undo, and what is left when the page is closed without a word.
-  const canvas = await openPage(browser);
+  const canvas = await openPage(browser, address);
   await stroke(canvas, 300);
   const first = await until(canvas, 'a stroke', (state) => state.polygons > 10 && !state.isReplay);
   await stroke(canvas, 450);
@@ -255,8 +167,8 @@ try {
   await canvas.waitForFunction(() => globalThis.ospIsIdle());
   await canvas.close();
   await browser.close();
-  browser = await launch();
-  const back = await openPage(browser);
+  browser = await launch(profile);
+  const back = await openPage(browser, address);
   const found = await until(back, 'the drawing', (state) => state.polygons === undone.polygons, 10_000);
   check(found.length === undone.length, `brought back: ${found.polygons} polygons of ${found.length} events`);
   await isClean(back, 'a second visit');
@@ -264,7 +176,7 @@ try {
   // To become a phone, the page is loaded anew.
   await back.setViewport({ width: 390, height: 844, deviceScaleFactor: 1, hasTouch: true, isMobile: true });
   await back.goto(address);
-  await until(back, 'the window to open', (state) => state.frames > 0, 60_000);
+  await isOpen(back);
   await back.select('#examples', 'portrait');
   await until(back, 'portrait', (state) => state.isReplay && state.position > 200, 60_000);
   check((await coloursOf(back, 'phone')) > 5, 'a screen of 390 by 844');
@@ -277,24 +189,5 @@ try {
   for (const page of await browser.pages()) if (pictures) await page.screenshot({ path: join(pictures, 'failed.png') }).catch(() => {});
 } finally {
   await browser.close();
-  server.kill();
-  rmSync(profile, { recursive: true, force: true });
 }
 finish();
-
-/// Five sketches of the folder of real files, if one is named.
-function corpus() {
-  const folder = process.env.OSP_CORPUS;
-  if (!folder) {
-    console.log('skipped: sketches, for OSP_CORPUS is not set');
-    return [];
-  }
-  const json = readdirSync(join(folder, 'cassie/raw_data'))[0];
-  return [
-    ['tilt/tb_Promoted_TiltMech.tilt'],
-    ['tilt/tb_Intro_Intro_Sketch_Simple.tilt'],
-    ['tilt/ob_peacock-japan_by_Manami_Igarashi.tilt'],
-    ['apa/it_follows.apa'],
-    [`cassie/raw_data/${json}`, `cassie/sketch_history/${json}`],
-  ].map((paths) => paths.map((path) => join(folder, path)));
-}

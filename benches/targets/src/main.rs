@@ -2,7 +2,7 @@
 //! batch, memory. Rivals take turns in every round; each answer is compared with the first rival's.
 //!
 //! `cargo run --release --manifest-path benches/targets/Cargo.toml [-- SIZE...]`; sizes in polygons, 10000 100000
-//! 1000000 unless told otherwise. With `OSP_CORPUS` set to a folder, its recorded sessions too.
+//! 1000000 unless told otherwise. With `OSP_CORPUS` set to a folder, its recorded sessions and models (`.obj`) too.
 
 #[path = "../../../tests/support/boxes.rs"]
 mod boxes;
@@ -25,6 +25,8 @@ use sessions::Arrivals;
 const ROUNDS: usize = 9;
 /// Views of each camera.
 const VIEWS: usize = 8;
+/// Polygons that come in a frame.
+const BATCHES: [usize; 3] = [16, 256, 1024];
 
 fn main() {
     let sizes: Vec<usize> = std::env::args().skip(1).filter_map(|size| size.parse().ok()).collect();
@@ -49,16 +51,24 @@ fn main() {
 struct Row {
     kind: &'static Kind,
     subject: Box<dyn Subject>,
-    /// Nanoseconds a polygon with 16 and 256 a frame, of five runs the least time of every batch; a rebuild's for all
-    /// polygons, nanoseconds.
-    insert_ns: [f64; 2],
+    /// Nanoseconds a polygon by [`BATCHES`], of five runs the least time of every batch; a rebuild's for all polygons,
+    /// nanoseconds.
+    insert_ns: [f64; BATCHES.len()],
     /// Microseconds of a batch of 16: p50, p99, p99.9, max.
     latency_us: [f64; 4],
     /// Microseconds a query, outside and inside.
     query_us: [f64; 2],
+    /// The same of the slowest hundredth of all queries, of whichever view.
+    query_p99_us: [f64; 2],
 }
 
 impl Row {
+    /// Nothing measured yet.
+    fn new(kind: &'static Kind, subject: Box<dyn Subject>) -> Self {
+        let (insert_ns, latency_us) = ([f64::NAN; BATCHES.len()], [f64::NAN; 4]);
+        Self { kind, subject, insert_ns, latency_us, query_us: [0.0; 2], query_p99_us: [0.0; 2] }
+    }
+
     /// A whole frame: 16 inserts (or a rebuild) and a query, microseconds.
     fn frame_us(&self, camera: usize) -> f64 {
         let change_ns = if self.kind.rebuilds { self.insert_ns[0] } else { 16.0 * self.insert_ns[0] };
@@ -70,7 +80,7 @@ fn measure(arrivals: &Arrivals) {
     let boxes = &arrivals.boxes;
     let mut rows: Vec<Row> = KINDS
         .iter()
-        .filter(|k| arrivals.all_rivals || (!k.peer && !k.rebuilds))
+        .filter(|k| if k.peer { arrivals.peers } else { arrivals.static_trees || !k.rebuilds })
         .map(|k| grow(k, boxes))
         .collect();
     let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
@@ -100,13 +110,13 @@ fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
         }
         let rebuild_ns = median(&mut times);
         let none = [f64::NAN; 4];
-        return Row { kind, subject, insert_ns: [rebuild_ns; 2], latency_us: none, query_us: [0.0; 2] };
+        return Row { insert_ns: [rebuild_ns; BATCHES.len()], latency_us: none, ..Row::new(kind, subject) };
     }
     let runs = if kind.peer && boxes.len() > 200_000 { 1 } else { 5 };
-    let (mut insert_ns, mut latency_us) = ([f64::NAN; 2], [f64::NAN; 4]);
+    let (mut insert_ns, mut latency_us) = ([f64::NAN; BATCHES.len()], [f64::NAN; 4]);
     let mut subject = None;
-    for (i, batch) in [256, 16].into_iter().enumerate() {
-        if runs == 1 && batch == 256 {
+    for (i, batch) in BATCHES.into_iter().enumerate().rev() {
+        if runs == 1 && batch != 16 {
             continue;
         }
         // A batch does the same in every run, so its least time is the one least disturbed.
@@ -124,7 +134,7 @@ fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
             }
             subject = Some(filled);
         }
-        insert_ns[1 - i] = least.iter().sum::<f64>() / boxes.len() as f64;
+        insert_ns[i] = least.iter().sum::<f64>() / boxes.len() as f64;
         if batch == 16 {
             least.sort_by(f64::total_cmp);
             let at = |share: f64| least[((least.len() - 1) as f64 * share) as usize] / 1000.0;
@@ -133,7 +143,7 @@ fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
     }
     let mut subject = subject.expect("it was filled at least once");
     subject.rest();
-    Row { kind, subject, insert_ns, latency_us, query_us: [0.0; 2] }
+    Row { insert_ns, latency_us, ..Row::new(kind, subject) }
 }
 
 /// Asks all rivals in turns; returns how many polygons were found, and what a query takes at least.
@@ -170,6 +180,9 @@ fn ask(rows: &mut [Row], camera: usize, views: &[Frustum], boxes: &[Aabb]) -> (f
     }
     for (row, times) in rows.iter_mut().zip(&mut times) {
         row.query_us[camera] = times.iter_mut().map(|t| median(t)).sum::<f64>() / views.len() as f64;
+        let mut all = times.concat();
+        all.sort_by(f64::total_cmp);
+        row.query_p99_us[camera] = all[(all.len() - 1) * 99 / 100];
     }
     (expected.iter().map(Vec::len).sum::<usize>() as f64, floor.least())
 }
@@ -190,11 +203,11 @@ fn print(name: &str, polygons: usize, rows: &[Row], seen: [f64; 2], least: [Leas
         seen[1] * 100.0
     );
     println!(
-        "| | insert 16 / 256, ns | batch p50 / p99 / p99.9 / max, µs | query out / in, µs | times the floor | against osp | frame out / in, µs | against osp | B a polygon |\n|---|---|---|---|---|---|---|---|---|"
+        "| | insert 16 / 256 / 1,024, ns | batch p50 / p99 / p99.9 / max, µs | query out / in, µs | its p99, µs | times the floor | against osp | frame out / in, µs | against osp | B a polygon |\n|---|---|---|---|---|---|---|---|---|---|"
     );
     let [out, inside] = least;
     println!(
-        "| *floor* | | | {:.1} / {:.1} ({:.0} / {:.0} kB) | 1 / 1 | | | | |\n| *floor, as blocks* | | | {:.1} / {:.1} ({:.0} / {:.0} kB) | 1 / 1 | | | | |",
+        "| *floor* | | | {:.1} / {:.1} ({:.0} / {:.0} kB) | | 1 / 1 | | | | |\n| *floor, as blocks* | | | {:.1} / {:.1} ({:.0} / {:.0} kB) | | 1 / 1 | | | | |",
         out.ids_us,
         inside.ids_us,
         out.ids_kb,
@@ -207,9 +220,9 @@ fn print(name: &str, polygons: usize, rows: &[Row], seen: [f64; 2], least: [Leas
     let osp = &rows[0];
     for row in rows {
         let insert = match (row.kind.rebuilds, row.insert_ns) {
-            (true, [ns, _]) => format!("rebuild {:.0} µs", ns / 1000.0),
-            (false, [a, b]) if b.is_nan() => format!("{a:.1}"),
-            (false, [a, b]) => format!("{a:.1} / {b:.1}"),
+            (true, [ns, ..]) => format!("rebuild {:.0} µs", ns / 1000.0),
+            (false, [a, b, _]) if b.is_nan() => format!("{a:.1}"),
+            (false, [a, b, c]) => format!("{a:.1} / {b:.1} / {c:.1}"),
         };
         let [p50, p99, p999, max] = row.latency_us;
         let latency = if row.kind.rebuilds {
@@ -220,8 +233,10 @@ fn print(name: &str, polygons: usize, rows: &[Row], seen: [f64; 2], least: [Leas
         let [outside, inside] = row.query_us;
         let floor_us = least.map(|l| if row.kind.blocks { l.blocks_us } else { l.ids_us });
         println!(
-            "| {} | {insert} | {latency} | {outside:.1} / {inside:.1} | {:.1} / {:.1} | {:.2} / {:.2} | {:.1} / {:.1} | {:.2} / {:.2} | {:.0} |",
+            "| {} | {insert} | {latency} | {outside:.1} / {inside:.1} | {:.1} / {:.1} | {:.1} / {:.1} | {:.2} / {:.2} | {:.1} / {:.1} | {:.2} / {:.2} | {:.0} |",
             row.kind.name,
+            row.query_p99_us[0],
+            row.query_p99_us[1],
             outside / floor_us[0],
             inside / floor_us[1],
             outside / osp.query_us[0],

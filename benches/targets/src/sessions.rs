@@ -13,21 +13,28 @@ use crate::boxes::{drawn, shuffled};
 pub struct Arrivals {
     pub name: String,
     pub boxes: Vec<Aabb>,
-    /// Whether all rivals run on it, or only the flat ones.
-    pub all_rivals: bool,
+    /// Whether other crates' trees run on it.
+    pub peers: bool,
+    /// Whether our trees that are built anew run on it.
+    pub static_trees: bool,
 }
 
 pub fn synthetic(count: usize) -> [Arrivals; 2] {
     let boxes = drawn(count, 1);
     let shuffled = shuffled(boxes.clone(), 2);
     [
-        Arrivals { name: format!("drawn, {count}"), boxes, all_rivals: true },
-        Arrivals { name: format!("shuffled, {count}"), boxes: shuffled, all_rivals: count <= 100_000 },
+        Arrivals { name: format!("drawn, {count}"), boxes, peers: true, static_trees: true },
+        Arrivals {
+            name: format!("shuffled, {count}"),
+            boxes: shuffled,
+            peers: count <= 100_000,
+            static_trees: true,
+        },
     ]
 }
 
-/// The recorded sessions in a folder, those of more than `at_least` polygons, scaled into the cube of 4 m; and all of
-/// them one after the other in one space.
+/// The recorded sessions and the models (`.obj`, whose faces come in no order of space) in a folder, those of more than
+/// `at_least` polygons, scaled into the cube of 4 m; and all sessions one after the other in one space.
 pub fn recorded(folder: &Path, at_least: usize) -> Vec<Arrivals> {
     let mut files = Vec::new();
     find(folder, &mut files);
@@ -37,14 +44,18 @@ pub fn recorded(folder: &Path, at_least: usize) -> Vec<Arrivals> {
     for file in files {
         let Ok(session) = open(&file, &OpenOptions::default()) else { continue };
         let boxes = scaled(boxes_of(session));
-        together.extend_from_slice(&boxes);
+        let is_model = is_model(&file);
+        if !is_model {
+            together.extend_from_slice(&boxes);
+        }
         if boxes.len() >= at_least {
             let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            sessions.push(Arrivals { name, boxes, all_rivals: false });
+            sessions.push(Arrivals { name, boxes, peers: false, static_trees: is_model });
         }
     }
     if !together.is_empty() {
-        sessions.push(Arrivals { name: "all of them".into(), boxes: together, all_rivals: false });
+        let name = "all sessions".into();
+        sessions.push(Arrivals { name, boxes: together, peers: false, static_trees: false });
     }
     sessions
 }
@@ -55,10 +66,17 @@ fn find(folder: &Path, files: &mut Vec<PathBuf>) {
         let path = entry.path();
         if path.is_dir() {
             find(&path, files);
-        } else if matches!(path.extension().and_then(|e| e.to_str()), Some("tilt" | "apa" | "json" | "ron")) {
+        } else if is_model(&path)
+            || matches!(path.extension().and_then(|e| e.to_str()), Some("tilt" | "apa" | "json" | "ron"))
+        {
             files.push(path);
         }
     }
+}
+
+fn is_model(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.ends_with(".obj") || name.ends_with(".obj.gz")
 }
 
 fn boxes_of(session: Session) -> Vec<Aabb> {
@@ -68,7 +86,7 @@ fn boxes_of(session: Session) -> Vec<Aabb> {
         scene.apply(&event, &mut changes);
         changes.clear();
     }
-    (0..scene.polygon_count()).map(|i| *scene.bounds(PolygonId(i as u32))).collect()
+    (0..scene.polygon_count()).map(|i| scene.bounds(PolygonId(i as u32))).collect()
 }
 
 fn scaled(boxes: Vec<Aabb>) -> Vec<Aabb> {

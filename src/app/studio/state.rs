@@ -142,6 +142,11 @@ impl Studio {
         self.cut
     }
 
+    /// The moment at which brushes that move by themselves stand still, seconds; `None` if they move.
+    pub fn moment_s(&self) -> Option<f32> {
+        self.moment_s
+    }
+
     /// Which pictures of the structures are shown.
     pub fn layers(&self) -> LayerChoice {
         self.layers

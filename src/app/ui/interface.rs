@@ -15,20 +15,25 @@ use super::{
     dialog::{Answer, PathDialog},
     groups::GroupList,
     keys::{HINTS, SHORTCUTS},
-    menu, numbers,
+    menu,
+    numbers::{self, Measured},
     paint_layers::LayerList,
     questions, replay_bar, room,
     selected::SelectionPanel,
     tools,
     wishes::Wishes,
 };
-use crate::app::{
-    command::Command,
-    question::Question,
-    settings::{Settings, SettingsKeeper, Theme},
-    stats::{FrameTimes, History},
-    studio::Studio,
-    subject::Subject,
+use crate::{
+    app::{
+        command::Command,
+        question::Question,
+        settings::{Settings, SettingsKeeper, Theme},
+        stats::{FrameTimes, History, PassHistory},
+        studio::Studio,
+        subject::Subject,
+    },
+    frame::StageClock,
+    render::PassTimes,
 };
 
 /// A window of fewer points is narrow. One on a desktop has more.
@@ -38,6 +43,9 @@ const NARROW: f32 = 480.0;
 #[derive(Debug, Default)]
 pub struct Interface {
     history: History,
+    passes: PassHistory,
+    /// The step of the clock that they are measured by.
+    clock_step_ns: u64,
     shows_panel: bool,
     /// On a narrow window, such as a phone's, the tools leave no room for the model.
     shows_tools: bool,
@@ -66,7 +74,7 @@ pub struct Interface {
 impl Interface {
     /// The interface of a window that is drawn by the adapter of this name.
     pub fn new(adapter: String) -> Self {
-        Self { adapter, ..Self::default() }
+        Self { adapter, clock_step_ns: StageClock::default().step_ns(), ..Self::default() }
     }
 
     /// Keeps settings in this file from now on, and takes those that are there.
@@ -90,6 +98,16 @@ impl Interface {
     /// Adds the times of a frame.
     pub fn note_frame(&mut self, times: FrameTimes) {
         self.history.push(times);
+    }
+
+    /// Adds the GPU's times of a frame, if it has any.
+    pub fn note_passes(&mut self, times: Option<PassTimes>) {
+        self.passes.push(times);
+    }
+
+    /// The step in which the clock advances that frames are measured by, nanoseconds.
+    pub fn clock_step_ns(&self) -> u64 {
+        self.clock_step_ns
     }
 
     /// The times of the last frames.
@@ -173,8 +191,13 @@ impl Interface {
         }
         if wishes.panel {
             Panel::right("numbers").resizable(false).exact_size(268.0).show(ui, |ui| {
-                ScrollArea::vertical()
-                    .show(ui, |ui| numbers::show(ui, studio, &self.history, &self.adapter, &mut wishes));
+                let measured = Measured {
+                    history: &self.history,
+                    passes: self.passes.mean(),
+                    clock_step_ns: self.clock_step_ns,
+                    adapter: &self.adapter,
+                };
+                ScrollArea::vertical().show(ui, |ui| numbers::show(ui, studio, &measured, &mut wishes));
             });
         }
         let area = ui.available_rect_before_wrap();

@@ -16,8 +16,45 @@ use crate::{
     rivals::IndexKind,
 };
 
+/// What the panel shows of the last frames, and by what it was measured.
+#[derive(Debug)]
+pub(super) struct Measured<'a> {
+    pub(super) history: &'a History,
+    /// The GPU's mean times, if it measures them.
+    pub(super) passes: Option<PassTimes>,
+    /// 0 if the clock stands still.
+    pub(super) clock_step_ns: u64,
+    pub(super) adapter: &'a str,
+}
+
 fn ms(ns: u64) -> String {
     format!("{:.2} ms", ns as f64 * 1.0e-6)
+}
+
+/// A time in the unit that suits it, with two digits that count.
+fn short(ns: u64) -> String {
+    match ns {
+        0..1_000 => format!("{ns} ns"),
+        // What rounds up to the next unit is said in it.
+        1_000..9_950 => format!("{:.1} µs", ns as f64 * 1.0e-3),
+        9_950..999_500 => format!("{:.0} µs", ns as f64 * 1.0e-3),
+        999_500..9_950_000 => format!("{:.1} ms", ns as f64 * 1.0e-6),
+        _ => format!("{:.0} ms", ns as f64 * 1.0e-6),
+    }
+}
+
+/// A time that was measured once: of less than a step, a clock tells nothing but that.
+fn once(ns: u64, clock_step_ns: u64, text: impl Fn(u64) -> String) -> String {
+    if ns < clock_step_ns { format!("less than {}", short(clock_step_ns)) } else { text(ns) }
+}
+
+/// The step of the clock, and what it means for the times above.
+fn clock_line(clock_step_ns: u64, frames: usize) -> String {
+    let of = frames.min(History::MEAN_OF);
+    match clock_step_ns {
+        0 => "the clock stands still: no times can be measured".to_owned(),
+        step_ns => format!("times: means of {of} frames; the clock's steps: {}", short(step_ns)),
+    }
 }
 
 /// A count with its thousands separated.
@@ -34,25 +71,27 @@ pub(super) fn count(n: u64) -> String {
 }
 
 /// Times, counts and switches.
-pub(super) fn show(ui: &mut Ui, studio: &Studio, history: &History, adapter: &str, wishes: &mut Wishes) {
+pub(super) fn show(ui: &mut Ui, studio: &Studio, measured: &Measured<'_>, wishes: &mut Wishes) {
     ui.add_space(4.0);
     ui.heading("Culling");
-    switches(ui, studio, wishes);
+    switches(ui, studio, measured.clock_step_ns, wishes);
     ui.separator();
-    times(ui, history);
+    times(ui, measured);
     ui.separator();
-    counts(ui, studio);
+    counts(ui, studio, measured.passes);
     ui.separator();
     layers(ui, studio, wishes);
-    CollapsingHeader::new("Picking").show(ui, |ui| picking(ui, studio));
-    ui.label(RichText::new(adapter).weak().small());
+    CollapsingHeader::new("Picking").show(ui, |ui| picking(ui, studio, measured.clock_step_ns));
+    ui.label(RichText::new(measured.adapter).weak().small());
 }
 
-fn times(ui: &mut Ui, history: &History) {
+fn times(ui: &mut Ui, measured: &Measured<'_>) {
+    let history = measured.history;
+    let mean = history.mean();
     let median_ns = history.percentile_ns(0.5);
     let rate = if median_ns == 0 { 0.0 } else { 1.0e9 / median_ns as f64 };
     ui.horizontal(|ui| {
-        ui.label(RichText::new(ms(history.last().total_ns())).strong());
+        ui.label(RichText::new(ms(mean.total_ns())).strong());
         ui.label(RichText::new(format!("a frame; {rate:.0} frames/s possible")).weak());
     });
     frame_plot(ui, history, 84.0);
@@ -72,7 +111,6 @@ fn times(ui: &mut Ui, history: &History) {
             ui.label(format!("{:.2}", ns as f64 * 1.0e-6));
         }
     });
-    let last = history.last();
     Grid::new("stages").num_columns(3).min_col_width(78.0).spacing([4.0, 0.0]).show(ui, |ui| {
         for stage in FrameStage::ALL {
             ui.horizontal(|ui| {
@@ -80,11 +118,13 @@ fn times(ui: &mut Ui, history: &History) {
                 ui.painter().rect_filled(area, 2.0, stage_color(stage));
                 ui.label(stage.name());
             });
-            ui.label(ms(last.get(stage)));
+            ui.label(ms(mean.get(stage)));
             ui.label(RichText::new(format!("{:.1} %", history.share(stage) * 100.0)).weak());
             ui.end_row();
         }
     });
+    let line = clock_line(measured.clock_step_ns, history.frames().len());
+    ui.label(RichText::new(line).weak().small());
 }
 
 fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
@@ -98,7 +138,7 @@ fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
     });
 }
 
-fn counts(ui: &mut Ui, studio: &Studio) {
+fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
     let report = studio.report();
     let scene = studio.scene().counts();
     let while_drawing = studio.while_drawing();
@@ -127,8 +167,7 @@ fn counts(ui: &mut Ui, studio: &Studio) {
     let is_auto = studio.culling().occlusion() == Occlusion::Auto;
     let polygon_ns = studio.culling().polygon_ns().filter(|_| is_auto);
     let on_gpu = |of: fn(&DrawnCounts) -> u64| while_drawing.map(|(counts, _)| count(of(&counts)));
-    let times = while_drawing.and_then(|(_, times)| times);
-    let pass = |of: fn(&PassTimes) -> u64| times.as_ref().map(|times| ms(of(times)));
+    let pass = |of: fn(&PassTimes) -> u64| passes.as_ref().map(|times| ms(of(times)));
     // Always as many rows, so that nothing moves when another method is chosen.
     let rows = [
         ("cost of a polygon (auto)", polygon_ns.map(|ns| format!("{ns:.0} ns"))),
@@ -141,7 +180,7 @@ fn counts(ui: &mut Ui, studio: &Studio) {
     table(ui, "of some methods", &rows.map(|(name, value)| (name, value.unwrap_or("–".to_owned()))));
 }
 
-fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishes) {
     let culling = studio.culling();
     ComboBox::from_label("index (I)").selected_text(culling.kind().name()).show_ui(ui, |ui| {
         for &kind in IndexKind::ALL {
@@ -151,8 +190,8 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         }
     });
     let line = culling.reindexed().map_or("–".to_owned(), |done| {
-        let took_ms = done.took.as_secs_f64() * 1.0e3;
-        format!("{} polygons inserted in {took_ms:.2} ms", count(done.polygons))
+        let took_ns = u64::try_from(done.took.as_nanos()).unwrap_or(u64::MAX);
+        format!("{} polygons inserted in {}", count(done.polygons), once(took_ns, clock_step_ns, ms))
     });
     ui.label(RichText::new(line).weak().small());
     let now = culling.occlusion();
@@ -214,7 +253,7 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     }
 }
 
-fn picking(ui: &mut Ui, studio: &Studio) {
+fn picking(ui: &mut Ui, studio: &Studio, clock_step_ns: u64) {
     let picks = studio.culling().picks();
     let last = picks.last.map_or("nothing".to_owned(), |id| format!("polygon {}", count(u64::from(id.0))));
     table(
@@ -222,7 +261,7 @@ fn picking(ui: &mut Ui, studio: &Studio) {
         "picks",
         &[
             ("last pick", last),
-            ("its time", format!("{:.1} µs", picks.last_ns as f64 * 1.0e-3)),
+            ("its time", once(picks.last_ns, clock_step_ns, |ns| format!("{:.1} µs", ns as f64 * 1.0e-3))),
             ("rays", count(picks.rays)),
             ("polygons tested", count(picks.tests)),
             ("time of all picks", ms(picks.total_ns)),
@@ -233,6 +272,26 @@ fn picking(ui: &mut Ui, studio: &Studio) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_steps_of_clocks_are_named_in_their_units() {
+        let step = |ns| clock_line(ns, 500).split(": ").last().unwrap_or_default().to_owned();
+        assert_eq!(
+            [41, 4_999, 5_000, 99_999, 100_000].map(step),
+            ["41 ns", "5.0 µs", "5.0 µs", "100 µs", "100 µs"]
+        );
+        assert_eq!([999_999, 1_000_000, 16_600_000].map(step), ["1.0 ms", "1.0 ms", "17 ms"]);
+        assert!(clock_line(5_000, 7).contains("means of 7 frames"), "{}", clock_line(5_000, 7));
+        assert!(clock_line(5_000, 240).contains("means of 60 frames"));
+        assert!(clock_line(0, 240).contains("no times"));
+    }
+
+    #[test]
+    fn what_is_shorter_than_a_step_is_given_no_number() {
+        assert_eq!(once(0, 100_000, ms), "less than 100 µs");
+        assert_eq!(once(100_000, 100_000, ms), "0.10 ms");
+        assert_eq!(once(30, 25, ms), "0.00 ms");
+    }
 
     #[test]
     fn large_counts_are_grouped() {

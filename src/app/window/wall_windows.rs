@@ -23,6 +23,9 @@ const PLAIN_HEIGHT: f64 = 480.0;
 /// Height of a window's title, about.
 const FRAME_PX: u32 = 48;
 
+/// Walls, each with its window.
+pub(in crate::app) type WallWindows = Vec<(Wall, Arc<Window>)>;
+
 /// The monitors by their numbers.
 fn numbered(event_loop: &ActiveEventLoop) -> Vec<(MonitorInfo, MonitorHandle)> {
     let mut monitors: Vec<MonitorHandle> = event_loop.available_monitors().collect();
@@ -56,7 +59,7 @@ fn windows_of(
     event_loop: &ActiveEventLoop,
     monitors: &[(MonitorInfo, MonitorHandle)],
     walls: Vec<Wall>,
-) -> Result<(Vec<(Wall, Arc<Window>)>, Vec<usize>), WindowError> {
+) -> Result<(WallWindows, Vec<usize>), WindowError> {
     let mut covered = Vec::new();
     let mut attributes_of = Vec::new();
     // All are looked up before one opens.
@@ -99,7 +102,7 @@ fn windows_of(
 pub(in crate::app) fn open_node_windows(
     event_loop: &ActiveEventLoop,
     room: &Room,
-) -> Result<Vec<(Wall, Arc<Window>)>, WindowError> {
+) -> Result<WallWindows, WindowError> {
     Ok(windows_of(event_loop, &numbered(event_loop), walls_of_one(room))?.0)
 }
 

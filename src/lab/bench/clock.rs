@@ -1,6 +1,7 @@
 //! Times that are short beside the steps of the clock are measured over several runs at once.
 
-use std::{sync::OnceLock, time::Instant};
+use crate::platform::time::Instant;
+use std::sync::OnceLock;
 
 /// Resolutions of the clock that a measurement lasts at least, where the work can be repeated: it is then off by 2 % at most.
 pub(super) const RESOLUTIONS: f64 = 50.0;

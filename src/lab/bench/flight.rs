@@ -1,4 +1,4 @@
-use std::time::Instant;
+use crate::platform::time::Instant;
 
 use serde::Serialize;
 

@@ -1,4 +1,5 @@
-use std::{ops::Range, time::Instant};
+use crate::platform::time::Instant;
+use std::ops::Range;
 
 use serde::Serialize;
 

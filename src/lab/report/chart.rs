@@ -2,10 +2,9 @@ use std::{
     collections::BTreeSet,
     error::Error,
     path::{Path, PathBuf},
-    sync::Once,
 };
 
-use plotters::{coord::Shift, prelude::*, style::FontStyle};
+use plotters::{coord::Shift, prelude::*};
 use thiserror::Error;
 
 use super::{
@@ -98,9 +97,15 @@ impl Picture for FrameTimes<'_> {
     }
 }
 
-/// Text is measured and drawn with a font of our own; the machine may have none.
+/// Text is measured and drawn with a font of our own; the machine may have none. In a browser it is the browser's.
 pub(crate) fn register_font() {
-    static ONCE: Once = Once::new();
+    #[cfg(not(target_arch = "wasm32"))]
+    register_own_font();
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn register_own_font() {
+    static ONCE: std::sync::Once = std::sync::Once::new();
     ONCE.call_once(|| {
         // Fails only for a font that is not one, and then the text is missing from the picture.
         let _ = plotters::style::register_font(

@@ -9,6 +9,7 @@ mod pins;
 mod printable;
 mod rig_plan;
 mod run;
+#[cfg(feature = "cli")]
 mod scatter;
 mod structure;
 mod structure_picture;
@@ -23,9 +24,12 @@ pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
 pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, PURPLE, SKY, VERMILION};
 pub use pins::{Pin, PinError, Pins, pinned_name};
-pub(crate) use printable::{one_line, printable, push_html};
+#[cfg(feature = "cli")]
+pub(crate) use printable::printable;
+pub(crate) use printable::{one_line, push_html};
 pub use rig_plan::RigPlan;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
+#[cfg(feature = "cli")]
 pub(crate) use scatter::Scatter;
 pub use structure::{Structure, StructureNode};
 pub use structure_picture::{

@@ -48,9 +48,11 @@ mod placement;
 mod state;
 mod tree;
 
-pub use grid::OspGrid;
+#[cfg(feature = "bench")]
+pub(crate) use grid::DEFAULT_MAX_DEPTH;
 #[cfg(feature = "cli")]
-pub(crate) use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH};
+pub(crate) use grid::MAX_MAX_DEPTH;
+pub use grid::OspGrid;
 pub use placement::OspPlace;
 pub use tree::OspPaper;
 

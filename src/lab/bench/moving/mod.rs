@@ -11,7 +11,7 @@ pub(super) mod show;
 mod subject;
 mod world;
 
-use std::time::Instant;
+use crate::platform::time::Instant;
 
 use serde::Serialize;
 

@@ -1,6 +1,6 @@
 //! What is measured: a structure that files every polygon that moves again, or a group index that files groups.
 
-use std::time::Instant;
+use crate::platform::time::Instant;
 
 use super::world::World;
 use crate::{

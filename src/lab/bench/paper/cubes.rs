@@ -1,6 +1,6 @@
 //! The inputs of Fig. 2: how deep the tree is made, and how large its cube.
 
-use std::time::Instant;
+use crate::platform::time::Instant;
 
 use serde::Serialize;
 

@@ -1,6 +1,7 @@
 //! Fig. 20: a flight through the finished model, without culling, culled by the frustum, and by every culler.
 
-use std::{sync::Arc, time::Instant};
+use crate::platform::time::Instant;
+use std::sync::Arc;
 
 use serde::Serialize;
 

@@ -1,6 +1,7 @@
 //! Figs. 19 and 21 to 23: polygons come one after the other, and every frame files, culls and draws.
 
-use std::{ops::Range, time::Instant};
+use crate::platform::time::Instant;
+use std::ops::Range;
 
 use serde::Serialize;
 

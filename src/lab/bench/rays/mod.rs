@@ -10,7 +10,7 @@ mod moves;
 mod outline;
 pub(super) mod show;
 
-use std::time::Instant;
+use crate::platform::time::Instant;
 
 use glam::Vec3;
 use serde::Serialize;

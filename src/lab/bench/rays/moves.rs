@@ -1,6 +1,6 @@
 //! Refit against rebuild: what the rays' walk tests in a tree whose polygons have moved.
 
-use std::time::Instant;
+use crate::platform::time::Instant;
 
 use glam::Vec3;
 use serde::Serialize;

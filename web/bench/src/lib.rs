@@ -1,0 +1,141 @@
+//! `osp bench` in a worker of the page: `bench.js` calls these functions there, and ends the worker to cancel.
+//!
+//! ```text
+//! page.js ─> bench.js (a worker) ─> measure ─> osp::lab::bench ─> the report as a page of its own
+//! ```
+
+use std::{cell::RefCell, path::Path};
+
+use osp::{
+    index::IndexConfig,
+    lab::bench::{
+        self, BenchReport, Contender, GrowthConfig, Machine, MovingConfig, RaysConfig, RaysModel,
+        SessionInput,
+    },
+    math::Aabb,
+    occlusion::{Occlusion, OcclusionConfig},
+    recording::{Header, MemoryFiles, OpenOptions, Pace, Session},
+    replay::{CameraChoice, CameraPath, summarize},
+    rivals::IndexKind,
+};
+use wasm_bindgen::prelude::*;
+
+/// Those of `osp bench --quick`, but for the largest.
+const SIZES: [u32; 2] = [1000, 10_000];
+const SESSION_SECS: f64 = 0.15;
+const GROWTH_SECS: f64 = 0.15;
+const RAYS_SECS: f64 = 0.004;
+const MOVING_SECS: f64 = 0.01;
+const QUESTIONS: usize = 64;
+const BATCH: u32 = 8;
+const FLIGHT_FRAMES: u64 = 360;
+/// Frames between two reports on how far it has come.
+const SAID_EVERY: u64 = 64;
+
+thread_local! {
+    static FILES: RefCell<MemoryFiles> = RefCell::default();
+}
+
+/// Puts a file where [`measure`] finds it.
+#[wasm_bindgen]
+pub fn put(path: &str, bytes: Vec<u8>) {
+    FILES.with_borrow_mut(|files| files.insert(path, bytes));
+}
+
+/// Measures all structures on a session, as `osp bench FILE --quick --sizes 1000,10000` does. `browser` stands in the report where
+/// a processor would; `say` is told what is measured. Returns the report: a whole page of HTML.
+///
+/// # Errors
+/// The session cannot be read, or a chart cannot be drawn.
+#[wasm_bindgen]
+pub fn measure(path: &str, browser: &str, say: &js_sys::Function) -> Result<String, JsError> {
+    let tell = |text: &str| {
+        // Whoever does not want to hear it does not end the measurement.
+        let _ = say.call1(&JsValue::NULL, &text.into());
+    };
+    let report = run(path, browser, &tell)?;
+    bench::page(&report).map_err(|error| JsError::new(&error.to_string()))
+}
+
+fn open(path: &str) -> Result<Session, JsError> {
+    Ok(FILES.with_borrow(|files| files.open(path, &OpenOptions::default()))?)
+}
+
+fn run(path: &str, browser: &str, tell: &dyn Fn(&str)) -> Result<BenchReport, JsError> {
+    let name = Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let (pace, reference, kinds) = (Pace::Samples(1), IndexKind::Osp, Contender::all());
+    tell("reading");
+    let session = open(path)?;
+    let header = session.header.clone();
+    let (summary, scene, read) = summarize(session, pace);
+    read?;
+    let camera =
+        |choice: CameraChoice| (CameraPath::new(choice, header.camera, &summary.bounds), choice.name());
+    let root = root_cube(&header, &summary.bounds);
+    let input = SessionInput {
+        recording: name.clone(),
+        summary,
+        pace,
+        camera: camera(CameraChoice::Auto),
+        rig: None,
+        root,
+        kinds: kinds.clone(),
+        reference,
+        budget_secs: SESSION_SECS,
+    };
+    let mut frame = 0;
+    let measured = bench::run_session(&input, open(path)?, || {
+        frame += 1;
+        if frame % SAID_EVERY == 0 {
+            tell(&format!("frame {frame} of {}", summary.frames));
+        }
+    })?;
+    tell("flight");
+    let config = IndexConfig { root, capacity: scene.polygon_count() };
+    let occlusion = (Occlusion::Msvbsp, OcclusionConfig::default());
+    let flights = [CameraChoice::Inside, CameraChoice::Orbit]
+        .map(|choice| bench::fly(&name, &scene, config, camera(choice), occlusion, FLIGHT_FRAMES))
+        .to_vec();
+    let rays = RaysConfig { kinds: kinds.clone(), reference, questions: QUESTIONS, budget_secs: RAYS_SECS };
+    let mut models = vec![RaysModel::of_scene(&name, &scene, root)];
+    for size in SIZES {
+        models.push(RaysModel::synthetic(size)?);
+    }
+    let cast = |model: &RaysModel| bench::cast_rays(&rays, model, |what| tell(&format!("rays, {what}")));
+    let rays = models.iter().filter_map(cast).collect();
+    let growth = GrowthConfig {
+        sizes: SIZES.to_vec(),
+        kinds: kinds.clone(),
+        reference,
+        batch: BATCH,
+        budget_secs: GROWTH_SECS,
+    };
+    let (growth, skipped) = bench::grow(&growth, |what| tell(what))?;
+    let moving = MovingConfig { sizes: SIZES.to_vec(), kinds, reference, budget_secs: MOVING_SECS };
+    let moving = bench::move_things(&moving, |what| tell(what))?;
+    Ok(BenchReport {
+        machine: Machine { processor: browser.to_owned(), ..Machine::here() },
+        command: format!(
+            "the page's benchmark; outside of a browser: osp bench {name} --quick --sizes 1000,10000"
+        ),
+        reference: reference.name().to_owned(),
+        sessions: vec![measured],
+        growth,
+        skipped,
+        flights,
+        paper: Vec::new(),
+        rays,
+        moving,
+    })
+}
+
+/// The modelling volume: the one that the session names, or a cube around all that is in it.
+fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
+    match header.root {
+        Some(root) if root.size > 0.0 && root.size.is_finite() && root.center.is_finite() => {
+            Aabb::cube(root.center, root.size)
+        }
+        _ if bounds.is_empty() => IndexConfig::default().root,
+        _ => Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.01),
+    }
+}
