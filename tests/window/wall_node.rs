@@ -52,5 +52,5 @@ fn a_node_shows_its_screen_of_the_session() {
         assert!(started.elapsed() < Duration::from_secs(120), "{said} {windows:?}");
         thread::sleep(Duration::from_millis(200));
     }
-    desk.keep_picture("wall-node");
+    desk.keep_picture("wall-node.png");
 }
