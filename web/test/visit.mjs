@@ -146,6 +146,5 @@ export function corpus() {
     { paths: ['tilt/tb_Promoted_Blue_Tit.tilt'], isCompared: true },
     { paths: ['tilt/tb_Intro_Intro_Sketch_Simple.tilt'] },
     { paths: ['tilt/ob_peacock-japan_by_Manami_Igarashi.tilt'] },
-    { paths: ['tilt/tb_Promoted_TiltMech.tilt'] },
   ].map(({ paths, isCompared = false }) => ({ files: paths.map((path) => join(folder, path)), isCompared }));
 }
