@@ -93,7 +93,7 @@ mod tests {
         // All of it was in view, then half, then less.
         assert!(!last.jumps_to(eye, &handles(&[(1, 0x00FF)]), &scene));
         assert!(!last.jumps_to(eye, &handles(&[(0, 0x000F), (1, 0x000F)]), &scene));
-        assert!(last.jumps_to(eye, &handles(&[(0, 0x00FF), (1, 0x0003), (2, 1)]), &scene));
+        assert!(last.jumps_to(eye, &handles(&[(0, 0x00FF), (1, 0x0001), (2, 0x0003)]), &scene));
         // The polygons are about 10 to 26 m away.
         last.jumps_to(eye, &all, &scene);
         assert!(!last.jumps_to(eye + Vec3::Y * 4.0, &all, &scene));
