@@ -4,8 +4,8 @@
 //   web/build && npm ci --prefix web/test && node web/test/measure.mjs [PICTURES]
 import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { openPage, picture, sleep, start, stateOf, until, wrongOf } from './browser.mjs';
 import { check, finish, pictures } from './common.mjs';
+import { openPage, picture, sleep, start, stateOf, until, wrongOf } from './visit.mjs';
 
 const textOf = (page, id) => page.$eval(`#${id}`, (element) => element.textContent);
 const isShown = (page, id) => page.$eval(`#${id}`, (element) => element.checkVisibility());

@@ -81,7 +81,9 @@ try {
     await sleep(500);
     const colours = await coloursOf(page, name);
     check(colours > 30, `${name}: ${colours} colours, ${state.drawn} of ${state.polygons} polygons drawn, shown ${readMs} ms after it was chosen`);
-    if (draws) await compare(page, file, (length) => [Math.ceil(length * 0.75), length]);
+    // The first pupil of the class looks elsewhere until the end.
+    const within = (length) => (name === 'class.ron' ? [] : [Math.ceil(length * 0.75)]);
+    if (draws) await compare(page, file, (length) => [...within(length), length]);
   }
   await isClean(page, 'recordings');
 

@@ -8,8 +8,9 @@ import { spawnSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { choose, openPage, osp, picture, sleep, start, stateOf, until, wrongOf } from './browser.mjs';
 import { check, finish } from './common.mjs';
+import { program as osp } from './native.mjs';
+import { choose, openPage, picture, sleep, start, stateOf, until, wrongOf } from './visit.mjs';
 
 const POLYGONS = 200_000;
 

@@ -4,7 +4,7 @@ import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import puppeteer from 'puppeteer-core';
-import { check, executablePath, root } from './common.mjs';
+import { check, executablePath, pictures, root } from './common.mjs';
 import { program } from './native.mjs';
 
 const flags =
@@ -30,6 +30,13 @@ export function newProfile() {
   const profile = mkdtempSync(join(tmpdir(), 'osp-web-'));
   process.on('exit', () => rmSync(profile, { recursive: true, force: true }));
   return profile;
+}
+
+/// Serves the page and starts a browser; `end` stops the browser.
+export async function start() {
+  const address = await serve();
+  const browser = await launch(newProfile());
+  return { browser, address, end: () => browser.close() };
 }
 
 export function launch(profile, { width = 1280, height = 800 } = {}) {
@@ -93,6 +100,16 @@ export async function dropFiles(page, list) {
   }, files);
 }
 
+/// Chooses files as a person does, with the page's own field.
+export async function choose(page, ...paths) {
+  await (await page.$('#files')).uploadFile(...paths);
+}
+
+/// Keeps a picture of the page, if somebody wants to see it.
+export async function picture(page, name) {
+  if (pictures) await page.screenshot({ path: join(pictures, `${name}.png`) });
+}
+
 /// Begins a stroke with the mouse at this height of the window; the button stays down.
 export async function beginStroke(page, y) {
   await page.mouse.move(420, y);
@@ -146,6 +163,5 @@ export function corpus() {
     { paths: ['tilt/tb_Promoted_Blue_Tit.tilt'], isCompared: true },
     { paths: ['tilt/tb_Intro_Intro_Sketch_Simple.tilt'] },
     { paths: ['tilt/ob_peacock-japan_by_Manami_Igarashi.tilt'] },
-    { paths: ['tilt/tb_Promoted_TiltMech.tilt'] },
   ].map(({ paths, isCompared = false }) => ({ files: paths.map((path) => join(folder, path)), isCompared }));
 }
