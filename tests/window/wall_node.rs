@@ -30,8 +30,9 @@ fn a_node_shows_its_screen_of_the_session() {
     let osp = env!("CARGO_BIN_EXE_osp");
     let address = server.session("house");
     let played = format!("{}/recordings/portrait.ron", env!("CARGO_MANIFEST_DIR"));
-    let joined =
-        desk.command(osp).args(["join", &address, "played.ron", "--play", &played, "--speed", "50"]).output();
+    let mut join = desk.command(osp);
+    join.arg("join").arg(&address).arg(desk.folder().join("played.ron"));
+    let joined = join.args(["--play", &played, "--speed", "50"]).output();
     assert!(joined.expect("the program runs").status.success());
     let _hub = start(desk.command(osp), &["wall", "--hub", &address, "--rig", "desktop", "--rate", "30"]);
     let _node = start(desk.command(osp), &["wall", "--node", "screen", &address, "--rig", "desktop"]);
