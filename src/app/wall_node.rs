@@ -104,9 +104,9 @@ struct Display {
     gpu: Arc<Gpu>,
     renderer: Renderer,
     eyes: Vec<Picture>,
-    windows: Vec<WallWindow>,
-    /// Drawn, and not shown yet; in the order of the windows.
+    /// Drawn, and not shown yet; in the order of the windows, whose surfaces have to be dropped after them.
     frames: Vec<Option<wgpu::SurfaceTexture>>,
+    windows: Vec<WallWindow>,
 }
 
 /// What an eye sees.
@@ -216,7 +216,7 @@ impl Display {
         let renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
         gpu.check()?;
         let frames = windows.iter().map(|_| None).collect();
-        Ok(Self { gpu, renderer, eyes: Vec::new(), windows, frames })
+        Ok(Self { gpu, renderer, eyes: Vec::new(), frames, windows })
     }
 
     /// Draws a frame, and waits until the GPU has done it.

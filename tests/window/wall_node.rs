@@ -35,7 +35,7 @@ fn a_node_shows_its_screen_of_the_session() {
     let joined = join.args(["--play", &played, "--speed", "50"]).output();
     assert!(joined.expect("the program runs").status.success());
     let _hub = start(desk.command(osp), &["wall", "--hub", &address, "--rig", "desktop", "--rate", "30"]);
-    let _node = start(desk.command(osp), &["wall", "--node", "screen", &address, "--rig", "desktop"]);
+    let mut node = start(desk.command(osp), &["wall", "--node", "screen", &address, "--rig", "desktop"]);
     let started = Instant::now();
     loop {
         let status = desk.osp(&["wall", "status", &address]);
@@ -54,4 +54,8 @@ fn a_node_shows_its_screen_of_the_session() {
         thread::sleep(Duration::from_millis(200));
     }
     desk.keep_picture("wall-node.png");
+    // It ends in the middle of a frame, as Ctrl-C has it.
+    let id = node.0.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill runs").success());
+    assert_eq!(node.0.wait().expect("it ends").code(), Some(0));
 }
