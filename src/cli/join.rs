@@ -23,7 +23,7 @@ use super::{
     numbers,
     output::{complain, keep_standard_output_for_a_file, one_line, say},
     reading::ReadArgs,
-    shared_args::{self, Way},
+    shared_args::{self, ServerArgs},
 };
 use crate::{
     lab::report::thousands,
@@ -93,15 +93,8 @@ pub(super) struct JoinArgs {
     /// With --watch: end once everybody has left (and somebody was there). With --play: stay until then, too.
     #[arg(long)]
     until_empty: bool,
-    /// A file with who one is to the server: one line, a token or USER:PASSWORD.
-    #[arg(long, value_name = "FILE")]
-    credentials: Option<PathBuf>,
-    /// Certificates (PEM) of authorities to trust beside those of the system.
-    #[arg(long, value_name = "FILE")]
-    tls_ca: Option<PathBuf>,
-    /// Go to another machine unencrypted: everybody on the way may read and change what is drawn.
-    #[arg(long)]
-    unencrypted: bool,
+    #[command(flatten)]
+    server: ServerArgs,
     /// Replace FILE, whatever it is.
     #[arg(long)]
     force: bool,
@@ -113,15 +106,6 @@ pub(super) struct JoinArgs {
 }
 
 impl JoinArgs {
-    fn way(&self) -> Way<'_> {
-        Way {
-            address: &self.address,
-            credentials: self.credentials.as_deref(),
-            tls_ca: self.tls_ca.as_ref(),
-            is_unencrypted: self.unencrypted,
-        }
-    }
-
     fn recording(&self, address: &Address) -> anyhow::Result<SharedRecording> {
         let session = address.session();
         let path = self.file.clone().unwrap_or_else(|| PathBuf::from(format!("{session}.ron")));
@@ -137,7 +121,7 @@ impl JoinArgs {
 }
 
 pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
-    let address = args.way().address()?;
+    let address = args.server.address(&args.address)?;
     if args.until_empty && !args.watch && args.play.is_none() {
         bail!("--until-empty: expected --watch or --play; a member that stays is there itself");
     }
@@ -150,7 +134,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
         // What is said on the way is no JSON.
         keep_standard_output_for_a_file();
     }
-    let link = Link::open(&address, &args.way().options(args.watch, &args.name), || {})?;
+    let link = Link::open(&address, &args.server.options(args.watch, &args.name), || {})?;
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
     shared_args::end_on_signals(&ending, FAREWELL + REPORT);

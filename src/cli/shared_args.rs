@@ -1,6 +1,6 @@
 //! How a member of a shared session reaches the server, and who it is.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 #[cfg(unix)]
 use std::{
     sync::{
@@ -12,6 +12,7 @@ use std::{
 };
 
 use anyhow::Context;
+use clap::Args;
 
 use crate::{
     live::{Address, Credentials, LinkOptions, Role, Who},
@@ -19,27 +20,31 @@ use crate::{
     small_file::read_text,
 };
 
-/// The ways to a server that a command is given.
-#[derive(Debug)]
-pub(super) struct Way<'a> {
-    /// The address as it was typed: what is wrong with it is said without the password in it.
-    pub(super) address: &'a str,
-    pub(super) credentials: Option<&'a Path>,
-    pub(super) tls_ca: Option<&'a PathBuf>,
-    pub(super) is_unencrypted: bool,
+/// How to reach a server.
+#[derive(Args, Debug)]
+pub(super) struct ServerArgs {
+    /// A file with who one is to the server: one line, a token or USER:PASSWORD.
+    #[arg(long, value_name = "FILE")]
+    credentials: Option<PathBuf>,
+    /// Certificates (PEM) of authorities to trust beside those of the system.
+    #[arg(long, value_name = "FILE")]
+    pub(super) tls_ca: Option<PathBuf>,
+    /// Go to another machine unencrypted: everybody on the way may read and change what is drawn.
+    #[arg(long)]
+    unencrypted: bool,
 }
 
-impl Way<'_> {
-    /// The address, with the credentials of a file.
-    pub(super) fn address(&self) -> anyhow::Result<Address> {
-        let mut address: Address = self.address.parse()?;
-        if let Some(path) = self.credentials {
+impl ServerArgs {
+    /// An address as it was typed, with the credentials of a file. What is wrong with it is said without the password in it.
+    pub(super) fn address(&self, typed: &str) -> anyhow::Result<Address> {
+        let mut address: Address = typed.parse()?;
+        if let Some(path) = &self.credentials {
             address.credentials = Credentials::read(path)?;
         }
-        if !self.is_unencrypted {
+        if !self.unencrypted {
             address.check_way()?;
         }
-        if let Some(path) = self.tls_ca {
+        if let Some(path) = &self.tls_ca {
             read_text(path, 1 << 20).with_context(|| path.display().to_string())?;
         }
         Ok(address)
@@ -51,7 +56,13 @@ impl Way<'_> {
             true => Role::Watcher,
             false => Role::Author(Who { name: name.to_owned(), color: None }),
         };
-        LinkOptions { role, certificates: self.tls_ca.cloned() }
+        LinkOptions { role, certificates: self.tls_ca.clone() }
+    }
+
+    /// Whether one of them was given.
+    #[cfg(feature = "window")]
+    pub(super) fn is_given(&self) -> bool {
+        self.credentials.is_some() || self.tls_ca.is_some() || self.unencrypted
     }
 }
 

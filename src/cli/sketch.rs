@@ -8,7 +8,7 @@ use std::{
 use clap::Args;
 
 #[cfg(feature = "live")]
-use super::shared_args::{self, Way};
+use super::shared_args::{self, ServerArgs};
 use super::{
     Outcome, numbers,
     occlusion_tests::TestArgs,
@@ -102,18 +102,9 @@ pub(super) struct SketchArgs {
     #[arg(long, default_value = "", hide_default_value = true, requires = "join", conflicts_with = "watch")]
     #[arg(value_parser = shared_args::name)]
     name: String,
-    /// A file with who one is to the server: one line, a token or USER:PASSWORD.
     #[cfg(feature = "live")]
-    #[arg(long, value_name = "FILE", requires = "join")]
-    credentials: Option<PathBuf>,
-    /// Certificates (PEM) of authorities to trust beside those of the system.
-    #[cfg(feature = "live")]
-    #[arg(long, value_name = "FILE", requires = "join")]
-    tls_ca: Option<PathBuf>,
-    /// Go to another machine unencrypted: everybody on the way may read and change what is drawn.
-    #[cfg(feature = "live")]
-    #[arg(long, requires = "join")]
-    unencrypted: bool,
+    #[command(flatten)]
+    server: ServerArgs,
     #[command(flatten)]
     limits: LimitArgs,
     /// The folder for autosave files [default: the user's own data folder].
@@ -180,14 +171,8 @@ impl SketchArgs {
 impl SketchArgs {
     /// Begins to take part in a shared session.
     fn join(&self, address: &str, autosaves: &Autosaves) -> anyhow::Result<Start> {
-        let way = Way {
-            address,
-            credentials: self.credentials.as_deref(),
-            tls_ca: self.tls_ca.as_ref(),
-            is_unencrypted: self.unencrypted,
-        };
-        let options = way.options(self.watch, &self.name);
-        let shared = Shared::join(&way.address()?, &options, autosaves)?;
+        let options = self.server.options(self.watch, &self.name);
+        let shared = Shared::join(&self.server.address(address)?, &options, autosaves)?;
         Ok(Start::with(Document::joining(shared, autosaves)?, Opened::default()))
     }
 }
@@ -253,6 +238,11 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     let tracker = &args.tracker.tracker;
     args.window.check_trace(args.file.as_ref(), tracker.as_ref())?;
     args.tracker.check()?;
+    #[cfg(feature = "live")]
+    anyhow::ensure!(
+        args.join.is_some() || !args.server.is_given(),
+        "--credentials, --tls-ca, --unencrypted: expected --join ADDRESS"
+    );
     let room = args.window.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
     #[cfg(feature = "live")]

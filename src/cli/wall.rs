@@ -1,7 +1,6 @@
 //! `osp wall`: a wall of several machines that show one moment of one shared session.
 
 use std::{
-    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -17,7 +16,7 @@ use super::{
     Outcome, numbers,
     output::{complain, say},
     rig_args::{RigArgs, room_parser},
-    shared_args::{self, Way},
+    shared_args::{self, ServerArgs},
     wall_text::{counts_text, text},
 };
 use crate::{
@@ -93,25 +92,11 @@ pub(super) struct WallArgs {
 /// How to reach the server, and what is printed.
 #[derive(Args, Debug)]
 struct WayArgs {
-    /// A file with who one is to the server: one line, a token or USER:PASSWORD.
-    #[arg(long, value_name = "FILE")]
-    credentials: Option<PathBuf>,
-    /// Certificates (PEM) of authorities to trust beside those of the system.
-    #[arg(long, value_name = "FILE")]
-    tls_ca: Option<PathBuf>,
-    /// Go to another machine unencrypted: everybody on the way may read and change what is shown.
-    #[arg(long)]
-    unencrypted: bool,
+    #[command(flatten)]
+    server: ServerArgs,
     /// Print what there was as one JSON object.
     #[arg(long)]
     json: bool,
-}
-
-impl WayArgs {
-    fn address(&self, address: &str) -> anyhow::Result<Address> {
-        let credentials = self.credentials.as_deref();
-        Way { address, credentials, tls_ca: self.tls_ca.as_ref(), is_unencrypted: self.unencrypted }.address()
-    }
 }
 
 #[derive(Subcommand, Debug)]
@@ -142,7 +127,7 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
         "--tracker: expected --hub, which tells the nodes where the head is"
     );
     let Some(address) = &args.address else { bail!("expected an ADDRESS") };
-    let address = args.way.address(address)?;
+    let address = args.way.server.address(address)?;
     let Some((rig, stereo)) = args.rig.open()? else {
         bail!("expected --rig, with the screens of the wall");
     };
@@ -156,7 +141,7 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
 }
 
 fn status(address: &str, way: &WayArgs) -> anyhow::Result<Outcome> {
-    let report = ask(&way.address(address)?, way.tls_ca.clone())?;
+    let report = ask(&way.server.address(address)?, way.server.tls_ca.clone())?;
     say(&if way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
     Ok(if report.is_well() { Outcome::Done } else { Outcome::CheckFailed })
 }
@@ -176,7 +161,7 @@ impl WallArgs {
     ) -> anyhow::Result<Outcome> {
         let mut head = TrackedHead::open(self, &rig)?;
         let motion = if head.is_some() { RoomMotion::Stands } else { self.room };
-        let certificates = self.way.tls_ca.clone();
+        let certificates = self.way.server.tls_ca.clone();
         let mut hub =
             Hub::open(address, &HubOptions { certificates, rig, stereo, motion, rate_hz: self.rate })?;
         complain(&format!("the hub of {address}; osp wall status shows its nodes"));
@@ -208,7 +193,7 @@ impl WallArgs {
         screen: &str,
         ending: &AtomicBool,
     ) -> anyhow::Result<Outcome> {
-        let certificates = self.way.tls_ca.clone();
+        let certificates = self.way.server.tls_ca.clone();
         let host = gethostname::gethostname().to_string_lossy().into_owned();
         let options = NodeOptions { certificates, rig, stereo, screen: screen.to_owned(), host };
         let started = Instant::now();

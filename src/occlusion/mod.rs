@@ -58,8 +58,10 @@ pub use pool::{Grouping, OccluderPool, PoolConfig};
 pub use previous_frame::{PreviousFrameCounts, PreviousFrameOccluders};
 pub use select::{Score, SelectConfig, SelectCounts, Selector};
 pub use shadow_volume::{MAX_SIDES, NotAnOccluder, ShadowVolume};
+#[cfg(feature = "lab")]
+pub(crate) use stage::thin_out;
+pub(crate) use stage::work_ns;
 pub use stage::{OcclusionConfig, OcclusionStage};
-pub(crate) use stage::{thin_out, work_ns};
 pub use svbsp::Svbsp;
 pub use tolerance::{EDGE_ON_SINE, END_ON_SINE, QUERY_SLACK};
 pub use tree::Cell;
