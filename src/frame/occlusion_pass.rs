@@ -30,8 +30,8 @@ pub struct PassConfig {
     pub choice: Occlusion,
     /// Most occluders of a frame; `None` is 64, and 16 for [`Occlusion::Auto`] where a polygon costs less than 640 ns.
     pub occluders: Option<usize>,
-    /// What it costs to draw one polygon, nanoseconds. A test takes about 160 ns, and only what costs four times as much to draw
-    /// is tested: from 640 ns on, polygons are tested one by one; at 10 ns, only nodes of the index with 64 polygons and
+    /// What it costs to draw one polygon, nanoseconds. A test is taken for 100 ns, and only what costs four times as much to draw
+    /// is tested: from 400 ns on, polygons are tested one by one; at 10 ns, only nodes of the index with 40 polygons and
     /// more. An engine whose "polygons" are whole meshes sets this to what a mesh costs.
     pub polygon_ns: f64,
     /// What [`Occlusion::Auto`] compares.
