@@ -6,6 +6,9 @@
 
 const PREFIX = 'visit-';
 const TAIL = 'osp-tail-';
+/// The file with the number of the last tail that has been written: an older one must not be put onto newer files, and a browser
+/// that is killed may still have it.
+const WRITTEN = 'tail';
 /// Browsers keep about 5 MB for a site, and two bytes of a letter; what is drawn between two flushes has a few kB.
 const MOST_TAIL = 2_000_000;
 
@@ -33,8 +36,10 @@ export async function openStore() {
   if (best) {
     const writer = new Writer(best.folder);
     const files = await readAll(best.folder);
-    writer.add(takeTail(best.folder.name, files));
-    writer.hasTail = true;
+    const tail = await tailOf(best.folder);
+    writer.tailNumber = tail.number;
+    writer.add(putTail(tail, files));
+    writer.endTail();
     return { files, writer };
   }
   const name = PREFIX + crypto.randomUUID();
@@ -52,9 +57,11 @@ function take(name) {
   });
 }
 
-/// How many drawings lie in a folder, and when a file of it was written last.
+/// How many drawings lie in a folder or its tail, and when they were written last.
 async function ageOf(folder) {
-  let [drawings, written] = [0, 0];
+  const { changes, written: left } = await tailOf(folder);
+  let drawings = changes.filter(({ path, bytes }) => path.endsWith('.ron') && bytes?.length > 0).length;
+  let written = left;
   for await (const [name, handle] of folder.entries()) {
     const file = await handle.getFile();
     drawings += name.endsWith('.ron') && file.size > 0 ? 1 : 0;
@@ -63,38 +70,48 @@ async function ageOf(folder) {
   return [drawings, written];
 }
 
+/// The files, the one that was written last at the end.
 async function readAll(folder) {
   const files = [];
   for await (const [name, handle] of folder.entries()) {
-    const bytes = new Uint8Array(await (await handle.getFile()).arrayBuffer());
-    files.push({ path: decodeURIComponent(name), bytes });
+    if (name === WRITTEN) continue;
+    const file = await handle.getFile();
+    files.push({ path: decodeURIComponent(name), bytes: new Uint8Array(await file.arrayBuffer()), written: file.lastModified });
   }
-  return files;
+  return files.sort((a, b) => a.written - b.written);
 }
 
-/// Puts what a page had left to write when it was left onto its files. Returns the changes, which are still to be written.
-function takeTail(folder, files) {
-  let changes = [];
+/// What a page had left to write when it was left, unless it has been written since: changes, the tail's number (without one, the
+/// number of the last one that was written) and when the page was left.
+export async function tailOf(folder) {
+  const handle = await folder.getFileHandle(WRITTEN).catch(() => null);
+  const text = handle ? await (await handle.getFile()).text() : '';
+  const done = Number.parseInt(text, 10) || 0;
+  const none = { number: done, written: 0, changes: [] };
   try {
-    const tail = JSON.parse(localStorage.getItem(TAIL + folder) ?? '[]');
-    changes = tail.map(({ path, from, text }) => ({ path, from, bytes: text === null ? undefined : bytesOf(text) }));
+    const { number, written, changes } = JSON.parse(localStorage.getItem(TAIL + folder.name) ?? 'null') ?? { number: 0 };
+    if (!(number > done)) return none;
+    const change = ({ path, from, text }) => ({ path, from, bytes: text === null ? undefined : bytesOf(text) });
+    return { number, written, changes: changes.map(change) };
   } catch (error) {
     console.warn(`what was drawn last is not brought back: ${error.message}`);
+    return none;
   }
+}
+
+/// Puts a tail onto files. Returns its changes, which are still to be written.
+export function putTail({ changes }, files) {
   return changes.filter(({ path, from, bytes }) => {
     const at = files.findIndex((file) => file.path === path);
-    if (!bytes) {
-      if (at >= 0) files.splice(at, 1);
-      return true;
-    }
     const before = at >= 0 ? files[at].bytes : new Uint8Array();
     // Something between is missing.
-    if (from > before.length) return false;
+    if (bytes && from > before.length) return false;
+    if (at >= 0) files.splice(at, 1);
+    if (!bytes) return true;
     const whole = new Uint8Array(from + bytes.length);
     whole.set(before.subarray(0, from));
     whole.set(bytes, from);
-    if (at >= 0) files[at].bytes = whole;
-    else files.push({ path, bytes: whole });
+    files.push({ path, bytes: whole });
     return true;
   });
 }
@@ -107,13 +124,15 @@ const textOf = (bytes) => {
 };
 
 /// Writes changes in their order, one at a time. One that fails stays the next to be written.
-class Writer {
+export class Writer {
   constructor(folder) {
     this.folder = folder;
     this.waiting = [];
     this.isBusy = false;
-    /// Whether the local storage has what waits, or waited.
-    this.hasTail = false;
+    /// How many of those that wait the local storage has, too; null if it has none.
+    this.inTail = null;
+    /// The number of the last tail.
+    this.tailNumber = 0;
   }
 
   get isIdle() {
@@ -122,8 +141,9 @@ class Writer {
 
   add(changes) {
     for (const change of changes) {
-      // The first may be on its way. What follows another piece of the same file is written with it.
-      const last = this.waiting.length > 1 ? this.waiting.at(-1) : null;
+      // The first may be on its way, and a tail is written before what is newer. What follows another piece of the same file is
+      // written with it.
+      const last = this.waiting.length > Math.max(1, this.inTail ?? 0) ? this.waiting.at(-1) : null;
       if (last?.bytes && change.bytes && last.path === change.path && last.from + last.bytes.length === change.from) {
         const bytes = new Uint8Array(last.bytes.length + change.bytes.length);
         bytes.set(last.bytes);
@@ -140,9 +160,11 @@ class Writer {
     const size = this.waiting.reduce((sum, { bytes }) => sum + (bytes?.length ?? 0), 0);
     if (this.waiting.length === 0 || size > MOST_TAIL) return this.waiting.length === 0;
     try {
-      const tail = this.waiting.map(({ path, from, bytes }) => ({ path, from, text: bytes ? textOf(bytes) : null }));
-      localStorage.setItem(TAIL + this.folder.name, JSON.stringify(tail));
-      this.hasTail = true;
+      const changes = this.waiting.map(({ path, from, bytes }) => ({ path, from, text: bytes ? textOf(bytes) : null }));
+      const number = this.tailNumber + 1;
+      localStorage.setItem(TAIL + this.folder.name, JSON.stringify({ number, written: Date.now(), changes }));
+      this.tailNumber = number;
+      this.endTail();
       return true;
     } catch {
       // It has no room, or is switched off.
@@ -150,8 +172,18 @@ class Writer {
     }
   }
 
-  dropTail() {
-    this.hasTail = false;
+  /// What waits now is in the local storage; what comes is not.
+  endTail() {
+    this.inTail = this.waiting.length;
+  }
+
+  /// The tail is written: its number is kept before anything newer is written.
+  async dropTail() {
+    this.inTail = null;
+    if (this.tailNumber === 0) return;
+    await this.writeFile(WRITTEN, 0, new TextEncoder().encode(String(this.tailNumber)));
+    // Meanwhile the page may have been left again.
+    if (this.inTail !== null) return;
     try {
       localStorage.removeItem(TAIL + this.folder.name);
     } catch {
@@ -163,12 +195,13 @@ class Writer {
     if (this.isBusy) return;
     this.isBusy = true;
     try {
-      while (this.waiting.length > 0) {
+      for (;;) {
+        if (this.inTail === 0) await this.dropTail();
+        if (this.waiting.length === 0) break;
         await this.write(this.waiting[0]);
         this.waiting.shift();
+        if (this.inTail !== null) this.inTail -= 1;
       }
-      // An old tail must not be put onto newer files.
-      if (this.hasTail) this.dropTail();
     } finally {
       this.isBusy = false;
     }
@@ -180,6 +213,10 @@ class Writer {
       await this.folder.removeEntry(name).catch(() => {});
       return;
     }
+    await this.writeFile(name, from, bytes);
+  }
+
+  async writeFile(name, from, bytes) {
     const handle = await this.folder.getFileHandle(name, { create: true });
     const stream = await handle.createWritable({ keepExistingData: from > 0 });
     await stream.truncate(from);

@@ -522,7 +522,7 @@ impl Journal {
             match &settled {
                 Err(_) if !self.is_named => file.leave(),
                 // Nobody finds an unnamed file on a page: the next visit brings it back.
-                Ok(()) if cfg!(target_arch = "wasm32") && !self.is_named && self.is_changed() => file.leave(),
+                Ok(()) if cfg!(target_arch = "wasm32") && !self.is_named && file.is_made() => file.leave(),
                 _ => file.release(),
             }
         }

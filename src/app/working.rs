@@ -337,7 +337,11 @@ impl Studio {
         }
         let done = match work.by {
             By::Thread(done) => done.recv(),
-            By::Turns(_, task) => Ok(task.run(&work.progress)),
+            By::Turns(_, mut task) => loop {
+                if let Some(done) = task.step(&work.progress) {
+                    break Ok(done);
+                }
+            },
         };
         match done {
             Ok(Done::Opened { outcome: Ok(read), .. }) => {
@@ -425,6 +429,8 @@ impl Studio {
         if self.is_busy() {
             return;
         }
+        // While it is read, nothing would hear that the button is released.
+        self.finish_gestures();
         self.end_hands_strokes();
         let task = to_play(path, pace, camera, options, true, false);
         self.start(reading(path), Kind::Reading, Box::new(task));

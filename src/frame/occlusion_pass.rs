@@ -236,7 +236,7 @@ impl Pass for OcclusionPass {
             && changes.is_empty()
             && !switch.can_pay(seen)
         {
-            // Reading the clock would take longer than the rest.
+            // Reading the clock would take longer than the rest. Candidates that are not known yet wait.
             switch.decide(seen);
             self.since_last = self.since_last.saturating_add(1);
             self.by_last = false;

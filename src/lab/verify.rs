@@ -356,7 +356,12 @@ impl Verifier {
                     let select = look.fastest(&mut totals.select_ns, select);
                     let build = &mut || culler.build(&window, selector.chosen());
                     let build = look.fastest(&mut totals.build_ns, build);
+                    let has_none = selector.chosen().is_empty();
                     let cull = &mut || {
+                        if has_none {
+                            left.copy_from(blocks);
+                            return CullCounts::default();
+                        }
                         thin_out(&**culler, self.config.cull, look.index, scene, look.frustum, blocks, left)
                     };
                     let cull = look.fastest(&mut totals.query_ns, cull);

@@ -175,14 +175,42 @@ fn pass_times(bytes: &[u8], period_ns: f64) -> Option<PassTimes> {
         Some((ticks as f64 * period_ns) as u64)
     };
     let stamps = bytes.len() / 8;
-    // The passes come in one order or another.
-    let ends = |i: usize| stamp(i).map(|ticks| (ticks, i));
-    let (_, first) = (0..stamps).filter_map(ends).min()?;
-    let (_, last) = (0..stamps).filter_map(ends).max()?;
-    let total_ns = between(first, last)?;
+    // The first pass is the same whatever order the others come in. An adapter that begins to count anew has no time.
+    let end = (1..stamps).step_by(2).max_by_key(|&i| stamp(i))?;
+    let total_ns = between(0, end)?;
     let of = |pass: usize| between(pass * 2, pass * 2 + 1);
     Some(match stamps / 2 {
         3.. => PassTimes { total_ns, depth_ns: of(0)?, test_ns: of(1)?, color_ns: of(2)? },
         _ => PassTimes { total_ns, color_ns: total_ns, ..PassTimes::default() },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times(stamps: &[u64]) -> Option<PassTimes> {
+        let bytes: Vec<u8> = stamps.iter().flat_map(|stamp| stamp.to_le_bytes()).collect();
+        pass_times(&bytes, 2.0)
+    }
+
+    #[test]
+    fn a_frame_takes_from_the_first_pass_to_the_last_whatever_their_order() {
+        let depth_first = PassTimes { total_ns: 60, depth_ns: 10, test_ns: 20, color_ns: 20 };
+        assert_eq!(times(&[100, 105, 106, 116, 120, 130]), Some(depth_first));
+        // After a jump the test comes last.
+        let test_last = PassTimes { total_ns: 60, depth_ns: 10, test_ns: 8, color_ns: 20 };
+        assert_eq!(times(&[100, 105, 126, 130, 110, 120]), Some(test_last));
+        assert_eq!(
+            times(&[100, 130]),
+            Some(PassTimes { total_ns: 60, color_ns: 60, ..PassTimes::default() })
+        );
+    }
+
+    #[test]
+    fn stamps_that_go_backwards_are_no_time() {
+        assert_eq!(times(&[100, 0]), None);
+        assert_eq!(times(&[100, 105, 106, 3, 4, 9]), None);
+        assert_eq!(times(&[]), None);
+    }
 }

@@ -82,12 +82,13 @@ fn what_a_jump_leaves_behind_hides_nothing_that_comes_into_view() {
     let Some(mut pair) = Pair::new(&gpu, SIZE, HZB, chunk_len()) else { return };
     let eyes = [(0.0, 0.0, 5.0), (0.0, 0.3, -0.5), (2.0, 0.0, 0.2), (0.2, 4.0, 3.0), (0.0, 0.0, -5.0)];
     for (i, (x, y, z)) in eyes.into_iter().cycle().take(15).enumerate() {
-        // Every jump with something new, in front of or behind what was there.
-        let at = Vec3::new(x, y, z) * if i % 2 == 0 { 0.6 } else { -0.4 };
-        let changes = apply(&mut scene, &[square(at, 0.2, (0.1, 0.4, 0.9, 0.5 + 0.5 * (i % 2) as f32))]);
-        pair.follow(&changes);
         for time in 0..1 + i % 3 {
-            let view = view_from(Vec3::new(x, y, z), Vec3::ZERO);
+            // Every frame with something new, in front of or behind what was there, and after the jump with a step of the eye.
+            let at = Vec3::new(x, y, z) * if (i + time) % 2 == 0 { 0.6 } else { -0.4 };
+            let color = (0.1, 0.4, 0.9, 0.5 + 0.5 * ((i + time) % 2) as f32);
+            let changes = apply(&mut scene, &[square(at, 0.2, color)]);
+            pair.follow(&changes);
+            let view = view_from(Vec3::new(x, y, z) * (1.0 + 0.2 * time as f32), Vec3::ZERO);
             pair.check(&scene, &view, &format!("jump {i}, time {time}"));
         }
     }

@@ -34,6 +34,7 @@ impl HzbView {
         self.fit(frame);
         let Some(groups) = self.groups.take() else { return };
         timer.begin();
+        self.is_encoded = true;
         if self.has_jumped {
             // All in view is kept: see `prepare`.
             self.compact(frame, &groups, encoder, timer.stamps(0, Ends::Both));

@@ -17,20 +17,25 @@ pub(super) struct LastLook {
     eye_in_world: Vec3,
     /// The opaque polygons in view, in the order of numbers.
     handles: Vec<Handle>,
+    /// Whether it had jumped.
+    has_jumped: bool,
 }
 
 impl LastLook {
     /// Takes the next frame's, and says whether its view has jumped: most of what is in view was not in the last frame, or
-    /// the eye has moved so far that what hides there need not hide here.
+    /// the eye has moved so far that what hides there need not hide here. Of an eye that goes on so fast, every other frame
+    /// jumps: the others recall what was found visible just before.
     pub(super) fn jumps_to(&mut self, eye_in_world: Vec3, handles: &[Handle], scene: &Scene) -> bool {
         let count: u32 = handles.iter().map(|handle| handle.mask.count_ones()).sum();
         let has_jumped = count > 0
             && (2 * common(&self.handles, handles) < count
-                || eye_in_world.distance(self.eye_in_world)
-                    > FAR_PART * usual_distance_m(handles, eye_in_world, scene));
+                || !self.has_jumped
+                    && eye_in_world.distance(self.eye_in_world)
+                        > FAR_PART * usual_distance_m(handles, eye_in_world, scene));
         self.eye_in_world = eye_in_world;
         self.handles.clear();
         self.handles.extend_from_slice(handles);
+        self.has_jumped = has_jumped;
         has_jumped
     }
 }
@@ -98,6 +103,8 @@ mod tests {
         last.jumps_to(eye, &all, &scene);
         assert!(!last.jumps_to(eye + Vec3::Y * 4.0, &all, &scene));
         assert!(last.jumps_to(eye - Vec3::Y * 16.0, &all, &scene));
+        assert!(!last.jumps_to(eye - Vec3::Y * 32.0, &all, &scene), "the next one recalls");
+        assert!(last.jumps_to(eye - Vec3::Y * 64.0, &all, &scene));
         // Nothing in view is nothing to recall.
         assert!(!last.jumps_to(eye, &[], &scene));
         assert!(last.jumps_to(eye, &all, &scene));

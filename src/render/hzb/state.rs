@@ -25,6 +25,8 @@ pub(in super::super) struct HzbView {
     pub(super) buffers: Buffers,
     pub(super) groups: Option<Groups>,
     last: LastLook,
+    /// Whether what was prepared last was drawn.
+    pub(super) is_encoded: bool,
     /// Whether the frame draws all in view and looks for what is visible afterwards.
     pub(super) has_jumped: bool,
     kept_words: Vec<[u32; 2]>,
@@ -99,6 +101,7 @@ impl HzbView {
             buffers,
             groups: None,
             last: LastLook::default(),
+            is_encoded: false,
             has_jumped: false,
             kept_words: Vec::new(),
             size: (0, 0),
@@ -163,9 +166,13 @@ impl HzbView {
         if self.ring.capacity() < self.buffers.args.size() {
             self.ring = ReadRing::new(gpu, self.buffers.args.size());
         }
+        if !std::mem::take(&mut self.is_encoded) {
+            // What was prepared and not drawn has found nothing out.
+            self.last = LastLook::default();
+        }
         let has_jumped =
             self.last.jumps_to(view.eye_in_world, handles, scene) || forgets && !handles.is_empty();
-        // Queries keep what they know by group, and ask about all of it again.
+        // Queries keep what they know by group, and ask again when it is due.
         self.has_jumped = has_jumped && self.queries.is_none();
         self.kept_words.clear();
         if self.has_jumped {
