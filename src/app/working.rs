@@ -36,6 +36,8 @@ use task::{Done, ReadSession, Task, ToDraw, ToPlay, Whole};
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
 /// How long a page reads at a time: it shows frames and takes input between.
 const TURN: Duration = Duration::from_millis(12);
+/// A turn between slow frames is at most so many times as long.
+const MOST_TURNS: u32 = 8;
 
 /// Finds when polygons were drawn, as long as it is told to go on.
 type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
@@ -85,14 +87,30 @@ enum Kind {
 /// Who does it.
 enum By {
     Thread(Receiver<Done>),
-    Turns(Duration, Box<dyn Task>),
+    Turns(Turns, Box<dyn Task>),
+}
+
+/// How long it is worked on at a time.
+#[derive(Debug)]
+struct Turns {
+    least: Duration,
+    /// When the last turn ended.
+    ended: Option<Instant>,
+}
+
+impl Turns {
+    /// As long as the frame before took: where frames are slow, the session is not to wait for all of them.
+    fn next(&self, now: Instant) -> Duration {
+        let frame = self.ended.map_or(Duration::ZERO, |ended| now.saturating_duration_since(ended));
+        frame.clamp(self.least, self.least * MOST_TURNS)
+    }
 }
 
 impl std::fmt::Debug for By {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Thread(_) => f.write_str("Thread"),
-            Self::Turns(turn, _) => f.debug_tuple("Turns").field(turn).finish(),
+            Self::Turns(turns, _) => f.debug_tuple("Turns").field(turns).finish(),
         }
     }
 }
@@ -122,20 +140,28 @@ impl Working {
 
     /// Takes it up for this long at a time.
     fn in_turns(what: String, kind: Kind, turn: Duration, task: Box<dyn Task>) -> Self {
-        Self { what, kind, progress: Arc::default(), by: By::Turns(turn, task), since: Instant::now() }
+        Self {
+            what,
+            kind,
+            progress: Arc::default(),
+            by: By::Turns(Turns { least: turn, ended: None }, task),
+            since: Instant::now(),
+        }
     }
 
     /// What has come of it, if that is known. It is worked on for a turn first, if it is done in turns.
     fn poll(&mut self) -> Result<Done, TryRecvError> {
         match &mut self.by {
             By::Thread(done) => done.try_recv(),
-            By::Turns(turn, task) => {
+            By::Turns(turns, task) => {
                 let since = Instant::now();
+                let turn = turns.next(since);
                 loop {
                     if let Some(done) = task.step(&self.progress) {
                         return Ok(done);
                     }
-                    if since.elapsed() >= *turn {
+                    if since.elapsed() >= turn {
+                        turns.ended = Some(Instant::now());
                         return Err(TryRecvError::Empty);
                     }
                 }

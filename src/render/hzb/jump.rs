@@ -104,7 +104,7 @@ mod tests {
         assert!(!last.jumps_to(eye + Vec3::Y * 4.0, &all, &scene));
         assert!(last.jumps_to(eye - Vec3::Y * 16.0, &all, &scene));
         assert!(!last.jumps_to(eye - Vec3::Y * 32.0, &all, &scene), "the next one recalls");
-        assert!(last.jumps_to(eye - Vec3::Y * 64.0, &all, &scene));
+        assert!(last.jumps_to(eye - Vec3::Y * 200.0, &all, &scene));
         // Nothing in view is nothing to recall.
         assert!(!last.jumps_to(eye, &[], &scene));
         assert!(last.jumps_to(eye, &all, &scene));
