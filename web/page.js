@@ -214,7 +214,13 @@ async function start() {
   byId('measure').addEventListener('click', () => {
     const { path, isReplay, length } = JSON.parse(osp.state());
     if (!isReplay && length === 0) return complain('There is nothing to measure yet: open a session, or draw.');
-    return benchmark.start(osp.session_files(), path);
+    let files;
+    try {
+      files = osp.session_files();
+    } catch {
+      return complain('This copy has no file before something is drawn on it: draw, or open the session itself.');
+    }
+    return benchmark.start(files, path);
   });
   byId('full').addEventListener('click', () =>
     document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen());
