@@ -6,14 +6,13 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
     mpsc,
 };
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use hdrhistogram::Histogram;
 use thiserror::Error;
-use tokio::sync::{mpsc as queue, oneshot};
+use tokio::sync::mpsc as queue;
 
-use super::{Address, Counts, Latency, News, Who, connection};
+use super::{Address, Counts, Latency, News, Who, background::Background, connection};
 use crate::recording::{Author, Event};
 
 /// Why a connection has ended for good.
@@ -193,12 +192,11 @@ impl Hand {
 /// See the [module](super). Dropping it ends the connection; [`Hand::leave`] first tells the others.
 #[derive(Debug)]
 pub struct Link {
+    /// Dropping it ends the connection.
+    _background: Background,
     commands: queue::UnboundedSender<Command>,
     news: mpsc::Receiver<Result<News, LiveError>>,
     shared: Arc<Shared>,
-    /// Dropping it ends the thread.
-    close: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
 }
 
 impl Link {
@@ -212,11 +210,8 @@ impl Link {
         options: &LinkOptions,
         wake: impl Fn() + Send + 'static,
     ) -> Result<Self, LiveError> {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-        let runtime = runtime.map_err(LiveError::System)?;
         let (commands, todo) = queue::unbounded_channel();
         let (tell, news) = mpsc::channel();
-        let (close, closing) = oneshot::channel();
         let shared = Arc::new(Shared {
             started: Instant::now(),
             status: Mutex::default(),
@@ -224,25 +219,14 @@ impl Link {
             untaken: AtomicUsize::new(0),
         });
         let (address, options, with) = (address.clone(), options.clone(), Arc::clone(&shared));
-        let work = move || {
-            runtime.block_on(async {
-                let talk = connection::talk(&address, &options, todo, &tell, &wake, &with);
-                tokio::select! {
-                    ended = talk => {
-                        if let Err(error) = ended {
-                            let _ = tell.send(Err(error));
-                            wake();
-                        }
-                    }
-                    _ = closing => {}
-                }
-            });
-            // A look-up of a name may hang.
-            runtime.shutdown_background();
+        let work = move || async move {
+            if let Err(error) = connection::talk(&address, &options, todo, &tell, &wake, &with).await {
+                let _ = tell.send(Err(error));
+                wake();
+            }
         };
-        let thread = std::thread::Builder::new().name("live".to_owned()).spawn(work);
-        let thread = Some(thread.map_err(LiveError::System)?);
-        Ok(Self { commands, news, shared, close: Some(close), thread })
+        let background = Background::start("live", work).map_err(LiveError::System)?;
+        Ok(Self { _background: background, commands, news, shared })
     }
 
     /// What draws, for any thread.
@@ -288,15 +272,5 @@ impl Link {
     /// How long own messages took to come back.
     pub fn latency(&self) -> Latency {
         Latency::of(&lock(&self.shared.latency_us))
-    }
-}
-
-impl Drop for Link {
-    fn drop(&mut self) {
-        drop(self.close.take());
-        if let Some(thread) = self.thread.take() {
-            // A panic there was printed there.
-            let _ = thread.join();
-        }
     }
 }

@@ -20,6 +20,7 @@
 //! passed over and counted. Who may read and write is for the server to decide.
 
 mod address;
+mod background;
 mod connection;
 mod counts;
 mod link;
@@ -41,6 +42,7 @@ pub use member::News;
 pub use outbox::Who;
 pub use own::ME;
 
+pub(crate) use background::Background;
 pub(crate) use member::new_sender;
 pub(crate) use server::{Complaints, connect};
 

@@ -4,18 +4,14 @@
 
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use async_nats::{Client, Message, connection::State};
 use futures_util::{StreamExt as _, stream::select_all};
-use tokio::{
-    runtime::{Builder, Runtime},
-    sync::{mpsc as queue, oneshot},
-};
+use tokio::{runtime::Builder, sync::mpsc as queue};
 
 use super::{WallError, message::MAX_BYTES};
-use crate::live::{Address, Complaints, LinkOptions, LiveError, Role, connect};
+use crate::live::{Address, Background, Complaints, LinkOptions, LiveError, Role, connect};
 
 /// What the hub says to all nodes.
 pub(super) const HUB: &str = "hub";
@@ -46,12 +42,8 @@ pub(super) struct Wire {
     said: Option<queue::UnboundedSender<(String, String)>>,
     heard: mpsc::Receiver<Result<Heard, WallError>>,
     to: String,
-    close: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-fn runtime() -> Result<Runtime, WallError> {
-    Builder::new_current_thread().enable_all().build().map_err(WallError::System)
+    /// Dropping it ends the connection.
+    _background: Background,
 }
 
 fn options(certificates: Option<PathBuf>) -> LinkOptions {
@@ -67,36 +59,23 @@ impl Wire {
         speaks_to: &str,
         wake: impl Fn() + Send + 'static,
     ) -> Result<Self, WallError> {
-        let runtime = runtime()?;
         let (said, to_say) = queue::unbounded_channel();
         let (tell, heard) = mpsc::sync_channel(MOST_WAITING);
-        let (close, closing) = oneshot::channel();
         let subjects = Subjects {
             listens_to: listens_to.iter().map(|what| address.wall(what)).collect(),
             speaks_to: address.wall(speaks_to),
         };
         let to = subjects.speaks_to.clone();
-        let of_thread = address.clone();
-        let work = move || {
-            runtime.block_on(async {
-                let options = options(certificates);
-                tokio::select! {
-                    ended = carry(&of_thread, &options, &subjects, to_say, &tell, &wake) => {
-                        if let Err(error) = ended {
-                            // It comes after what is waiting, or as the end without a word.
-                            let _ = tell.try_send(Err(error.into()));
-                            wake();
-                        }
-                    }
-                    _ = closing => {}
-                }
-            });
-            // A look-up of a name may hang.
-            runtime.shutdown_background();
+        let (address, options) = (address.clone(), options(certificates));
+        let work = move || async move {
+            if let Err(error) = carry(&address, &options, &subjects, to_say, &tell, &wake).await {
+                // It comes after what is waiting, or as the end without a word.
+                let _ = tell.try_send(Err(error.into()));
+                wake();
+            }
         };
-        let thread = std::thread::Builder::new().name("wall".to_owned()).spawn(work);
-        let thread = Some(thread.map_err(WallError::System)?);
-        Ok(Self { said: Some(said), heard, to, close: Some(close), thread })
+        let background = Background::start("wall", work).map_err(WallError::System)?;
+        Ok(Self { said: Some(said), heard, to, _background: background })
     }
 
     /// Says something to all who listen.
@@ -129,11 +108,6 @@ impl Drop for Wire {
         // The thread ends once it has sent what there was, if there is a server.
         let ending = Instant::now();
         while ending.elapsed() < FAREWELL && self.heard.recv_timeout(FAREWELL).is_ok() {}
-        drop(self.close.take());
-        if let Some(thread) = self.thread.take() {
-            // A panic there was printed there.
-            let _ = thread.join();
-        }
     }
 }
 
@@ -214,7 +188,7 @@ pub(super) fn ask(
     certificates: Option<PathBuf>,
     patience: Duration,
 ) -> Result<Option<Vec<u8>>, WallError> {
-    let runtime = runtime()?;
+    let runtime = Builder::new_current_thread().enable_all().build().map_err(WallError::System)?;
     let answer = runtime.block_on(async {
         let complaints = Arc::new(Complaints::default());
         let options = options(certificates);
