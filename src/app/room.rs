@@ -8,15 +8,12 @@ use super::{
 use crate::{
     math::{Aabb, rotate},
     render::{Channels, LineBatch},
+    replay::{NEAREST_EYE_M, far_m},
     view::{Eye, Projection, Rig, RoomFromTracker, RoomPlace, Screen, Stereo, View},
 };
 
 /// Nearest distance drawn on a rig's screens, metres.
 const NEAR_M: f32 = 0.02;
-/// Eyes nearer to a screen than this, metres, or behind it, see on it what they would see from there: nearer, the picture
-/// would be stretched beyond use.
-const NEAREST_EYE_M: f32 = 0.05;
-
 /// One picture of a frame: what an eye sees on a screen, and where on the window it goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoomView {
@@ -291,13 +288,4 @@ fn at_desk(eye: Eye, navigator: &Navigator, hands: &HandsState, aspect: f32, bou
     let Projection { left, right, .. } = view.projection;
     view.projection = Projection { left: left - shift, right: right - shift, ..view.projection };
     view
-}
-
-/// Far enough for everything.
-fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
-    let farthest_m = match bounds.is_empty() {
-        true => 0.0,
-        false => bounds.corners().iter().map(|p| p.distance(eye)).fold(0.0, f32::max),
-    };
-    (farthest_m * 1.05).max(100.0)
 }

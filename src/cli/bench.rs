@@ -18,7 +18,7 @@ use super::{
     progress,
     reading::ReadArgs,
     rig_args::RigPathArgs,
-    session::{OpenSession, root_cube},
+    session::OpenSession,
 };
 use crate::{
     index::IndexConfig,
@@ -30,7 +30,7 @@ use crate::{
     occlusion::{CullConfig, Occlusion, OcclusionConfig, SelectConfig},
     output_file::OutputKind,
     recording::{Event, Header, Pace, RecordingError, SynthKind, synthesize},
-    replay::{CameraChoice, CameraPath, RigPath, Summary, summarize},
+    replay::{CameraChoice, CameraPath, RigPath, Summary, root_cube, summarize},
     rivals::IndexKind,
     scene::Scene,
 };

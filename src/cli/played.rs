@@ -6,18 +6,14 @@ use anyhow::bail;
 use clap::Args;
 
 use super::{
-    frame_choice::FrameChoice,
-    output::complain,
-    parsers::index_parser,
-    progress,
-    reading::ReadArgs,
-    session::{OpenSession, root_cube},
+    frame_choice::FrameChoice, output::complain, parsers::index_parser, progress, reading::ReadArgs,
+    session::OpenSession,
 };
 use crate::{
     frame::{Pipeline, StageClock},
     index::IndexConfig,
     recording::{Event, Header, Pace},
-    replay::{Moment, Player, Summary, summarize},
+    replay::{Moment, Player, Summary, root_cube, summarize},
     rivals::IndexKind,
     scene::Scene,
 };

@@ -26,7 +26,7 @@ use super::{
     render_painter::{PainterPictures, painter_parser},
     render_pictures::{Picture, Pictures},
     rig_args::RigPathArgs,
-    session::{OpenSession, root_cube},
+    session::OpenSession,
 };
 use crate::{
     frame::{AutoBasis, PassConfig, Pipeline, StageClock},
@@ -41,7 +41,9 @@ use crate::{
         Colors, DrawTimes, Gpu, Image, Layer, Offscreen, Painter, RendererConfig, background_for,
         ffmpeg_command,
     },
-    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, summarize, whole_view},
+    replay::{
+        ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, root_cube, summarize, whole_view,
+    },
     rivals::IndexKind,
     scene::Scene,
     view::View,

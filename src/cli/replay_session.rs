@@ -10,7 +10,7 @@ use super::{
     output::complain,
     progress,
     replay_args::{GroupFiling, PlayArgs, ReplayArgs},
-    session::{OpenSession, Reader, root_cube},
+    session::{OpenSession, Reader},
 };
 use crate::{
     atomic_file::AtomicFile,
@@ -25,7 +25,7 @@ use crate::{
     },
     occlusion::Occlusion,
     recording::{Event, Header, Pace, RecordingError},
-    replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, Summary, summarize},
+    replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, Summary, root_cube, summarize},
     rivals::IndexKind,
     scene::Scene,
 };

@@ -10,11 +10,7 @@ use anyhow::Context;
 use indicatif::ProgressBar;
 
 use super::{progress, reading::ReadArgs};
-use crate::{
-    index::IndexConfig,
-    math::Aabb,
-    recording::{self, Event, EventSource, Header, Notes, OpenOptions, RecordingError},
-};
+use crate::recording::{self, Event, EventSource, Header, Notes, OpenOptions, RecordingError};
 
 /// Events handed over at once.
 const BATCH: usize = 1024;
@@ -211,17 +207,6 @@ impl Iterator for OpenSession {
                 }
             }
         }
-    }
-}
-
-/// The recording's own modelling volume, else a cube around everything that it draws.
-pub(super) fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
-    match header.root {
-        Some(root) if root.size > 0.0 && root.size.is_finite() && root.center.is_finite() => {
-            Aabb::cube(root.center, root.size)
-        }
-        _ if bounds.is_empty() => IndexConfig::default().root,
-        _ => Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.01),
     }
 }
 

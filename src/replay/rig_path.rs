@@ -1,7 +1,23 @@
+use glam::Vec3;
+
+use crate::math::Aabb;
 use crate::view::{Eye, Rig, RoomPlace, Stereo, View};
 
 /// Nearest distance drawn on a rig's screens, metres, unless the camera's own is less.
 const NEAR_M: f32 = 0.02;
+
+/// An eye nearer to a screen than this, metres, or behind it, sees what it would see from there: nearer, the picture would be
+/// stretched beyond use.
+pub const NEAREST_EYE_M: f32 = 0.05;
+
+/// How far an eye has to see to see everything in `bounds`, metres.
+pub fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
+    let farthest_m = match bounds.is_empty() {
+        true => 0.0,
+        false => bounds.corners().iter().map(|p| p.distance(eye)).fold(0.0, f32::max),
+    };
+    (farthest_m * 1.05).max(100.0)
+}
 
 /// What the room of a rig does while the recorded head moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,20 +61,20 @@ pub struct RigPath {
     motion: RoomMotion,
     /// Where a standing room stands, once there has been an eye.
     place: Option<RoomPlace>,
-    /// How far in front of a screen an eye is at least, metres, if it is kept there.
-    least_m: Option<f32>,
+    /// Whether eyes are kept in front of each screen.
+    keeps_in_front: bool,
 }
 
 impl RigPath {
     /// The screens before the first frame.
     pub fn new(rig: Rig, stereo: Stereo, motion: RoomMotion) -> Self {
-        Self { rig, stereo, motion, place: None, least_m: None }
+        Self { rig, stereo, motion, place: None, keeps_in_front: false }
     }
 
-    /// The same, but an eye that is behind a screen, or nearer to it than so many metres, sees what it would see from there.
+    /// The same, but every eye is at least [`NEAREST_EYE_M`] in front of the screen that it sees.
     #[must_use]
-    pub fn keeping_eyes_in_front(self, least_m: f32) -> Self {
-        Self { least_m: Some(least_m), ..self }
+    pub fn keeping_eyes_in_front(self) -> Self {
+        Self { keeps_in_front: true, ..self }
     }
 
     /// The rig.
@@ -98,9 +114,9 @@ impl RigPath {
         out.extend(self.slots().map(|(screen, eye)| {
             let eye_in_room = self.rig.eye_in_room(eye, head, room_from_head);
             let screen_in_room = &self.rig.screens[screen];
-            let eye_in_room = match self.least_m {
-                Some(least_m) => screen_in_room.in_front(eye_in_room, least_m),
-                None => eye_in_room,
+            let eye_in_room = match self.keeps_in_front {
+                true => screen_in_room.in_front(eye_in_room, NEAREST_EYE_M),
+                false => eye_in_room,
             };
             let in_room = screen_in_room.view(eye_in_room, near_m, far_m);
             RigView { screen, eye, view: in_room.map(|view| place.view_to_world(view)) }

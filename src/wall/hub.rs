@@ -16,7 +16,7 @@ use crate::{
     live::{Address, Connection, new_sender},
     math::Aabb,
     polygon::Change,
-    replay::{RigPath, RigView, RoomMotion},
+    replay::{RigPath, RigView, RoomMotion, far_m},
     view::{Projection, Rig, Stereo, View},
 };
 
@@ -28,12 +28,6 @@ const MESSAGES_AFTER_TIME: u32 = 256;
 const REPORT: Duration = Duration::from_millis(100);
 /// So long a session may be looked for before that is said.
 const SEARCH: Duration = Duration::from_secs(2);
-/// As far as one sees at least, metres.
-const LEAST_FAR_M: f32 = 100.0;
-
-/// An eye that comes nearer to a screen sees what it would see from here, metres.
-const NEAREST_EYE_M: f32 = 0.05;
-
 /// Animated brushes start again after this time, seconds, before a shader's numbers become too coarse.
 const MOST_TIME_S: f64 = 1000.0;
 
@@ -86,10 +80,10 @@ impl Hub {
     pub fn open(address: &Address, options: &HubOptions) -> Result<Self, WallError> {
         let HubOptions { certificates, rig, stereo, motion, rate_hz } = options.clone();
         let screens = rig.screens.iter().map(|screen| screen.name.clone()).collect();
-        let mut path = RigPath::new(rig, stereo, motion).keeping_eyes_in_front(NEAREST_EYE_M);
+        let mut path = RigPath::new(rig, stereo, motion).keeping_eyes_in_front();
         let mut views = Vec::new();
         // The first eye decides where a standing room is: this one makes the room's space the world's.
-        path.views_into(&camera(path.rig().head, Quat::IDENTITY, LEAST_FAR_M), &mut views);
+        path.views_into(&camera(path.rig().head, Quat::IDENTITY), &mut views);
         Ok(Self {
             number: new_sender().0,
             session: address.session().to_owned(),
@@ -135,7 +129,7 @@ impl Hub {
         }
         let recorded = self.follower.state().moment.head;
         let (eye, turn) = head().or(recorded).unwrap_or((self.path.rig().head, Quat::IDENTITY));
-        self.path.views_into(&camera(eye, turn, LEAST_FAR_M), &mut self.views);
+        self.path.views_into(&camera(eye, turn), &mut self.views);
         for view in self.views.iter_mut().filter_map(|seen| seen.view.as_mut()) {
             view.projection.far_m = far_m(view.eye_in_world, &self.bounds);
         }
@@ -276,18 +270,8 @@ impl Hub {
     }
 }
 
-/// As far as an eye has to see to see all of the model.
-fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
-    if bounds.is_empty() {
-        return LEAST_FAR_M;
-    }
-    let farthest = (bounds.max - eye).abs().max((bounds.min - eye).abs()).length();
-    // Beyond what is rounded.
-    (1.05 * farthest).max(LEAST_FAR_M)
-}
-
 /// An eye from which the rig's views are made.
-fn camera(eye: Vec3, turn: Quat, far_m: f32) -> View {
-    let projection = Projection { far_m, ..Projection::symmetric(60.0, 1.0, 0.01, LEAST_FAR_M) };
+fn camera(eye: Vec3, turn: Quat) -> View {
+    let projection = Projection::symmetric(60.0, 1.0, 0.01, far_m(eye, &Aabb::EMPTY));
     View { eye_in_world: eye, world_from_view: turn, projection }
 }

@@ -12,10 +12,9 @@ use osp::{
         self, BenchReport, Contender, GrowthConfig, Machine, MovingConfig, RaysConfig, RaysModel,
         SessionInput,
     },
-    math::Aabb,
     occlusion::{Occlusion, OcclusionConfig},
-    recording::{Header, MemoryFiles, OpenOptions, Pace, Session},
-    replay::{CameraChoice, CameraPath, summarize},
+    recording::{MemoryFiles, OpenOptions, Pace, Session},
+    replay::{CameraChoice, CameraPath, root_cube, summarize},
     rivals::IndexKind,
 };
 use wasm_bindgen::prelude::*;
@@ -127,15 +126,4 @@ fn run(path: &str, browser: &str, tell: &dyn Fn(&str)) -> Result<BenchReport, Js
         rays,
         moving,
     })
-}
-
-/// The modelling volume: the one that the session names, or a cube around all that is in it.
-fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
-    match header.root {
-        Some(root) if root.size > 0.0 && root.size.is_finite() && root.center.is_finite() => {
-            Aabb::cube(root.center, root.size)
-        }
-        _ if bounds.is_empty() => IndexConfig::default().root,
-        _ => Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.01),
-    }
 }
