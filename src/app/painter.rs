@@ -430,24 +430,9 @@ impl Painter {
         encode_panes(&self.renderer, self.over.as_ref(), &mut self.panes, &mut encoder);
         let mut frames = Vec::new();
         for wall in &mut self.walls {
-            let frame = match wall.surface.acquire(&self.gpu)? {
-                Acquired::Frame(frame) => frame,
-                Acquired::Nothing => continue,
-                Acquired::Lost => {
-                    wall.surface = window_surface(&self.gpu, &wall.window)?;
-                    wall.window.request_redraw();
-                    continue;
-                }
-            };
-            let window = frame.texture.create_view(&Default::default());
-            let mut pass = begin_black(&mut encoder, &window, "wall");
-            for (pane, view) in self.panes.iter().zip(views) {
-                if let Some((area, channels)) = wall.area_of(studio.room(), view) {
-                    let area = within(area, frame.texture.width(), frame.texture.height());
-                    wall.show.draw(&mut pass, &pane.shown, area, channels);
-                }
-            }
-            drop(pass);
+            let Some(frame) = wall.acquire(&self.gpu)? else { continue };
+            let shown = self.panes.iter().map(|pane| &pane.shown);
+            wall.draw(&mut encoder, &frame, studio.room(), shown.zip(views));
             frames.push(frame);
         }
         self.gpu.queue().submit([encoder.finish()]);

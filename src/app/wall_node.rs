@@ -20,14 +20,12 @@ use winit::{
 
 use super::{
     room::{Room, RoomView},
-    wall_surface::{WallWindow, begin_black, create_surface, window_surface, within},
+    wall_surface::{WallWindow, create_surface},
     window::{Wake, WindowError, open_event_loop, open_node_windows},
 };
 use crate::{
     live::Address,
-    render::{
-        Acquired, Gpu, GpuTimer, Layer, RenderError, Renderer, RendererConfig, Shown, Target, ViewSlot,
-    },
+    render::{Gpu, GpuTimer, Layer, RenderError, Renderer, RendererConfig, Shown, Target, ViewSlot},
     view::Rig,
     wall::{Node, NodeCounts, NodeOptions, Step, WallError},
 };
@@ -244,26 +242,14 @@ impl Display {
         for (wall, held) in self.windows.iter_mut().zip(&mut self.frames) {
             // One that was drawn and never shown is drawn over.
             let frame = match held.take() {
-                Some(frame) => frame,
-                None => match wall.surface.acquire(&self.gpu)? {
-                    Acquired::Frame(frame) => frame,
-                    Acquired::Nothing => continue,
-                    Acquired::Lost => {
-                        wall.surface = window_surface(&self.gpu, &wall.window)?;
-                        continue;
-                    }
-                },
+                Some(frame) => Some(frame),
+                None => wall.acquire(&self.gpu)?,
             };
-            let window = frame.texture.create_view(&Default::default());
-            let mut pass = begin_black(&mut encoder, &window, "wall");
-            for (picture, view) in self.eyes.iter().zip(&views) {
-                if let Some((area, channels)) = wall.area_of(room, view) {
-                    let area = within(area, frame.texture.width(), frame.texture.height());
-                    wall.show.draw(&mut pass, &picture.shown, area, channels);
-                }
+            if let Some(frame) = &frame {
+                let shown = self.eyes.iter().map(|picture| &picture.shown);
+                wall.draw(&mut encoder, frame, room, shown.zip(&views));
             }
-            drop(pass);
-            *held = Some(frame);
+            *held = frame;
         }
         self.gpu.queue().submit([encoder.finish()]);
         for picture in &mut self.eyes[..views.len()] {

@@ -9,7 +9,7 @@ use super::{
     walls::Wall,
 };
 use crate::{
-    render::{Area, Channels, Gpu, RenderError, ShowPass, WindowSurface},
+    render::{Acquired, Area, Channels, Gpu, RenderError, ShowPass, Shown, WindowSurface},
     view::Viewport,
 };
 
@@ -27,6 +27,37 @@ impl WallWindow {
         let surface = window_surface(gpu, &window)?;
         let show = ShowPass::new(gpu, surface.format());
         Ok(Self { wall, window, surface, show })
+    }
+
+    /// The picture to draw next, if the system has one now.
+    pub(super) fn acquire(&mut self, gpu: &Gpu) -> Result<Option<wgpu::SurfaceTexture>, RenderError> {
+        match self.surface.acquire(gpu)? {
+            Acquired::Frame(frame) => return Ok(Some(frame)),
+            Acquired::Nothing => {}
+            Acquired::Lost => {
+                self.surface = window_surface(gpu, &self.window)?;
+                self.window.request_redraw();
+            }
+        }
+        Ok(None)
+    }
+
+    /// Draws the views that are shown here on a picture of this window.
+    pub(super) fn draw<'v>(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &wgpu::SurfaceTexture,
+        room: &Room,
+        views: impl IntoIterator<Item = (&'v Shown, &'v RoomView)>,
+    ) {
+        let window = frame.texture.create_view(&Default::default());
+        let mut pass = begin_black(encoder, &window, "wall");
+        for (shown, view) in views {
+            if let Some((area, channels)) = self.area_of(room, view) {
+                let area = within(area, frame.texture.width(), frame.texture.height());
+                self.show.draw(&mut pass, shown, area, channels);
+            }
+        }
     }
 
     /// The pixels of a view, and its colours there, if it is shown here.

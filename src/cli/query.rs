@@ -4,7 +4,7 @@ use std::{str::FromStr, time::Instant};
 
 use anyhow::{anyhow, bail, ensure};
 use clap::{Args, ValueEnum};
-use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
+use comfy_table::{Cell, CellAlignment};
 use glam::Vec3;
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     index::WorkCounts,
-    lab::report::thousands,
+    lab::report::{columns_table, thousands},
     math::{Aabb, Ray, Sphere},
     polygon::PolygonId,
 };
@@ -329,10 +329,7 @@ fn text(report: &Report<'_>) -> String {
     if report.found.is_empty() {
         return head;
     }
-    let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
-    table.remove_style(TableComponent::HorizontalLines);
-    table.remove_style(TableComponent::MiddleIntersections);
+    let mut table = columns_table();
     let has_distance = report.found[0].distance_m.is_some();
     let columns = if has_distance { 3 } else { 2 };
     table.set_header(&["polygon", "stroke", "distance, m"][..columns]);

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use anyhow::ensure;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use comfy_table::{CellAlignment, Table, TableComponent, presets};
+use comfy_table::CellAlignment;
 use serde::Serialize;
 
 use super::parsers::Size;
 use crate::{
-    lab::report::{short, thousands},
+    lab::report::{columns_table, short, thousands},
     polygon::{Change, VisibleBlocks},
     recording::Environment,
     render::{Gpu, Image, Layer, Offscreen, OpaqueOrder, OrderCounts, Overdraw, RenderError, RendererConfig},
@@ -192,10 +192,7 @@ impl FrameOrders {
     }
 
     pub(super) fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
-        table.remove_style(TableComponent::HorizontalLines);
-        table.remove_style(TableComponent::MiddleIntersections);
+        let mut table = columns_table();
         table.set_header([
             "order",
             "sort, send\nms",

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::{Args, Subcommand};
-use comfy_table::{CellAlignment, Table, TableComponent, presets};
+use comfy_table::CellAlignment;
 use glam::Quat;
 
 use super::{
@@ -12,7 +12,7 @@ use super::{
     rig_args::rig_file,
 };
 use crate::{
-    lab::report::RigPlan,
+    lab::report::{RigPlan, columns_table},
     output_file::OutputKind,
     view::{Eye, Eyes, Output, Rig, Screen, Viewport},
 };
@@ -168,9 +168,7 @@ fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outco
         (rig.eye_separation_m * 1000.0).round(),
         rig.head
     ))?;
-    let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY).remove_style(TableComponent::HorizontalLines);
-    table.remove_style(TableComponent::MiddleIntersections);
+    let mut table = columns_table();
     let header = ["screen", "width\nm", "height\nm", "from head\nm", "across\ndegrees", "up\ndegrees"];
     table.set_header(header);
     for screen in &rig.screens {

@@ -35,6 +35,7 @@ use crate::{
         report::thousands,
         study::{StudyPart, StudyRow, WorkFolder},
     },
+    platform::host_name,
     recording::RecordingError,
 };
 
@@ -66,7 +67,7 @@ pub(super) fn measure(args: &MeasureArgs) -> anyhow::Result<Outcome> {
     let study = Study {
         play: &args.play,
         options: args.play.in_one_line(),
-        host: gethostname::gethostname().to_string_lossy().into_owned(),
+        host: host_name(),
         jobs,
         folder: WorkFolder::create(&work_folder(args)?)?,
         build: build(&machine)?,

@@ -21,6 +21,7 @@ use super::{
 };
 use crate::{
     live::Address,
+    platform::host_name,
     replay::RoomMotion,
     view::{Rig, Stereo},
     wall::{Hub, HubOptions, Node, NodeCounts, NodeOptions, Step, ask},
@@ -194,7 +195,7 @@ impl WallArgs {
         ending: &AtomicBool,
     ) -> anyhow::Result<Outcome> {
         let certificates = self.way.server.tls_ca.clone();
-        let host = gethostname::gethostname().to_string_lossy().into_owned();
+        let host = host_name();
         let options = NodeOptions { certificates, rig, stereo, screen: screen.to_owned(), host };
         let started = Instant::now();
         let counts = match self.headless {

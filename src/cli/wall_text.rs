@@ -1,10 +1,10 @@
 //! The state of a wall as text.
 
-use comfy_table::{CellAlignment, Table, TableComponent, presets};
+use comfy_table::CellAlignment;
 
 use super::output::one_line;
 use crate::{
-    lab::report::thousands,
+    lab::report::{columns_table, thousands},
     wall::{NodeCounts, NodeReport, Times, WallReport},
 };
 
@@ -36,10 +36,7 @@ pub(super) fn text(report: &WallReport) -> String {
     if report.garbage > 0 {
         lines.push(format!("{} messages were no messages of a wall", thousands(report.garbage)));
     }
-    let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
-    table.remove_style(TableComponent::HorizontalLines);
-    table.remove_style(TableComponent::MiddleIntersections);
+    let mut table = columns_table();
     table.set_header([
         "screen",
         "node",

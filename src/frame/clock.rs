@@ -29,7 +29,7 @@ impl std::ops::AddAssign for Stage {
     }
 }
 
-/// Steps of the clock that are looked at to find their length.
+/// Steps of the clock that [`StageClock::step_ns`] looks at.
 const STEPS: u32 = 16;
 /// Readings at most: a clock that stands still does not hold anybody up.
 const MOST_READINGS: u32 = 1_000_000;
@@ -49,7 +49,7 @@ impl StageClock {
     /// their clocks coarse, by 5 to 1000 µs; elsewhere this is about what a reading takes. 0 if the clock stands still.
     pub fn step_ns(&self) -> u64 {
         let start = Instant::now();
-        shortest_step_ns(|| u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX))
+        shortest_step_ns(STEPS, || u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX))
     }
 
     /// Time and allocations since a reading.
@@ -66,8 +66,8 @@ impl Default for StageClock {
     }
 }
 
-/// The shortest step of a clock, by its readings in nanoseconds.
-fn shortest_step_ns(mut read: impl FnMut() -> u64) -> u64 {
+/// The shortest of the first `most` steps of a clock, by its readings in nanoseconds; 0 if it stands still.
+pub(crate) fn shortest_step_ns(most: u32, mut read: impl FnMut() -> u64) -> u64 {
     let (mut last, mut shortest, mut steps) = (read(), u64::MAX, 0);
     for _ in 0..MOST_READINGS {
         let now = read();
@@ -76,7 +76,7 @@ fn shortest_step_ns(mut read: impl FnMut() -> u64) -> u64 {
             steps += 1;
         }
         last = now;
-        if steps == STEPS {
+        if steps == most {
             break;
         }
     }
@@ -99,20 +99,20 @@ mod tests {
     #[test]
     fn the_step_of_a_coarse_clock_is_found() {
         for step_ns in [5_000, 100_000, 1_000_000] {
-            assert_eq!(shortest_step_ns(coarse(step_ns)), step_ns);
+            assert_eq!(shortest_step_ns(STEPS, coarse(step_ns)), step_ns);
         }
-        assert_eq!(shortest_step_ns(coarse(1)), 40, "a fine clock advances with every reading");
+        assert_eq!(shortest_step_ns(STEPS, coarse(1)), 40, "a fine clock advances with every reading");
     }
 
     #[test]
     fn a_clock_that_stands_still_or_goes_back_ends_the_search() {
-        assert_eq!(shortest_step_ns(|| 7), 0);
+        assert_eq!(shortest_step_ns(STEPS, || 7), 0);
         let mut now = 1_000_000_000;
         let backwards = || {
             now -= 1;
             now
         };
-        assert_eq!(shortest_step_ns(backwards), 0);
+        assert_eq!(shortest_step_ns(STEPS, backwards), 0);
     }
 
     #[test]

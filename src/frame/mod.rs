@@ -12,6 +12,8 @@ mod record;
 mod rest;
 mod spaces;
 
+#[cfg(feature = "bench")]
+pub(crate) use clock::shortest_step_ns;
 pub use clock::{Reading, Stage, StageClock};
 pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};
 pub use pass::{Pass, PassInput};

@@ -357,12 +357,9 @@ impl Verifier {
                     let build = &mut || culler.build(&window, selector.chosen());
                     let build = look.fastest(&mut totals.build_ns, build);
                     let has_none = selector.chosen().is_empty();
+                    let culler = (!has_none).then_some(&**culler);
                     let cull = &mut || {
-                        if has_none {
-                            left.copy_from(blocks);
-                            return CullCounts::default();
-                        }
-                        thin_out(&**culler, self.config.cull, look.index, scene, look.frustum, blocks, left)
+                        thin_out(culler, self.config.cull, look.index, scene, look.frustum, blocks, left)
                     };
                     let cull = look.fastest(&mut totals.query_ns, cull);
                     self.drawn.clear();

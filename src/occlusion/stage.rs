@@ -195,11 +195,8 @@ impl OcclusionStage {
         in_view: &VisibleBlocks,
         drawn: &mut VisibleBlocks,
     ) -> CullCounts {
-        if self.selector.chosen().is_empty() {
-            drawn.copy_from(in_view);
-            return CullCounts::default();
-        }
-        thin_out(&*self.culler, self.config.cull, index, geometry, frustum, in_view, drawn)
+        let culler = (!self.selector.chosen().is_empty()).then_some(&*self.culler);
+        thin_out(culler, self.config.cull, index, geometry, frustum, in_view, drawn)
     }
 
     /// The candidates.
@@ -218,9 +215,10 @@ impl OcclusionStage {
     }
 }
 
-/// What is left of `in_view` becomes `drawn`, by a culler that was built for the same view: see [`OcclusionStage::thin_out`].
+/// What is left of `in_view` becomes `drawn`, by a culler that was built for the same view (`None`: without occluders):
+/// see [`OcclusionStage::thin_out`].
 pub(crate) fn thin_out(
-    culler: &dyn OcclusionCuller,
+    culler: Option<&dyn OcclusionCuller>,
     config: CullConfig,
     index: &dyn SpatialIndex,
     geometry: &dyn Geometry,
@@ -229,6 +227,7 @@ pub(crate) fn thin_out(
     drawn: &mut VisibleBlocks,
 ) -> CullCounts {
     drawn.copy_from(in_view);
+    let Some(culler) = culler else { return CullCounts::default() };
     let mut tests = Tests::new(culler, config);
     if index.thin_out(frustum, drawn, &mut tests) {
         return tests.counts();

@@ -164,7 +164,7 @@ pub(crate) fn process_id() -> u32 {
 }
 
 /// The name of this machine.
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "cli"))]
 pub(crate) fn host_name() -> String {
     #[cfg(not(target_arch = "wasm32"))]
     return gethostname::gethostname().to_string_lossy().into_owned();

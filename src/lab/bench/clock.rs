@@ -1,14 +1,15 @@
 //! Times that are short beside the steps of the clock are measured over several runs at once.
 
-use crate::platform::time::Instant;
 use std::sync::OnceLock;
+
+use crate::{frame::shortest_step_ns, platform::time::Instant};
 
 /// Resolutions of the clock that a measurement lasts at least, where the work can be repeated: it is then off by 2 % at most.
 pub(super) const RESOLUTIONS: f64 = 50.0;
 /// Runs in one measurement at most, whatever the clock.
 const MOST_RUNS: f64 = 10_000.0;
-/// Readings that the resolution is found with.
-const READINGS: usize = 1000;
+/// Steps that the resolution is found with.
+const STEPS: u32 = 1000;
 
 /// The least time between two readings of this machine's clock that differ, nanoseconds: its step, or what reading it takes.
 pub(super) fn resolution_ns() -> u64 {
@@ -19,14 +20,12 @@ pub(super) fn resolution_ns() -> u64 {
     })
 }
 
-/// The same of any clock that says nanoseconds.
-fn resolution_of(mut now_ns: impl FnMut() -> u64) -> u64 {
-    let step = || {
-        let first = now_ns();
-        // A clock that stands still for so long is taken for one of such steps.
-        (0..1_000_000).map(|_| now_ns()).find(|&now| now > first).map_or(1_000_000, |now| now - first)
-    };
-    std::iter::repeat_with(step).take(READINGS).min().unwrap_or(1).max(1)
+/// The same of any clock that says nanoseconds. A clock that stands still is taken for one of steps of a millisecond.
+fn resolution_of(now_ns: impl FnMut() -> u64) -> u64 {
+    match shortest_step_ns(STEPS, now_ns) {
+        0 => 1_000_000,
+        step_ns => step_ns,
+    }
 }
 
 /// How often work that takes so long has to be repeated, so that all runs together last [`RESOLUTIONS`].

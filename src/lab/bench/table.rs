@@ -1,11 +1,11 @@
-use comfy_table::{Cell, CellAlignment, Table, TableComponent, presets};
+use comfy_table::{Cell, CellAlignment};
 
 use super::{
     BenchReport, Estimate, Flight, GrowthRow, SessionResult, SessionRow, ViewsRow, moving,
     paper::{notes, tables},
     rays::show,
 };
-use crate::lab::report::{one_line, short, thousands};
+use crate::lab::report::{columns_table, one_line, short, thousands};
 
 /// The heads of columns with the reference's figure for the same frames or questions, which stand before its ratio. The
 /// page alone has them.
@@ -34,10 +34,7 @@ impl Grid {
     }
 
     pub(super) fn text(&self) -> String {
-        let mut table = Table::new();
-        table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
-        table.remove_style(TableComponent::HorizontalLines);
-        table.remove_style(TableComponent::MiddleIntersections);
+        let mut table = columns_table();
         let shown = |at: &usize| !ON_THE_PAGE_ALONE.contains(&self.head[*at]);
         let columns: Vec<usize> = (0..self.head.len()).filter(shown).collect();
         table.set_header(columns.iter().map(|&at| self.head[at]));

@@ -1,6 +1,7 @@
 //! The report on a replay as tables, CSV, JSON and charts.
 
 mod chart;
+mod columns;
 mod csv;
 mod drawing;
 mod palette;
@@ -20,6 +21,7 @@ mod views;
 
 pub(crate) use chart::register_font;
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
+pub(crate) use columns::columns_table;
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
 pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, PURPLE, SKY, VERMILION};

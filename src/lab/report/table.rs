@@ -1,6 +1,6 @@
-use comfy_table::{Cell, CellAlignment, ColumnConstraint, Table, TableComponent, presets};
+use comfy_table::{Cell, CellAlignment, ColumnConstraint};
 
-use super::{DrawnWhileCulling, ReplayReport, RunReport, views::views_table};
+use super::{DrawnWhileCulling, ReplayReport, RunReport, columns_table, views::views_table};
 
 /// A terminal narrower than this gets the most important columns alone.
 const WIDE: u16 = 100;
@@ -20,10 +20,7 @@ const IN_WIDE_TABLES: [&str; 9] = [
 /// The table of a replay: one line for each index. On a rig a second table has the counts of each screen and eye. `columns`:
 /// how many letters fit into a line, if that is known.
 pub fn replay_table(report: &ReplayReport, columns: Option<u16>) -> String {
-    let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
-    table.remove_style(TableComponent::HorizontalLines);
-    table.remove_style(TableComponent::MiddleIntersections);
+    let mut table = columns_table();
     let polygon_ns = report.runs.iter().find_map(|run| run.occlusion.as_ref()).map(|o| o.polygon_ns);
     let mut header = [
         "index",

@@ -1,7 +1,7 @@
-use comfy_table::{CellAlignment, Table, TableComponent, presets};
+use comfy_table::CellAlignment;
 use serde::Serialize;
 
-use super::{RunReport, one_line, short};
+use super::{RunReport, columns_table, one_line, short};
 use crate::{
     frame::Pipeline,
     replay::{LaneFrame, RigPath, RigView},
@@ -238,10 +238,7 @@ impl JsonViews {
 
 /// The table of the views: a line for each run, with the polygons in view and drawn of each screen and eye.
 pub(super) fn views_table(rig: &RigReport, runs: &[RunReport]) -> String {
-    let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
-    table.remove_style(TableComponent::HorizontalLines);
-    table.remove_style(TableComponent::MiddleIntersections);
+    let mut table = columns_table();
     let names = rig.views.iter().map(|view| one_line(&view.name()).replacen(", ", "\n", 1));
     let mut header = vec![format!("in view / drawn\n(means)")];
     header.extend(names);
