@@ -35,6 +35,8 @@ mod paint_layers;
 mod panel;
 #[path = "studio/rigs.rs"]
 mod rigs;
+#[path = "studio/senders.rs"]
+mod senders;
 #[path = "studio/spans.rs"]
 mod spans;
 #[path = "studio/tests_of_occlusion.rs"]

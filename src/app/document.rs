@@ -186,8 +186,7 @@ impl Document {
             return StrokeId(shared.new_number());
         }
         // Where there were several authors, each has numbers of its own: those of the window are the first.
-        let is_shared = self.header().format >= AUTHORS_FORMAT;
-        let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
+        let last = if self.knows_authors() { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
         self.drawn.next_stroke &= last;
         // A session may have used the last number that there is: then those that it left out are next.
         for _ in 0..last {
@@ -208,6 +207,11 @@ impl Document {
             return (0..count).map(|_| GroupId(shared.new_number())).collect();
         }
         self.drawn.scene.free_groups().take(count).collect()
+    }
+
+    /// Whether the session can have several authors.
+    pub fn knows_authors(&self) -> bool {
+        self.header().format >= AUTHORS_FORMAT
     }
 
     /// Whether the session is read-only.

@@ -1,12 +1,18 @@
+use std::net::SocketAddr;
+
 use glam::Vec3;
 
 use super::{
+    document::Document,
     paint_layers::on_layer,
     studio::Studio,
     subject::Subject,
-    tracker::{Message, Tracker},
+    tracker::{Came, Message, Tracker},
 };
-use crate::recording::{Author, Event};
+use crate::{
+    platform::time::Instant,
+    recording::{Author, Event},
+};
 
 /// Messages of a tracker that a frame takes; the others wait for the next one. At 60 frames a second that is more than a
 /// hundred trackers send.
@@ -33,6 +39,9 @@ impl Studio {
         self.tracker_waits = !self.take_messages(t, &tracker);
         let first = self.events.len();
         self.hands.rest(t, &mut self.events);
+        if let Some(senders) = &mut self.senders {
+            senders.rest(Instant::now(), t, &mut self.events);
+        }
         self.mirror_events(first);
         self.apply_events();
         self.tracker = Some(tracker);
@@ -43,7 +52,7 @@ impl Studio {
         let (mut messages, mut edits) = (0, 0);
         while messages < MESSAGES_A_FRAME && edits < EDITS_A_FRAME && self.changes_waiting() < CHANGES_A_FRAME
         {
-            let Some((at, sent)) = tracker.take_heard() else { return true };
+            let Some(Came { at, from, message: sent }) = tracker.take_heard() else { return true };
             let mut in_room = self.room.message_to_room(sent);
             self.watch.note(at, &sent, &in_room);
             if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.is_calibrating) {
@@ -55,13 +64,13 @@ impl Studio {
                 self.part_eraser_step();
             }
             let message = self.room.message_to_world(&self.navigator, in_room);
-            let Subject::Sketch(document) = &mut self.subject else { continue };
+            let Subject::Sketch(document) = &self.subject else { continue };
             if document.is_read_only() {
                 self.hands.look(&message);
                 continue;
             }
             let first = self.events.len();
-            let erased = self.hands.take(t, &message, || document.new_stroke(), &mut self.events);
+            let Some((author, erased)) = self.take_message(t, at, from, &message) else { continue };
             let mut begins = false;
             for event in &mut self.events[first..] {
                 if let Event::Begin { paint, .. } = event {
@@ -73,7 +82,10 @@ impl Studio {
             if begins && let Some(why) = self.why_layer_is_closed() {
                 self.say_once(&format!("{why}: a tracker draws on it all the same"));
             }
-            self.mirror_events(first);
+            // The mirror is the window's.
+            if author.is_sole() {
+                self.mirror_events(first);
+            }
             // The screens show what the head sees from its place in the room; the session has it in the world, like the hands.
             if let (Message::Head { .. }, Some(Event::Head { p, q, .. })) = (&message, self.events.last_mut())
             {
@@ -84,14 +96,63 @@ impl Studio {
                 // The stroke to erase may be among those that have just been drawn.
                 self.apply_events();
             }
-            if let Message::Undo | Message::Redo = message {
+            if let (Message::Undo | Message::Redo, true) = (&message, author.is_sole()) {
                 self.follow_selection(matches!(message, Message::Undo));
             }
             if let Some(p) = erased {
-                self.erase_near(t, p);
+                self.erase_near(t, p, author);
             }
         }
         false
+    }
+
+    /// The events of a message wait to be applied. Who said it, and where it erases something; none if nobody can have said it.
+    fn take_message(
+        &mut self,
+        t: f64,
+        at: Instant,
+        from: Option<SocketAddr>,
+        message: &Message,
+    ) -> Option<(Author, Option<Vec3>)> {
+        let Subject::Sketch(document) = &mut self.subject else { return None };
+        let is_of_several = document.knows_authors() && !document.is_shared();
+        let Some((senders, from)) = self.senders.as_mut().zip(from).filter(|_| is_of_several) else {
+            let next = || document.new_stroke();
+            let erased = self.hands.take(t, message, next, &mut self.events);
+            if self.senders.is_some() && !is_of_several {
+                self.say_once("tracker: this session is of one author: all senders draw as one");
+            }
+            return Some((Author::SOLE, erased));
+        };
+        let taken = senders.take((from, at), t, message, document.scene(), &mut self.events);
+        if taken.is_some_and(|(author, _)| senders.first_with_head() == Some(author)) {
+            // The screens show what one of them sees.
+            self.hands.look(message);
+        }
+        if taken.is_none() {
+            self.say_once(
+                "tracker: this session has had as many authors as one can have: who comes is not heard",
+            );
+        }
+        taken
+    }
+
+    /// Strokes of a tracker end in the session that they began in, and its senders leave it.
+    pub(super) fn end_hands_strokes(&mut self) {
+        let t = self.now_secs();
+        self.hands.stop(t, &mut self.events);
+        if let Some(senders) = &mut self.senders {
+            senders.stop(t, &mut self.events);
+        }
+        self.apply_events();
+    }
+
+    /// A session that is new, to draw on.
+    pub(super) fn new_document(&self) -> Document {
+        match &self.senders {
+            Some(_) => Document::of_several(&self.autosaves),
+            None => Document::new(&self.autosaves),
+        }
     }
 
     fn changes_waiting(&self) -> usize {
@@ -102,7 +163,7 @@ impl Studio {
     }
 
     /// Erases the stroke nearest to a point, if one is within reach.
-    fn erase_near(&mut self, t: f64, p: Vec3) {
+    fn erase_near(&mut self, t: f64, p: Vec3, author: Author) {
         /// How far from the point a stroke may be, metres: about a finger's width.
         const REACH_M: f32 = 0.01;
         let Subject::Sketch(document) = &self.subject else { return };
@@ -110,7 +171,7 @@ impl Studio {
         let scene = document.scene();
         let stroke = nearest.map(|id| scene.stroke_of(id)).filter(|stroke| !scene.is_locked(stroke.layer()));
         if let Some(stroke) = stroke.and_then(|stroke| stroke.id()) {
-            self.events.push(Event::Erase { author: Author::SOLE, t, stroke });
+            self.events.push(Event::Erase { author, t, stroke });
             self.apply_events();
         }
     }

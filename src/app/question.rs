@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    document::{Access, Document, OpenError, Opening},
+    document::{Access, OpenError, Opening},
     journal::{OpenElsewhere, Unwritten},
     studio::Studio,
     subject::Subject,
@@ -209,7 +209,7 @@ impl Studio {
     }
 
     fn begin(&mut self) {
-        self.replace(Subject::Sketch(Box::new(Document::new(&self.autosaves))), None);
+        self.replace(Subject::Sketch(Box::new(self.new_document())), None);
     }
 
     fn open_or_ask(&mut self, path: &Path, how: Opening) {

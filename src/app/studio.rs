@@ -25,7 +25,7 @@ use super::{
     spans::Part,
     subject::Subject,
     tool::ToolChoice,
-    tracker::{Hands, HandsState, Tracker, Watch},
+    tracker::{Hands, HandsState, Senders, Tracker, Watch},
     working::{Way, Working},
 };
 use crate::{
@@ -107,6 +107,8 @@ pub struct Studio {
     /// The tracker has sent more than the last frame took.
     pub(super) tracker_waits: bool,
     pub(super) hands: Hands,
+    /// The senders of the tracker's messages, if each is an author of its own.
+    pub(super) senders: Option<Senders>,
     pub(super) watch: Watch,
     /// The tracker is being calibrated: hands do not draw.
     pub(super) is_calibrating: bool,
@@ -185,6 +187,7 @@ impl Studio {
             tracker: None,
             tracker_waits: false,
             hands: Hands::default(),
+            senders: None,
             messages: Vec::new(),
             pending: Pending::default(),
             events: Vec::new(),
@@ -247,6 +250,7 @@ impl Studio {
 
     pub(super) fn replace(&mut self, subject: Subject, indexed: Option<Indexed>) {
         self.finish_gestures();
+        self.end_hands_strokes();
         if let Subject::Sketch(mut old) = std::mem::replace(&mut self.subject, subject) {
             match old.leave_session() {
                 Ok(said) => said.into_iter().for_each(|line| self.say(line)),
@@ -324,7 +328,12 @@ impl Studio {
         is_resting
             .then_some(Duration::from_millis(50))
             .or(self.is_working().then_some(Duration::from_millis(250)))
-            .or(self.hands.is_drawing().then_some(Duration::from_millis(300)))
+            .or(self.hands_may_rest().then_some(Duration::from_millis(300)))
+    }
+
+    /// Whether a hand that falls silent ends a stroke, or a sender that does leaves.
+    fn hands_may_rest(&self) -> bool {
+        self.hands.is_drawing() || self.senders.as_ref().is_some_and(|senders| !senders.is_empty())
     }
 
     /// How long the window may sleep at most: shorter while something may come from elsewhere.
@@ -513,6 +522,7 @@ impl Studio {
     /// A part of it, or of a session that was closed before, could not be written.
     pub fn close(mut self) -> Result<(), Unwritten> {
         self.finish_gestures();
+        self.end_hands_strokes();
         if let Err(error) = self.end_work() {
             // There is no window any more to say it.
             let _ = writeln!(io::stderr().lock(), "warning: {error}");

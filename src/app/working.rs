@@ -462,13 +462,6 @@ impl Studio {
         self.start(reading(path), Kind::Reading, Box::new(task));
     }
 
-    /// Strokes of a tracker end in the session that they began in.
-    fn end_hands_strokes(&mut self) {
-        let t = self.now_secs();
-        self.hands.stop(t, &mut self.events);
-        self.apply_events();
-    }
-
     fn take_opened(
         &mut self,
         path: &Path,

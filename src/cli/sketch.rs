@@ -25,7 +25,7 @@ use crate::{
     app::{
         Access, Autosaves, Command, CullingPlan, Document, OpenElsewhere, OpenError, Opened, Opening,
         Question, Reading, Room, Settings, Studio, Subject, Waited, WindowOptions, run as run_window,
-        tracker::{TrackerAddress, TrackerOptions},
+        tracker::{Listening, TrackerAddress, TrackerOptions},
     },
     occlusion::Occlusion,
     output_file::OutputKind,
@@ -57,6 +57,7 @@ pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
   osp sketch damaged.ron --lenient
   osp sketch --tracker udp://127.0.0.1:9327
   osp sketch --rig dual-wall --tracker poses.txt
+  osp sketch class.ron --tracker udp://0.0.0.0:9327 --tracker-authors     several hands, each an author
 
 A tracker sends lines of text (or the same as OSC), metres and unit quaternions, +y up:
   head  X Y Z  QX QY QZ QW
@@ -78,6 +79,10 @@ pub(super) struct SketchArgs {
     window: WindowArgs,
     #[command(flatten)]
     tracker: TrackerArgs,
+    /// Each sender of the tracker's messages is an author of its own, 16 at a time: with strokes, undo and a colour of its own, in
+    /// a session that is new or of several authors. It joins with its first message and leaves after five seconds without one.
+    #[arg(long, requires = "tracker", conflicts_with = "tracker_any")]
+    tracker_authors: bool,
     /// Only look at the session.
     #[arg(long, requires = "file", conflicts_with = "copy")]
     read_only: bool,
@@ -148,7 +153,12 @@ impl SketchArgs {
             (false, true) => Access::Copy,
             (false, false) => Access::Write,
         };
-        let how = Opening { access, lenient: self.lenient, limits: self.limits.limits() };
+        let how = Opening {
+            access,
+            lenient: self.lenient,
+            limits: self.limits.limits(),
+            of_several: self.tracker_authors,
+        };
         let reading =
             Reading::to_draw(path, autosaves, how, self.window.culling()).map_err(anyhow::Error::msg)?;
         match reading.wait(Some(BEFORE_THE_WINDOW)) {
@@ -243,6 +253,11 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         args.join.is_some() || !args.server.is_given(),
         "--credentials, --tls-ca, --unencrypted: expected --join ADDRESS"
     );
+    #[cfg(feature = "live")]
+    anyhow::ensure!(
+        args.join.is_none() || !args.tracker_authors,
+        "--tracker-authors: expected no --join: in a shared session a window is one author"
+    );
     let room = args.window.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
     #[cfg(feature = "live")]
@@ -256,7 +271,10 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         (Some(start), _) => start,
         (None, Some(path)) => args.open(path, &autosaves)?,
         (None, None) => {
-            let (document, opened) = Document::recover_or_new_within(&autosaves, args.limits.limits());
+            let (mut document, opened) = Document::recover_or_new_within(&autosaves, args.limits.limits());
+            if args.tracker_authors && !opened.is_recovered {
+                document = Document::of_several(&autosaves);
+            }
             Start::with(document, opened)
         }
     };
@@ -278,6 +296,9 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     }
     let mut options = args.window.options(tracker.clone());
     options.tracker_options = args.tracker.options();
+    if args.tracker_authors {
+        options.tracker_options.listening = Listening::Authors;
+    }
     run_window(studio, options)?;
     Ok(Outcome::Done)
 }

@@ -5,7 +5,7 @@ use clap::Args;
 
 use super::output::complain;
 use crate::{
-    app::tracker::{TrackerAddress, TrackerKey, TrackerOptions},
+    app::tracker::{Listening, TrackerAddress, TrackerKey, TrackerOptions},
     small_file::open_regular,
 };
 
@@ -38,7 +38,7 @@ impl TrackerArgs {
     /// How to listen; what is dangerous about it is said.
     pub(super) fn options(&self) -> TrackerOptions {
         let options = TrackerOptions {
-            any_sender: self.tracker_any,
+            listening: if self.tracker_any { Listening::Everybody } else { Listening::First },
             key: self.tracker_key.clone(),
             z_up: self.tracker_z_up,
         };

@@ -10,7 +10,7 @@ use crate::drawing::Table;
 use osp::{
     app::{
         Autosaves, Button, Command, Room, Studio, Subject,
-        tracker::{Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
+        tracker::{Listening, Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
     },
     glam::Vec3,
     recording::{Author, Event, Flush, Header, OpenOptions, RonWriter, StrokeId, open},
@@ -169,7 +169,7 @@ fn one_sender_is_listened_to_and_others_are_counted() {
     );
     assert_eq!(tracker.counts().malformed, 1);
 
-    let open = listen(&TrackerOptions { any_sender: true, ..TrackerOptions::default() });
+    let open = listen(&TrackerOptions { listening: Listening::Everybody, ..TrackerOptions::default() });
     sender(&open).send(b"undo").expect("sent");
     sender(&open).send(b"redo").expect("sent");
     wait_until("both", || open.counts().messages == 2);

@@ -11,7 +11,9 @@ use crate::{
     app::journal::{Autosaves, Journal, NotTaken, OpenElsewhere, SessionFile, SessionLock, Trouble},
     atomic_file::Destination,
     platform::fs,
-    recording::{self, Header, Limits, ONE_AUTHOR_FORMAT, OpenOptions, RecordingError, Session},
+    recording::{
+        self, AUTHORS_FORMAT, Header, Limits, ONE_AUTHOR_FORMAT, OpenOptions, RecordingError, Session,
+    },
 };
 
 /// How the source in the header of a session begins if osp drew it.
@@ -38,6 +40,8 @@ pub struct Opening {
     pub lenient: bool,
     /// How much the session may hold.
     pub limits: Limits,
+    /// If it is not there yet, it is begun as one of several authors.
+    pub of_several: bool,
 }
 
 impl Opening {
@@ -111,7 +115,16 @@ impl Started {
 impl Document {
     /// An empty session without a name.
     pub fn new(autosaves: &Autosaves) -> Self {
-        let journal = Journal::unnamed(autosaves, "sketch", our_header("sketch"));
+        Self::unnamed(autosaves, our_header("sketch"))
+    }
+
+    /// An empty session of several authors without a name.
+    pub fn of_several(autosaves: &Autosaves) -> Self {
+        Self::unnamed(autosaves, Header { format: AUTHORS_FORMAT, ..our_header("sketch") })
+    }
+
+    fn unnamed(autosaves: &Autosaves, header: Header) -> Self {
+        let journal = Journal::unnamed(autosaves, "sketch", header);
         Self::around(journal.expect("a header without numbers is sound"))
     }
 
@@ -206,7 +219,7 @@ impl Document {
             Err(error) => return Err(OpenError::io(path, error)),
         };
         if is_new && may_begin {
-            return Ok(Started::Empty(Box::new(Self::begin(path, autosaves)?)));
+            return Ok(Started::Empty(Box::new(Self::begin(path, autosaves, how.of_several)?)));
         }
         if how.access == Access::ReadOnly {
             return Ok(Self::to_look_at(path, autosaves, how)?);
@@ -256,7 +269,7 @@ impl Document {
     }
 
     /// A session that is not there yet, or an empty file.
-    fn begin(path: &Path, autosaves: &Autosaves) -> Result<Self, OpenError> {
+    fn begin(path: &Path, autosaves: &Autosaves, of_several: bool) -> Result<Self, OpenError> {
         let file = if fs::is_there(path) {
             take(path)?
         } else {
@@ -273,7 +286,11 @@ impl Document {
             SessionFile::new(path.to_owned(), lock)
         };
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let mut journal = Journal::named(file, our_header(&stem), autosaves)?;
+        let mut header = our_header(&stem);
+        if of_several {
+            header.format = AUTHORS_FORMAT;
+        }
+        let mut journal = Journal::named(file, header, autosaves)?;
         journal.start()?;
         Ok(Self::around(journal))
     }

@@ -13,7 +13,7 @@ use crate::{
         selection::Selection,
         subject::Subject,
         tool::ToolChoice,
-        tracker::{Tracker, Watch},
+        tracker::{Listening, Senders, Tracker, Watch},
     },
     frame::AutoBasis,
     lab::pvs::Pvs,
@@ -29,6 +29,7 @@ use crate::{
 impl Studio {
     /// Sets the tracker to listen to.
     pub fn set_tracker(&mut self, tracker: Tracker) {
+        self.senders = (tracker.listening() == Listening::Authors).then(Senders::default);
         self.tracker = Some(tracker);
     }
 

@@ -1,4 +1,4 @@
-use std::{net::SocketAddr, str::FromStr, time::Duration};
+use std::{collections::BTreeMap, net::SocketAddr, str::FromStr, time::Duration};
 
 use super::osc::osc_key;
 use crate::platform::time::Instant;
@@ -7,11 +7,26 @@ use crate::platform::time::Instant;
 /// stay below.
 const DATAGRAMS_A_SECOND: u32 = 10_000;
 
+/// Senders that are authors at the same time, at most.
+const MOST_AUTHORS: usize = 16;
+
+/// Who is listened to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Listening {
+    /// The sender that was first, until it falls silent.
+    #[default]
+    First,
+    /// Everybody, as if all were one.
+    Everybody,
+    /// Everybody, each of them an author of the session: 16 at a time.
+    Authors,
+}
+
 /// Whose datagrams are read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TrackerOptions {
-    /// Everybody's, and not only those of the sender that was first.
-    pub any_sender: bool,
+    /// Which senders'.
+    pub listening: Listening,
     /// Only those that begin with this key.
     pub key: Option<TrackerKey>,
     /// DTrack's room was calibrated with z up.
@@ -57,7 +72,7 @@ impl FromStr for TrackerKey {
 pub(super) enum Admission {
     /// It is read.
     Read,
-    /// It came from another sender than the adopted one, or without the key.
+    /// It came from another sender than those that are listened to, or without the key.
     Refused,
     /// There were too many this second.
     TooMany,
@@ -67,25 +82,29 @@ pub(super) enum Admission {
 #[derive(Debug)]
 pub(super) struct Door {
     options: TrackerOptions,
-    /// The sender that is listened to, and when it was last understood.
-    adopted: Option<(SocketAddr, Instant)>,
+    /// The senders that are listened to, and when each was last understood.
+    heard: BTreeMap<SocketAddr, Instant>,
     second_began: Option<Instant>,
     this_second: u32,
 }
 
 impl Door {
     /// A sender that says nothing for so long may be replaced by another one: it was started anew, on another port.
-    pub(super) const SILENCE: Duration = Duration::from_secs(5);
+    pub(in crate::app) const SILENCE: Duration = Duration::from_secs(5);
 
     pub(super) fn new(options: TrackerOptions) -> Self {
-        Self { options, adopted: None, second_began: None, this_second: 0 }
+        Self { options, heard: BTreeMap::new(), second_began: None, this_second: 0 }
     }
 
     pub(super) fn admit(&mut self, from: SocketAddr, packet: &[u8], now: Instant) -> Admission {
-        let is_stranger = !self.options.any_sender
-            && self
-                .adopted
-                .is_some_and(|(sender, heard)| sender != from && now.duration_since(heard) < Self::SILENCE);
+        let most = match self.options.listening {
+            Listening::First => 1,
+            Listening::Everybody => usize::MAX,
+            Listening::Authors => MOST_AUTHORS,
+        };
+        let is_there = |heard: &Instant| now.duration_since(*heard) < Self::SILENCE;
+        let is_stranger = self.heard.values().filter(|heard| is_there(heard)).count() >= most
+            && !self.heard.get(&from).is_some_and(is_there);
         let knows_key = match &self.options.key {
             None => true,
             Some(key) => key_of(packet).is_some_and(|said| key.is(said)),
@@ -101,9 +120,12 @@ impl Door {
         if self.this_second > DATAGRAMS_A_SECOND { Admission::TooMany } else { Admission::Read }
     }
 
-    /// An admitted sender has said something that was understood: it is the one to listen to.
+    /// An admitted sender has said something that was understood: it is one to listen to.
     pub(super) fn note_understood(&mut self, from: SocketAddr, now: Instant) {
-        self.adopted = Some((from, now));
+        if self.options.listening != Listening::Everybody {
+            self.heard.retain(|_, heard| now.duration_since(*heard) < Self::SILENCE);
+            self.heard.insert(from, now);
+        }
     }
 }
 
@@ -149,9 +171,19 @@ mod tests {
         assert_eq!(door.admit(sender(1), b"undo", at(9_000)), Admission::Read);
         door.note_understood(sender(1), at(9_000));
         assert_eq!(door.admit(sender(2), b"undo", at(9_001)), Admission::Refused);
-        let mut open = Door::new(TrackerOptions { any_sender: true, ..TrackerOptions::default() });
+        let mut open =
+            Door::new(TrackerOptions { listening: Listening::Everybody, ..TrackerOptions::default() });
         open.note_understood(sender(2), at(1));
         assert_eq!(open.admit(sender(1), b"undo", at(2)), Admission::Read);
+        let listening = Listening::Authors;
+        let mut several = Door::new(TrackerOptions { listening, ..TrackerOptions::default() });
+        for port in 1..=16 {
+            assert_eq!(several.admit(sender(port), b"undo", at(0)), Admission::Read);
+            several.note_understood(sender(port), at(u64::from(port)));
+        }
+        assert_eq!(several.admit(sender(17), b"undo", at(100)), Admission::Refused);
+        assert_eq!(several.admit(sender(16), b"undo", at(100)), Admission::Read);
+        assert_eq!(several.admit(sender(17), b"undo", at(5_001)), Admission::Read, "the first is silent");
     }
 
     #[test]

@@ -22,6 +22,7 @@ struct Hand {
 /// Turns a tracker's messages into the events of a session.
 #[derive(Clone, Debug)]
 pub struct Hands {
+    author: Author,
     hands: BTreeMap<u8, Hand>,
     first_brush: BrushChoice,
     state: HandsState,
@@ -33,7 +34,13 @@ impl Hands {
 
     /// Hands that draw with `first_brush` until a message chooses another brush.
     pub fn new(first_brush: BrushChoice) -> Self {
-        Self { hands: BTreeMap::new(), first_brush, state: HandsState::default() }
+        Self { author: Author::SOLE, hands: BTreeMap::new(), first_brush, state: HandsState::default() }
+    }
+
+    /// The same hands, of this author.
+    #[must_use]
+    pub fn of_author(self, author: Author) -> Self {
+        Self { author, ..self }
     }
 
     /// Their poses.
@@ -57,10 +64,11 @@ impl Hands {
         mut next_stroke: impl FnMut() -> StrokeId,
         out: &mut Vec<Event>,
     ) -> Option<Vec3> {
+        let author = self.author;
         match *message {
             Message::Head { p, q } => {
                 self.state.head = Some((p, q));
-                out.push(Event::Head { author: Author::SOLE, t, p, q });
+                out.push(Event::Head { author, t, p, q });
             }
             Message::Hand { hand, p, q, pressure } => {
                 let hand = self.hand(hand);
@@ -70,7 +78,7 @@ impl Hands {
                         let stroke = next_stroke();
                         let BrushChoice { tool, paint, width_m: width, color, normal } = hand.brush;
                         out.push(Event::Begin {
-                            author: Author::SOLE,
+                            author,
                             t,
                             stroke,
                             tool,
@@ -89,8 +97,8 @@ impl Hands {
             }
             Message::Brush { hand, brush } => self.hand(hand).brush = brush,
             Message::Erase { p } => return Some(p),
-            Message::Undo => out.push(Event::Undo { author: Author::SOLE, t }),
-            Message::Redo => out.push(Event::Redo { author: Author::SOLE, t }),
+            Message::Undo => out.push(Event::Undo { author, t }),
+            Message::Redo => out.push(Event::Redo { author, t }),
         }
         None
     }

@@ -27,7 +27,8 @@
 //! draws while the first button is pressed ([`parse_dtrack`]).
 //!
 //! Of a socket, one sender is listened to: the first that is understood, until it has been silent for five seconds. The
-//! datagrams of others, and those without the key where one is asked for, are counted and not read.
+//! datagrams of others, and those without the key where one is asked for, are counted and not read. Asked for, each sender is an
+//! author of its own instead ([`Senders`]), sixteen at a time.
 //!
 //! Every message stands for itself, so that a lost packet costs a sample and nothing else. What is malformed is
 //! counted and dropped. [`Hands`] turns messages into the events of a session; [`Teller`] does the opposite.
@@ -38,16 +39,18 @@ mod hands;
 mod line;
 mod message;
 mod osc;
+mod senders;
 mod source;
 mod teller;
 mod watch;
 
-pub use door::{TrackerKey, TrackerOptions};
+pub use door::{Listening, TrackerKey, TrackerOptions};
 pub use dtrack::parse_dtrack;
 pub use hands::{Hands, HandsState};
 pub use line::{parse_line, write_line};
 pub use message::{BrushChoice, Message};
 pub use osc::{osc_keyed, osc_packet, parse_osc};
-pub use source::{Counts, Tracker, TrackerAddress, TrackerError};
+pub use senders::Senders;
+pub use source::{Came, Counts, Tracker, TrackerAddress, TrackerError};
 pub use teller::Teller;
 pub use watch::{Heard, Watch};

@@ -15,7 +15,7 @@ use std::{
 use thiserror::Error;
 
 use super::{
-    Message, TrackerOptions,
+    Listening, Message, TrackerOptions,
     door::{Admission, Door, is_osc},
     dtrack::{is_dtrack, parse_dtrack},
     line::{frame_number, parse_line_telling},
@@ -158,12 +158,24 @@ impl Shared {
     }
 }
 
+/// A message, and where it came from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Came {
+    /// When it came.
+    pub at: Instant,
+    /// Who sent it to a socket.
+    pub from: Option<SocketAddr>,
+    /// What it says.
+    pub message: Message,
+}
+
 /// A tracker being listened to on a thread of its own.
 #[derive(Debug)]
 pub struct Tracker {
-    messages: Receiver<(Instant, Message)>,
+    messages: Receiver<Came>,
     shared: Arc<Shared>,
     local_address: Option<SocketAddr>,
+    listening: Listening,
     /// Not joined for standard input, where a read cannot be called off.
     thread: Option<JoinHandle<()>>,
 }
@@ -205,7 +217,7 @@ impl Tracker {
             }
         };
         let thread = Some(spawned?).filter(|_| *address != TrackerAddress::StandardInput);
-        Ok(Self { messages, shared, local_address, thread })
+        Ok(Self { messages, shared, local_address, listening: options.listening, thread })
     }
 
     /// The address listened to, if it is a socket; the port is the real one where 0 was asked for.
@@ -213,13 +225,18 @@ impl Tracker {
         self.local_address
     }
 
-    /// The next message, if one has come.
-    pub fn take(&self) -> Option<Message> {
-        self.take_heard().map(|(_, message)| message)
+    /// Who is listened to.
+    pub fn listening(&self) -> Listening {
+        self.listening
     }
 
-    /// The next message, if one has come, and when it came.
-    pub fn take_heard(&self) -> Option<(Instant, Message)> {
+    /// The next message, if one has come.
+    pub fn take(&self) -> Option<Message> {
+        self.take_heard().map(|came| came.message)
+    }
+
+    /// The next message, if one has come, and when and from where it came.
+    pub fn take_heard(&self) -> Option<Came> {
         self.shared.is_woken.store(false, Ordering::SeqCst);
         self.messages.try_recv().ok()
     }
@@ -273,7 +290,7 @@ enum LinesEnd {
 }
 
 struct Output {
-    sender: SyncSender<(Instant, Message)>,
+    sender: SyncSender<Came>,
     shared: Arc<Shared>,
     wake: Box<dyn Fn() + Send>,
 }
@@ -284,9 +301,9 @@ impl Output {
     }
 
     /// Passes a message of a socket on, if there is room: what comes next is newer.
-    fn pass_on(&self, message: Message) {
+    fn pass_on(&self, from: SocketAddr, message: Message) {
         self.shared.messages.fetch_add(1, Ordering::Relaxed);
-        if self.sender.try_send((Instant::now(), message)).is_err() {
+        if self.sender.try_send(Came { at: Instant::now(), from: Some(from), message }).is_err() {
             self.note_dropped(1);
         }
     }
@@ -294,7 +311,7 @@ impl Output {
     /// Passes a message of a stream on, once there is room: all of it is a drawing, and it can wait.
     fn pass_on_patiently(&self, message: Message) {
         self.shared.messages.fetch_add(1, Ordering::Relaxed);
-        let mut heard = (Instant::now(), message);
+        let mut heard = Came { at: Instant::now(), from: None, message };
         while let Err(TrySendError::Full(back)) = self.sender.try_send(heard) {
             if self.is_over() {
                 return;
@@ -364,7 +381,7 @@ impl Output {
                 door.note_understood(from, now);
             }
             self.note_dropped(messages.len().saturating_sub(MESSAGES_A_DATAGRAM) as u64);
-            messages.drain(..).take(MESSAGES_A_DATAGRAM).for_each(|message| self.pass_on(message));
+            messages.drain(..).take(MESSAGES_A_DATAGRAM).for_each(|message| self.pass_on(from, message));
             self.wake();
         }
     }
