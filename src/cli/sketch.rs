@@ -57,7 +57,7 @@ pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
   osp sketch damaged.ron --lenient
   osp sketch --tracker udp://127.0.0.1:9327
   osp sketch --rig dual-wall --tracker poses.txt
-  osp sketch class.ron --tracker udp://0.0.0.0:9327 --tracker-authors     several hands, each an author
+  osp sketch class.ron --tracker udp:// --tracker-authors
 
 A tracker sends lines of text (or the same as OSC), metres and unit quaternions, +y up:
   head  X Y Z  QX QY QZ QW

@@ -77,6 +77,10 @@ pub(super) struct WallArgs {
     /// Most frames a second of the hub.
     #[arg(long, default_value_t = 90.0, value_name = "FRAMES", conflicts_with = "node", value_parser = rate)]
     rate: f64,
+    /// The longest that a frame waits for a node, milliseconds: a node that takes longer is left out, so that it does not slow
+    /// the others down.
+    #[arg(long, default_value_t = 1000.0, value_name = "MS", conflicts_with = "node", value_parser = patience)]
+    patience: f64,
     #[cfg(feature = "window")]
     #[command(flatten)]
     tracker: super::tracker_args::TrackerArgs,
@@ -111,6 +115,11 @@ enum What {
         #[command(flatten)]
         way: WayArgs,
     },
+}
+
+fn patience(text: &str) -> Result<f64, String> {
+    let ms = text.parse().ok().filter(|ms| (1.0..=10_000.0).contains(ms));
+    ms.ok_or_else(|| "expected 1 to 10000 milliseconds".to_owned())
 }
 
 fn rate(text: &str) -> Result<f64, String> {
@@ -153,6 +162,17 @@ impl WallArgs {
         ending.load(Ordering::Relaxed) || self.for_secs.is_some_and(is_late)
     }
 
+    fn hub_options(&self, rig: Rig, stereo: Stereo, motion: RoomMotion) -> HubOptions {
+        HubOptions {
+            certificates: self.way.server.tls_ca.clone(),
+            rig,
+            stereo,
+            motion,
+            rate_hz: self.rate,
+            most_patience: Duration::from_secs_f64(self.patience * 1.0e-3),
+        }
+    }
+
     fn lead(
         &self,
         address: &Address,
@@ -162,9 +182,7 @@ impl WallArgs {
     ) -> anyhow::Result<Outcome> {
         let mut head = TrackedHead::open(self, &rig)?;
         let motion = if head.is_some() { RoomMotion::Stands } else { self.room };
-        let certificates = self.way.server.tls_ca.clone();
-        let mut hub =
-            Hub::open(address, &HubOptions { certificates, rig, stereo, motion, rate_hz: self.rate })?;
+        let mut hub = Hub::open(address, &self.hub_options(rig, stereo, motion))?;
         complain(&format!("the hub of {address}; osp wall status shows its nodes"));
         let started = Instant::now();
         let mut trouble = None;

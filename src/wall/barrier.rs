@@ -16,8 +16,8 @@ pub const MISSES: u32 = 3;
 const ANSWERS: u32 = 20;
 /// What a frame waits at least.
 const LEAST_PATIENCE: Duration = Duration::from_millis(15);
-/// What a frame waits at most for a node that draws slowly.
-const MOST_PATIENCE: Duration = Duration::from_secs(1);
+/// A node that has differed is well after so long without a difference.
+const WELL: Duration = Duration::from_secs(1);
 /// A node that says nothing for so long has gone.
 const SILENCE: Duration = Duration::from_millis(1500);
 /// Answers to a frame may still come for so long.
@@ -98,18 +98,24 @@ struct Member {
     /// From a frame to its answer, as a moving mean.
     usual: Option<Duration>,
     answered: Option<u64>,
-    /// What is another one than the hub's, at its last answer.
-    difference: Option<&'static str>,
-    differed: u64,
-    missed: u64,
-    dropped: u64,
+    /// What was another one than the hub's, and when it was so last.
+    difference: Option<(&'static str, Duration)>,
     ready_us: Histogram<u64>,
 }
 
 impl Member {
-    fn patience(&self) -> Duration {
-        (self.usual.unwrap_or_default() * 3).clamp(LEAST_PATIENCE, MOST_PATIENCE)
+    /// How long a frame waits for it.
+    fn patience(&self, most: Duration) -> Duration {
+        (self.usual.unwrap_or_default() * 3).clamp(LEAST_PATIENCE.min(most), most)
     }
+}
+
+/// What happened on a screen since the hub has started, whichever nodes it had.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    differed: u64,
+    missed: u64,
+    dropped: u64,
 }
 
 /// A frame whose answers may still come.
@@ -131,6 +137,9 @@ struct Turn {
 pub(super) struct Barrier {
     screens: Vec<String>,
     members: Vec<Option<Member>>,
+    counts: Vec<Counts>,
+    /// A frame waits for no node longer.
+    most_patience: Duration,
     turns: VecDeque<Turn>,
     said: Vec<Said>,
     frames: u64,
@@ -151,11 +160,15 @@ fn record(histogram: &mut Histogram<u64>, time: Duration) {
 }
 
 impl Barrier {
-    pub(super) fn new(screens: Vec<String>) -> Self {
+    /// `most_patience`: a frame waits for no node longer; a node that is slower stays out.
+    pub(super) fn new(screens: Vec<String>, most_patience: Duration) -> Self {
         let members = screens.iter().map(|_| None).collect();
+        let counts = vec![Counts::default(); screens.len()];
         Self {
             screens,
             members,
+            counts,
+            most_patience,
             turns: VecDeque::new(),
             said: Vec::new(),
             frames: 0,
@@ -211,9 +224,6 @@ impl Barrier {
             usual: None,
             answered: None,
             difference: None,
-            differed: 0,
-            missed: 0,
-            dropped: 0,
             ready_us: histogram(),
         });
         Ok(())
@@ -230,7 +240,7 @@ impl Barrier {
     fn put_out(&mut self, slot: usize, why: &'static str) {
         if let Some(member) = self.members[slot].as_mut().filter(|member| member.is_in) {
             (member.is_in, member.good, member.misses) = (false, 0, 0);
-            member.dropped += 1;
+            self.counts[slot].dropped += 1;
             let (screen, host) = (self.screens[slot].clone(), member.host.clone());
             self.said.push(Said::Out { screen, host, why });
         }
@@ -260,8 +270,9 @@ impl Barrier {
         member.heard = now;
         member.answered = Some(frame);
         record(&mut member.ready_us, took);
-        let is_in_time = if member.is_in { !is_swapped } else { took <= member.patience() };
-        member.usual = Some(member.usual.map_or(took, |usual| (usual * 7 + took) / 8).min(MOST_PATIENCE));
+        let is_in_time = if member.is_in { !is_swapped } else { took <= member.patience(self.most_patience) };
+        let most = self.most_patience;
+        member.usual = Some(member.usual.map_or(took, |usual| (usual * 7 + took) / 8).min(most));
         if member.is_in {
             if is_in_time {
                 member.misses = 0;
@@ -279,14 +290,22 @@ impl Barrier {
             Answer { log, .. } if log != expected.log => Some("its events are others"),
             _ => Some("it sees other polygons"),
         };
-        member.differed += u64::from(what.is_some());
+        self.counts[slot].differed += u64::from(what.is_some());
         let (screen, host) = (self.screens[slot].clone(), member.host.clone());
         match (member.difference, what) {
-            (None, Some(what)) => self.said.push(Said::Differs { screen, host, frame, what }),
-            (Some(_), None) => self.said.push(Said::Agrees { screen, host }),
-            _ => {}
+            (known, Some(what)) => {
+                member.difference = Some((what, now));
+                if known.is_none() {
+                    self.said.push(Said::Differs { screen, host, frame, what });
+                }
+            }
+            // One that is well every other frame is not said to be.
+            (Some((_, last)), None) if now.saturating_sub(last) >= WELL => {
+                member.difference = None;
+                self.said.push(Said::Agrees { screen, host });
+            }
+            (_, None) => {}
         }
-        member.difference = what;
     }
 
     /// Whether every node that is in has answered the frame that was sent last.
@@ -300,7 +319,7 @@ impl Barrier {
     pub(super) fn deadline(&self) -> Duration {
         let Some(turn) = self.turns.back() else { return Duration::ZERO };
         let members = self.members.iter().flatten().filter(|member| member.is_in);
-        turn.began + members.map(Member::patience).max().unwrap_or_default()
+        turn.began + members.map(|member| member.patience(self.most_patience)).max().unwrap_or_default()
     }
 
     /// The frame that was sent last is shown: nodes that have not answered have missed it.
@@ -323,7 +342,8 @@ impl Barrier {
             if member.answered == Some(number) {
                 continue;
             }
-            (member.misses, member.missed) = (member.misses + 1, member.missed + 1);
+            member.misses += 1;
+            self.counts[slot].missed += 1;
             if member.misses >= MISSES {
                 late.push(slot);
             }
@@ -372,22 +392,21 @@ impl Barrier {
 
     /// The nodes, a screen each; `events`: those of the session that the hub has applied.
     pub(super) fn nodes(&self, events: u64) -> Vec<NodeReport> {
-        let of = |(screen, member): (&String, &Option<Member>)| {
-            let screen = screen.clone();
-            let Some(member) = member else { return NodeReport { screen, ..NodeReport::default() } };
+        let of = |((screen, member), counts): ((&String, &Option<Member>), &Counts)| {
+            let Counts { differed, missed, dropped } = *counts;
+            let of_screen =
+                NodeReport { screen: screen.clone(), differed, missed, dropped, ..NodeReport::default() };
+            let Some(member) = member else { return of_screen };
             NodeReport {
-                screen,
                 place: if member.is_in { Place::In } else { Place::Out },
                 host: member.host.clone(),
                 ready: Times::of(&member.ready_us),
                 behind: events.saturating_sub(member.events),
-                missed: member.missed,
-                dropped: member.dropped,
-                differed: member.differed,
-                difference: member.difference.map(str::to_owned),
+                difference: member.difference.map(|(what, _)| what.to_owned()),
+                ..of_screen
             }
         };
-        self.screens.iter().zip(&self.members).map(of).collect()
+        self.screens.iter().zip(&self.members).zip(&self.counts).map(of).collect()
     }
 }
 
@@ -402,7 +421,8 @@ mod tests {
     }
 
     fn wall(screens: &[&str]) -> Barrier {
-        let mut barrier = Barrier::new(screens.iter().map(|&name| name.to_owned()).collect());
+        let mut barrier =
+            Barrier::new(screens.iter().map(|&name| name.to_owned()).collect(), Duration::from_secs(1));
         for (screen, node) in screens.iter().zip(1..) {
             barrier.here(node, screen, &format!("pc{node}"), 0, ms(0)).expect("its screen is free");
         }
@@ -498,12 +518,37 @@ mod tests {
         assert_eq!(said, [differs(20, "it sees other polygons")]);
         assert_eq!(frame(&mut barrier, 21, &[(1, 5, SAME), (2, 5, other)]), []);
         assert_eq!(barrier.nodes(0)[1].difference.as_deref(), Some("it sees other polygons"));
-        let said = frame(&mut barrier, 22, &[(1, 5, SAME), (2, 5, SAME)]);
+        // Once a second has passed: one that is well every other frame is not said to be each time.
+        for n in 22..31 {
+            assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 5, SAME)]), [], "{n}");
+        }
+        let said = frame(&mut barrier, 31, &[(1, 5, SAME), (2, 5, SAME)]);
         assert_eq!(said, [Said::Agrees { screen: "right".into(), host: "pc2".into() }]);
         let other = Answer { log: 9, seen: 9 };
-        let said = frame(&mut barrier, 23, &[(1, 5, SAME), (2, 5, other)]);
-        assert_eq!(said, [differs(23, "its events are others")]);
-        assert_eq!(barrier.nodes(0).iter().map(|node| node.differed).collect::<Vec<_>>(), [0, 3]);
+        let said = frame(&mut barrier, 32, &[(1, 5, SAME), (2, 5, other)]);
+        assert_eq!(said, [differs(32, "its events are others")]);
+        let differed =
+            |barrier: &Barrier| barrier.nodes(0).iter().map(|node| node.differed).collect::<Vec<_>>();
+        assert_eq!(differed(&barrier), [0, 3]);
+        // What happened on a screen is known when another node has it.
+        barrier.leaves(2);
+        assert_eq!((differed(&barrier), barrier.nodes(0)[1].dropped), (vec![0, 3], 1));
+        barrier.here(7, "right", "pc7", 0, ms(3300)).expect("it is free");
+        assert_eq!((differed(&barrier), barrier.nodes(0)[1].difference.clone()), (vec![0, 3], None));
+    }
+
+    #[test]
+    fn a_frame_waits_no_longer_than_it_may_and_a_node_that_is_slower_stays_out() {
+        let mut barrier = Barrier::new(vec!["left".into(), "right".into()], ms(12));
+        for (screen, node) in [("left", 1), ("right", 2)] {
+            barrier.here(node, screen, "pc", 0, ms(0)).expect("its screen is free");
+        }
+        for n in 0..60 {
+            frame(&mut barrier, n, &[(1, 5, SAME), (2, 30, SAME)]);
+            let began = ms(n * 100);
+            assert!(barrier.deadline() <= began + ms(12), "{n}");
+        }
+        assert_eq!(places(&barrier), [Place::In, Place::Out]);
     }
 
     #[test]

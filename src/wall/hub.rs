@@ -33,6 +33,8 @@ const MOST_TIME_S: f64 = 1000.0;
 
 /// The place of [`STATUS`] among what a hub listens to.
 const ON_STATUS: usize = 1;
+/// The place of [`HUB`].
+const ON_HUB: usize = 2;
 
 /// What a hub shows.
 #[derive(Clone, Debug)]
@@ -47,6 +49,8 @@ pub struct HubOptions {
     pub motion: RoomMotion,
     /// Frames a second, at most.
     pub rate_hz: f64,
+    /// A frame waits for no node longer: one that is slower is left out.
+    pub most_patience: Duration,
 }
 
 /// See the [module](self).
@@ -70,6 +74,8 @@ pub struct Hub {
     garbage: u64,
     /// The last answer to a question, and when it was put together.
     told: Option<(Duration, String)>,
+    /// Another hub shows the session, and was there before.
+    is_second: bool,
 }
 
 impl Hub {
@@ -78,7 +84,7 @@ impl Hub {
     /// # Errors
     /// The system gives no thread.
     pub fn open(address: &Address, options: &HubOptions) -> Result<Self, WallError> {
-        let HubOptions { certificates, rig, stereo, motion, rate_hz } = options.clone();
+        let HubOptions { certificates, rig, stereo, motion, rate_hz, most_patience } = options.clone();
         let screens = rig.screens.iter().map(|screen| screen.name.clone()).collect();
         let mut path = RigPath::new(rig, stereo, motion).keeping_eyes_in_front();
         let mut views = Vec::new();
@@ -89,9 +95,9 @@ impl Hub {
             session: address.session().to_owned(),
             rig_number: message::of_rig(path.rig(), stereo),
             rate_hz,
-            wire: Wire::open(address, certificates.clone(), &[NODE, STATUS], HUB, || {})?,
+            wire: Wire::open(address, certificates.clone(), &[NODE, STATUS, HUB], HUB, || {})?,
             follower: Follower::open(address, certificates, || {})?,
-            barrier: Barrier::new(screens),
+            barrier: Barrier::new(screens, most_patience),
             path,
             bounds: Aabb::EMPTY,
             changes: Vec::new(),
@@ -101,6 +107,7 @@ impl Hub {
             frame: 0,
             garbage: 0,
             told: None,
+            is_second: false,
         })
     }
 
@@ -112,9 +119,12 @@ impl Hub {
     /// there is a tracker; otherwise the head is that of the session's artist.
     ///
     /// # Errors
-    /// The session or the connection has ended for good.
+    /// The session or the connection has ended for good, or another hub shows the session.
     pub fn frame(&mut self, head: impl FnOnce() -> Option<(Vec3, Quat)>) -> Result<Vec<Said>, WallError> {
         self.hear_until(self.due, |_| false)?;
+        if self.is_second {
+            return Err(WallError::SecondHub { session: self.session.clone() });
+        }
         self.due += Duration::from_secs_f64(1.0 / self.rate_hz);
         // A frame that is late does not hurry those that follow.
         self.due = self.due.max(self.now());
@@ -182,6 +192,13 @@ impl Hub {
 
     fn take(&mut self, heard: Heard) {
         let now = self.now();
+        if heard.on == ON_HUB {
+            if let Ok(FromHub::Frame(Frame { hub, number, .. })) = message::read(&heard.bytes) {
+                // Its own come back as well. Of two hubs the older one stays.
+                self.is_second |= hub != self.number && (number, hub) > (self.frame, self.number);
+            }
+            return;
+        }
         if heard.on == ON_STATUS {
             // Only to who asks: with another address somebody would write with the hub's rights.
             match heard.reply.filter(|reply| reply.starts_with("_INBOX.")) {

@@ -65,6 +65,12 @@ pub enum WallError {
         /// Why.
         why: String,
     },
+    /// Another hub shows the session already.
+    #[error("{session}: another hub shows this session: expected one (osp wall status says what it shows)")]
+    SecondHub {
+        /// The session.
+        session: String,
+    },
     /// No hub answers.
     #[error("{session}: no hub answers (osp wall --hub)")]
     NoHub {

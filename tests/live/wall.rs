@@ -228,6 +228,16 @@ fn a_node_that_does_not_belong_to_the_wall_is_told_why() {
         &node("ceiling", "cave4"),
         "expected a screen of the rig `cave4` (`left`, `front`, `right`, `floor`); found `ceiling`",
     );
+    // The one that was there first stays.
+    fails(
+        &["wall", "--hub", &address, "--rig", "cave4", "--for", "60"],
+        "house: another hub shows this session",
+    );
+    until(&address, "the first hub", |report| are_in(report, &["front"]));
+    fails(
+        &["wall", "--hub", &address, "--rig", "cave4", "--patience", "0"],
+        "expected 1 to 10000 milliseconds",
+    );
     fails(&["wall", "status", "nats://127.0.0.1:1/house"], "nats://127.0.0.1:1: ");
     fails(
         &["wall", "--hub", "nats://10.1.2.3/house", "--rig", "cave4"],

@@ -93,7 +93,7 @@ fn every_sender_is_an_author_with_strokes_and_undo_of_its_own() {
         Event::Join { author, name, .. } => Some((author.0, name.clone())),
         _ => None,
     });
-    let name = |socket: &UdpSocket| format!("tracker {}", socket.local_addr().expect("a port"));
+    let name = |socket: &UdpSocket| socket.local_addr().expect("a port").to_string();
     assert_eq!(names.collect::<Vec<_>>(), [(1, name(&ada)), (2, name(&ben))]);
     let [.., Event::End { .. }, Event::Leave { author: first, .. }, Event::Leave { author: second, .. }] =
         &events[..]

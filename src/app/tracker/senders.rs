@@ -47,7 +47,7 @@ impl Senders {
             let last = scene.authors().map(|(author, _)| author).max().unwrap_or_default().max(self.last);
             let author = Some(Author(last.0 + 1)).filter(|next| next.is_valid())?;
             self.last = author;
-            out.push(Event::Join { t, author, name: format!("tracker {from}"), color: None });
+            out.push(Event::Join { t, author, name: from.to_string(), color: None });
             let hands = Hands::default().of_author(author);
             self.present.insert(from, Sender { author, hands, strokes: 0, heard: at });
         }
