@@ -17,6 +17,10 @@ mod cable;
 mod failing;
 
 #[cfg(feature = "window")]
+#[path = "live/names.rs"]
+mod names;
+
+#[cfg(feature = "window")]
 #[path = "live/sketch.rs"]
 mod sketch;
 

@@ -83,6 +83,8 @@ pub use settings::{Settings, Theme};
 #[cfg(feature = "live")]
 pub use shared::{OtherPen, Overlay, Shared};
 pub use stats::{FrameStage, FrameTimes, History};
+#[cfg(feature = "live")]
+pub use studio::OtherInView;
 pub use studio::{FrameReport, Studio};
 pub use subject::Subject;
 pub use tool::{Span, ToolChoice};

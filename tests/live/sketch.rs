@@ -17,11 +17,11 @@ use osp::{
 
 use crate::{members::LONGEST, server::Server};
 
-const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
+pub(crate) const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
 
-struct Window {
-    studio: Studio,
-    folder: tempfile::TempDir,
+pub(crate) struct Window {
+    pub(crate) studio: Studio,
+    pub(crate) folder: tempfile::TempDir,
 }
 
 impl Window {
@@ -36,11 +36,11 @@ impl Window {
         Self { studio, folder }
     }
 
-    fn author(server: &Server, name: &str) -> Self {
+    pub(crate) fn author(server: &Server, name: &str) -> Self {
         Self::join(server, Role::Author(Who { name: name.to_owned(), color: None }))
     }
 
-    fn frame(&mut self) {
+    pub(crate) fn frame(&mut self) {
         self.studio.frame(SIZE_PX, 0.016);
     }
 
