@@ -173,7 +173,12 @@ impl Shared {
     /// # Errors
     /// No session can hold it.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
-        self.own.push(event)
+        // The file of own events is one author's: nobody else is to be kept from a layer there.
+        let mut alone = event.names_author().then(|| event.clone());
+        if let Some(Event::Layer { mine, .. }) = &mut alone {
+            *mine = None;
+        }
+        self.own.push(alone.as_ref().unwrap_or(event))
     }
 
     /// Sends own events.

@@ -8,10 +8,12 @@ use std::{
 };
 
 use osp::{
-    app::{Autosaves, Button, Command, Document, Held, Input, Shared, Studio, Subject},
+    app::{
+        Autosaves, Button, Command, Document, Held, Input, LayerEdit, Shared, Studio, Subject, ToolChoice,
+    },
     glam::Vec2,
     live::{Address, LinkOptions, Role, Who},
-    recording::{self, Event, OpenOptions},
+    recording::{self, Event, OpenOptions, Tool},
     rivals::IndexKind,
 };
 
@@ -182,4 +184,48 @@ fn without_a_server_one_draws_on_and_what_never_gets_there_is_in_a_file() {
     let Window { studio, folder } = ann;
     studio.close().expect("written");
     assert_eq!(saved(folder.path(), "house-own"), own);
+}
+
+#[test]
+fn who_makes_a_layer_can_keep_it_and_the_others_see_whose_it_is() {
+    let Some(server) = Server::start() else { return };
+    let (mut ann, mut bob) = (Window::author(&server, "Ann"), Window::author(&server, "Bob"));
+    until(&mut [&mut ann, &mut bob], "both are authors", |all| all.iter().all(|one| one.is_author()));
+    let layer = |window: &mut Window, edit| window.studio.command(Command::Layer(edit));
+    let close = |is_closed| LayerEdit::Close(1, is_closed);
+    layer(&mut ann, LayerEdit::New);
+    until(&mut [&mut ann, &mut bob], "the layer", |all| {
+        all.iter().all(|one| one.studio.session_layers().len() == 2)
+    });
+    let row = |window: &Window| window.studio.session_layers().remove(1);
+    assert_eq!(row(&bob).owner.map(|(_, name)| name).as_deref(), Some("Ann"));
+    assert!(ann.studio.can(&Command::Layer(close(true))) && !bob.studio.can(&Command::Layer(close(true))));
+    ann.draw(0.2);
+    layer(&mut ann, close(true));
+    until(&mut [&mut ann, &mut bob], "it is closed", |all| {
+        all.iter().all(|one| row(one).is_closed) && have_all(all)
+    });
+    // Bob neither draws on it, nor renames or erases anything.
+    layer(&mut bob, LayerEdit::Choose(1));
+    bob.draw(-0.2);
+    layer(&mut bob, LayerEdit::Name(1, "his".to_owned()));
+    bob.studio.command(Command::SelectAll);
+    assert!(bob.studio.selection().is_empty());
+    bob.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
+    assert!(bob.studio.messages().iter().any(|said| said.starts_with("layer 2 is Ann's alone")));
+    assert_eq!((bob.on_their_way(), bob.shared().is_waiting()), (0, false));
+    layer(&mut bob, LayerEdit::Choose(0));
+    bob.draw(-0.2);
+    ann.draw(0.4);
+    until(&mut [&mut ann, &mut bob], "all else", |all| {
+        all.iter().all(|one| one.studio.scene().counts().strokes == 3) && have_all(all)
+    });
+    layer(&mut ann, close(false));
+    until(&mut [&mut ann, &mut bob], "it is open", |all| all.iter().all(|one| !row(one).is_closed));
+    layer(&mut bob, LayerEdit::Choose(1));
+    bob.draw(-0.4);
+    until(&mut [&mut ann, &mut bob], "his stroke on hers", |all| {
+        all.iter().all(|one| one.studio.scene().counts().strokes == 4) && have_all(all)
+    });
+    assert_eq!(ann.studio.scene().counts().ignored_events, 0);
 }
