@@ -21,6 +21,10 @@ mod failing;
 mod names;
 
 #[cfg(feature = "window")]
+#[path = "live/same_file.rs"]
+mod same_file;
+
+#[cfg(feature = "window")]
 #[path = "live/sketch.rs"]
 mod sketch;
 

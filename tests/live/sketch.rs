@@ -27,7 +27,7 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    fn join(server: &Server, role: Role) -> Self {
+    pub(crate) fn join(server: &Server, role: Role) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let autosaves = Autosaves::new(Some(folder.path().to_owned()));
         let address: Address = server.session("house").parse().expect("an address");
@@ -47,7 +47,7 @@ impl Window {
     }
 
     /// Draws a ribbon across the window at this height; a frame after each sample.
-    fn draw(&mut self, height: f32) {
+    pub(crate) fn draw(&mut self, height: f32) {
         let input = |studio: &mut Studio, input| studio.input(input, Held::default(), SIZE_PX);
         input(&mut self.studio, Input::Move(Vec2::new(-0.5, height)));
         input(&mut self.studio, Input::Press(Button::Primary));
@@ -63,7 +63,7 @@ impl Window {
         self.studio.scene().counts().visible
     }
 
-    fn on_their_way(&self) -> usize {
+    pub(crate) fn on_their_way(&self) -> usize {
         self.studio.overlay().expect("a shared session").shown().len()
     }
 
@@ -72,11 +72,11 @@ impl Window {
         document
     }
 
-    fn shared(&self) -> &Shared {
+    pub(crate) fn shared(&self) -> &Shared {
         self.document().shared().expect("a shared session")
     }
 
-    fn is_author(&self) -> bool {
+    pub(crate) fn is_author(&self) -> bool {
         self.shared().status().author.is_some()
     }
 
@@ -86,7 +86,7 @@ impl Window {
     }
 }
 
-fn saved(folder: &Path, part: &str) -> Vec<PathBuf> {
+pub(crate) fn saved(folder: &Path, part: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
     let is_one = |path: &PathBuf| {
         let name = path.file_name().expect("a name").to_string_lossy().into_owned();
@@ -96,7 +96,7 @@ fn saved(folder: &Path, part: &str) -> Vec<PathBuf> {
 }
 
 /// Frames of all windows until this is so.
-fn until(windows: &mut [&mut Window], what: &str, is_so: impl Fn(&[&mut Window]) -> bool) {
+pub(crate) fn until(windows: &mut [&mut Window], what: &str, is_so: impl Fn(&[&mut Window]) -> bool) {
     let started = Instant::now();
     while !is_so(windows) {
         assert!(started.elapsed() < LONGEST, "{what}: {:?}", windows[0].shared().shown());
@@ -105,7 +105,7 @@ fn until(windows: &mut [&mut Window], what: &str, is_so: impl Fn(&[&mut Window])
     }
 }
 
-fn have_all(windows: &[&mut Window]) -> bool {
+pub(crate) fn have_all(windows: &[&mut Window]) -> bool {
     windows.iter().all(|window| {
         window.visible() == windows[0].visible()
             && window.on_their_way() == 0
