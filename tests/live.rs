@@ -17,6 +17,14 @@ mod cable;
 mod failing;
 
 #[cfg(feature = "window")]
+#[path = "live/names.rs"]
+mod names;
+
+#[cfg(feature = "window")]
+#[path = "live/same_file.rs"]
+mod same_file;
+
+#[cfg(feature = "window")]
 #[path = "live/sketch.rs"]
 mod sketch;
 

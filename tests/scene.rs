@@ -27,6 +27,8 @@ mod hidden;
 mod history;
 #[path = "scene/long_strokes.rs"]
 mod long_strokes;
+#[path = "scene/owned_layers.rs"]
+mod owned_layers;
 #[path = "scene/steps.rs"]
 mod steps;
 #[path = "scene/strokes.rs"]

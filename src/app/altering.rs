@@ -68,7 +68,7 @@ impl Studio {
         let scene = self.scene();
         let can = |id: &StrokeId| {
             scene.stroke(*id).is_some_and(|stroke| {
-                stroke.is_visible() && !stroke.is_open() && !scene.is_locked(stroke.layer())
+                stroke.is_visible() && !stroke.is_open() && !self.is_layer_held(stroke.layer())
             })
         };
         self.selection.strokes().iter().copied().filter(can).collect()

@@ -18,7 +18,7 @@ use crate::{
 
 impl Studio {
     /// Who draws in this window: in a session of one author, the only one.
-    fn author(&self) -> Author {
+    pub(super) fn author(&self) -> Author {
         match &self.subject {
             #[cfg(feature = "live")]
             Subject::Sketch(document) => {

@@ -110,10 +110,14 @@ impl Studio {
     pub(super) fn place_group(&mut self, group: GroupId, placing: &Placing) {
         let scene = self.subject.scene();
         let is_held = |id: &StrokeId| {
-            scene.stroke(*id).is_some_and(|stroke| !stroke.is_taken_away() && scene.is_locked(stroke.layer()))
+            scene
+                .stroke(*id)
+                .is_some_and(|stroke| !stroke.is_taken_away() && self.is_layer_held(stroke.layer()))
         };
         if scene.strokes_below(group).iter().any(is_held) {
-            self.say_once("this group holds strokes of a locked layer");
+            self.say_once(
+                "this group holds strokes of a locked layer, or of one that is another author's alone",
+            );
             return;
         }
         let bounds = self.group_tree().into_iter().find(|node| node.id == group).map(|node| node.bounds);

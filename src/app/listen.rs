@@ -169,7 +169,8 @@ impl Studio {
         let Subject::Sketch(document) = &self.subject else { return };
         let nearest = self.culling.nearest_box(document.scene(), document.changes(), p, REACH_M);
         let scene = document.scene();
-        let stroke = nearest.map(|id| scene.stroke_of(id)).filter(|stroke| !scene.is_locked(stroke.layer()));
+        let stroke =
+            nearest.map(|id| scene.stroke_of(id)).filter(|stroke| !self.is_layer_held(stroke.layer()));
         if let Some(stroke) = stroke.and_then(|stroke| stroke.id()) {
             self.events.push(Event::Erase { author, t, stroke });
             self.apply_events();

@@ -81,8 +81,10 @@ pub use room::{Room, RoomView};
 pub use selection::Selection;
 pub use settings::{Settings, Theme};
 #[cfg(feature = "live")]
-pub use shared::{OtherPen, Overlay, Shared};
+pub use shared::{OtherPen, Overlay, Shared, Unjoined};
 pub use stats::{FrameStage, FrameTimes, History};
+#[cfg(feature = "live")]
+pub use studio::OtherInView;
 pub use studio::{FrameReport, Studio};
 pub use subject::Subject;
 pub use tool::{Span, ToolChoice};

@@ -14,6 +14,10 @@ pub struct LayerRow {
     pub is_hidden: bool,
     /// Whether its strokes are neither selected nor erased.
     pub is_locked: bool,
+    /// The author whose it is, by number and name, where there are several.
+    pub owner: Option<(Author, String)>,
+    /// Only its owner may draw on it and change it.
+    pub is_closed: bool,
 }
 
 /// What is done to the layers.
@@ -33,6 +37,8 @@ pub enum LayerEdit {
     Hide(u32, bool),
     /// Lock it, or unlock it.
     Lock(u32, bool),
+    /// Close an own one to all other authors, or open it.
+    Close(u32, bool),
     /// Bring the selection to the one that is drawn on.
     TakeSelection,
 }
@@ -58,6 +64,11 @@ impl Studio {
             name: name.unwrap_or_else(|| format!("layer {}", layer + 1)),
             is_hidden: hidden.unwrap_or_else(|| header.is_some_and(|header| header.hidden)),
             is_locked: self.scene().is_locked(layer),
+            owner: state.and_then(|state| state.owner).and_then(|owner| {
+                let info = self.scene().author(owner)?;
+                Some((owner, info.name.clone()))
+            }),
+            is_closed: self.scene().closed_by(layer).is_some(),
         }
     }
 
@@ -66,10 +77,31 @@ impl Studio {
         self.brush.layer
     }
 
+    /// Whether the author of this window can close a layer to all others, or has closed it.
+    pub fn can_close_layer(&self, layer: u32) -> bool {
+        let me = self.author();
+        let owner = self.scene().layer_states().get(&layer).and_then(|state| state.owner);
+        let is_there = |owner| self.scene().author(owner).is_some_and(|info| info.left_secs.is_none());
+        let is_free = owner.is_some_and(|owner| owner == me || !is_there(owner));
+        self.can_draw() && !me.is_sole() && layer > 0 && is_free
+    }
+
+    /// Whether a layer is another author's alone.
+    pub fn is_layer_of_others(&self, layer: u32) -> bool {
+        !self.scene().may_touch(self.author(), layer)
+    }
+
     /// Whether an edit would do anything now.
     pub(super) fn can_edit_layers(&self, edit: &LayerEdit) -> bool {
+        let chosen = self.brush.layer;
         self.can_draw()
             && match edit {
+                LayerEdit::Close(layer, _) => self.can_close_layer(*layer),
+                LayerEdit::ToggleHidden | LayerEdit::ToggleLocked => !self.is_layer_of_others(chosen),
+                LayerEdit::Name(layer, _) | LayerEdit::Hide(layer, _) | LayerEdit::Lock(layer, _) => {
+                    !self.is_layer_of_others(*layer)
+                }
+                LayerEdit::TakeSelection if self.is_layer_of_others(chosen) => false,
                 LayerEdit::New => self.session_layers().len() < Event::MAX_LAYERS as usize,
                 LayerEdit::TakeSelection => !self.selection.is_empty(),
                 _ => true,
@@ -90,6 +122,7 @@ impl Studio {
             name,
             hidden,
             locked,
+            mine: None,
         };
         match edit {
             LayerEdit::New => {
@@ -113,6 +146,13 @@ impl Studio {
             }
             LayerEdit::Hide(layer, hidden) => self.events.push(change(layer, None, Some(hidden), None)),
             LayerEdit::Lock(layer, locked) => self.events.push(change(layer, None, None, Some(locked))),
+            LayerEdit::Close(layer, is_closed) => {
+                let mut event = change(layer, None, None, None);
+                if let Event::Layer { mine, .. } = &mut event {
+                    *mine = Some(is_closed);
+                }
+                self.events.push(event);
+            }
             LayerEdit::TakeSelection => {
                 // What the header says of the layer becomes an event: strokes that come follow it, not the layer that they
                 // came from.
@@ -140,21 +180,29 @@ impl Studio {
         let scene = self.subject.scene();
         let is_loose = |id: &crate::recording::StrokeId| {
             let stroke = scene.stroke(*id);
-            stroke.is_some_and(|stroke| stroke.is_visible() && !scene.is_locked(stroke.layer()))
+            stroke.is_some_and(|stroke| stroke.is_visible() && !self.is_layer_held(stroke.layer()))
         };
         let strokes: Vec<_> = self.selection.strokes().iter().copied().filter(is_loose).collect();
         self.selection.set(strokes);
     }
 
-    /// Whether a layer is neither hidden nor locked.
+    /// Whether the strokes of a layer are to be left alone: it is locked, or another author's alone.
+    pub(super) fn is_layer_held(&self, layer: u32) -> bool {
+        self.scene().is_locked(layer) || self.is_layer_of_others(layer)
+    }
+
+    /// Whether a layer is neither hidden nor locked, nor another author's alone.
     pub(super) fn is_layer_open(&self, layer: u32) -> bool {
-        let LayerRow { is_hidden, is_locked, .. } = self.session_layer(layer);
-        !is_hidden && !is_locked
+        !self.session_layer(layer).is_hidden && !self.is_layer_held(layer)
     }
 
     /// Why nothing is to be drawn on the chosen layer, if so.
     pub(super) fn why_layer_is_closed(&self) -> Option<String> {
-        let LayerRow { name, is_hidden, is_locked, .. } = self.session_layer(self.brush.layer);
+        let LayerRow { name, is_hidden, is_locked, owner, .. } = self.session_layer(self.brush.layer);
+        if self.is_layer_of_others(self.brush.layer) {
+            let owner = owner.map_or_else(String::new, |owner| owner_shown(&owner));
+            return Some(format!("{name} is {owner}'s alone"));
+        }
         let why = if is_locked { "locked" } else { "hidden" };
         (is_hidden || is_locked).then(|| format!("{name} is {why}"))
     }
@@ -167,6 +215,11 @@ impl Studio {
         }
         false
     }
+}
+
+/// An author's name; of who has none, the number.
+pub(super) fn owner_shown((author, name): &(Author, String)) -> String {
+    if name.trim().is_empty() { format!("author {author}") } else { name.clone() }
 }
 
 /// The layer of a stroke that begins: one without a brush has an empty one.

@@ -296,9 +296,8 @@ impl Studio {
             (0.7, -0.7),
         ];
         let aspect = size_px.x / size_px.y.max(1.0);
-        let states = self.scene().layer_states().iter();
-        let locked: Vec<u32> =
-            states.filter(|(_, state)| state.locked == Some(true)).map(|(&layer, _)| layer).collect();
+        let layers = self.scene().layer_states().keys().copied();
+        let locked: Vec<u32> = layers.filter(|&layer| self.is_layer_held(layer)).collect();
         // The window is 2 wide and 2 high.
         let touch = 2.0 * TOUCH_PX / size_px.max(Vec2::ONE);
         BESIDE.iter().find_map(|&beside| {

@@ -1,6 +1,7 @@
 //! A session that several people draw at once, in the window: own events go to the others and come back in the order that
 //! counts for all; until then they are shown over the model.
 
+mod continued;
 mod overlay;
 
 use std::{
@@ -24,6 +25,8 @@ use crate::{
     recording::{Author, Event, Header, ONE_AUTHOR_FORMAT, RecordingError, StrokeId},
     scene::Scene,
 };
+use continued::Known;
+pub use continued::Unjoined;
 pub use overlay::Overlay;
 
 /// Events of the session that a frame takes at most: a long one comes in beside the window.
@@ -56,6 +59,8 @@ pub struct Shared {
     /// All own events: whatever becomes of this program, what was drawn without a server is in a file.
     own: Journal,
     overlay: Overlay,
+    /// What the session's file held before.
+    known: Option<Known>,
     /// Own strokes whose erasing is on its way.
     erasing: BTreeSet<StrokeId>,
     /// Own events that will never be in the session.
@@ -95,6 +100,7 @@ impl Shared {
             is_watcher: options.role == Role::Watcher,
             waiting: VecDeque::new(),
             overlay: Overlay::default(),
+            known: None,
             erasing: BTreeSet::new(),
             refused: 0,
             next: 0,
@@ -173,7 +179,12 @@ impl Shared {
     /// # Errors
     /// No session can hold it.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
-        self.own.push(event)
+        // The file of own events is one author's: nobody else is to be kept from a layer there.
+        let mut alone = event.names_author().then(|| event.clone());
+        if let Some(Event::Layer { mine, .. }) = &mut alone {
+            *mine = None;
+        }
+        self.own.push(alone.as_ref().unwrap_or(event))
     }
 
     /// Sends own events.
@@ -193,15 +204,31 @@ impl Shared {
     pub(super) fn take(&mut self, out: &mut Vec<Event>) -> Vec<String> {
         let mut said = Vec::new();
         let Status { author, has_caught_up, .. } = self.link.status();
-        while out.len() < EVENTS_A_FRAME && self.ended.is_none() {
+        let mut taken = 0;
+        while taken < EVENTS_A_FRAME && self.ended.is_none() {
             match self.link.news() {
-                Ok(None) => break,
-                Ok(Some(News::Events { events, own })) => {
+                Ok(None) => {
+                    // All that the server has was read, and the file has more.
+                    if has_caught_up && let Some(known) = &self.known {
+                        let why = known.is_other();
+                        self.refuse(why, &mut said);
+                    }
+                    break;
+                }
+                Ok(Some(News::Events { mut events, own })) => {
                     self.was_taken = true;
+                    taken += events.len();
                     self.settle(own);
                     events.iter().for_each(|event| self.note(event));
                     if has_caught_up {
                         said.extend(events.iter().filter_map(|event| coming_or_going(event, author)));
+                    }
+                    if let Some(known) = &mut self.known {
+                        if let Err(why) = known.pass_over(&mut events) {
+                            self.refuse(why, &mut said);
+                            break;
+                        }
+                        self.known.take_if(|known| known.is_over());
                     }
                     out.extend(events);
                 }
@@ -219,6 +246,14 @@ impl Shared {
             }
         }
         said
+    }
+
+    /// The session is not that of the file: nothing is appended to it.
+    fn refuse(&mut self, why: String, said: &mut Vec<String>) {
+        self.link.hand().leave();
+        self.is_watcher = true;
+        said.push(why.clone());
+        self.ended = Some(why);
     }
 
     fn settle(&mut self, own: usize) {

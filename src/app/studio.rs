@@ -40,8 +40,13 @@ use crate::{
     view::View,
 };
 
+#[cfg(feature = "live")]
+mod others;
 mod overlay;
 mod state;
+
+#[cfg(feature = "live")]
+pub use others::OtherInView;
 
 /// The message when a person draws on a read-only session.
 const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";

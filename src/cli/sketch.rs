@@ -20,7 +20,7 @@ use super::{
     tracker_args::TrackerArgs,
 };
 #[cfg(feature = "live")]
-use crate::app::Shared;
+use crate::app::{Shared, Unjoined};
 use crate::{
     app::{
         Access, Autosaves, Command, CullingPlan, Document, OpenElsewhere, OpenError, Opened, Opening,
@@ -93,10 +93,11 @@ pub(super) struct SketchArgs {
     #[arg(long, requires = "file")]
     lenient: bool,
     /// Draw together with others, in a session on a server of NATS: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME
-    /// (`osp join --help` says how to start one). The recording of the whole session is saved as you draw.
+    /// (`osp join --help` says how to start one). The recording of the whole session is saved as you draw, in FILE if it is
+    /// given: a new file, or one that is the beginning of this session, as it was left; what was drawn since is appended.
     // Parsed later: what is wrong with it is said without the password in it.
     #[cfg(feature = "live")]
-    #[arg(long, value_name = "ADDRESS", conflicts_with = "file")]
+    #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["read_only", "copy", "lenient"])]
     join: Option<String>,
     /// Only watch the others.
     #[cfg(feature = "live")]
@@ -182,8 +183,13 @@ impl SketchArgs {
     /// Begins to take part in a shared session.
     fn join(&self, address: &str, autosaves: &Autosaves) -> anyhow::Result<Start> {
         let options = self.server.options(self.watch, &self.name);
-        let shared = Shared::join(&self.server.address(address)?, &options, autosaves)?;
-        Ok(Start::with(Document::joining(shared, autosaves)?, Opened::default()))
+        let address = self.server.address(address)?;
+        let join = || Shared::join(&address, &options, autosaves);
+        let Some(path) = &self.file else {
+            return Ok(Start::with(Document::joining(join()?, autosaves)?, Opened::default()));
+        };
+        let (unjoined, opened) = Unjoined::open(path, address.session(), autosaves, self.limits.limits())?;
+        Ok(Start::with(unjoined.join(join()?), opened))
     }
 }
 

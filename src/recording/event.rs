@@ -289,6 +289,10 @@ pub enum Event {
         /// Whether the window leaves its strokes alone.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         locked: Option<bool>,
+        /// Whether the other authors are kept from drawing on it and from changing it, as its owner says: see
+        /// [`Scene::may_touch`](crate::scene::Scene::may_touch) (since format 4).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        mine: Option<bool>,
     },
     /// Strokes go to a layer (since format 3).
     Assign {
@@ -449,7 +453,7 @@ impl Event {
 
     /// Whether it takes a recording of several authors to hold the event.
     pub fn names_author(&self) -> bool {
-        matches!(self, Self::Join { .. } | Self::Leave { .. })
+        matches!(self, Self::Join { .. } | Self::Leave { .. } | Self::Layer { mine: Some(_), .. })
             || self.author().is_some_and(|author| !author.is_sole())
     }
 

@@ -113,6 +113,7 @@ impl Scene {
                 let _ = self.end(id, changes);
             }
         }
+        self.closed_layers.retain(|_, owner| *owner != author);
         self.forget_all(author);
         let state = self.author_mut(author);
         (state.erased, state.history) = Default::default();

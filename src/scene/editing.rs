@@ -42,6 +42,9 @@ impl Scene {
 
     pub(super) fn erase(&mut self, author: Author, id: StrokeId) -> Option<()> {
         let at = *self.stroke_by_id.get(&id)?;
+        if !self.may_touch(author, self.strokes[at as usize].layer) {
+            return None;
+        }
         // Who erases what somebody else has erased means it, even if that is taken back.
         if self.strokes[at as usize].erasers > 0 && self.author_mut(author).erased.contains(&at) {
             return None;
@@ -122,7 +125,7 @@ impl Scene {
 
     pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
         let groups = &self.groups;
-        let moved = self.named(ids, |stroke| {
+        let moved = self.named(author, ids, |stroke| {
             Some(Way { by: groups.way_from_world(stroke.group, by)?, before: stroke.offset })
         });
         if moved.is_empty() {
@@ -134,12 +137,21 @@ impl Scene {
     }
 
     /// The strokes with these numbers, ascending and each once, with what `of` says of them; without those of which it says
-    /// nothing.
-    pub(super) fn named<T>(&self, ids: &[StrokeId], of: impl Fn(&Stroke) -> Option<T>) -> Vec<Named<T>> {
+    /// nothing, and those that the author may not touch.
+    pub(super) fn named<T>(
+        &self,
+        author: Author,
+        ids: &[StrokeId],
+        of: impl Fn(&Stroke) -> Option<T>,
+    ) -> Vec<Named<T>> {
         let mut strokes: Vec<u32> = ids.iter().filter_map(|id| self.stroke_by_id.get(id)).copied().collect();
         strokes.sort_unstable();
         strokes.dedup();
-        let named = |stroke| Some(Named { stroke, of: of(&self.strokes[stroke as usize])? });
+        let named = |at| {
+            let stroke = &self.strokes[at as usize];
+            let may = self.may_touch(author, stroke.layer);
+            may.then(|| Some(Named { stroke: at, of: of(stroke)? })).flatten()
+        };
         strokes.into_iter().filter_map(named).collect()
     }
 
@@ -232,8 +244,13 @@ impl Scene {
         if !is_own && self.groups.find(id).is_none() {
             return None;
         }
+        let hangs_elsewhere = |group: usize| self.groups.parent(group) != parent;
+        if self.groups.find(id).is_some_and(|group| hangs_elsewhere(group) && !self.may_place(author, group))
+        {
+            return None;
+        }
         let group = self.groups.find_or_make(id, parent)?;
-        let members = self.named(strokes, |stroke| Some(stroke.group));
+        let members = self.named(author, strokes, |stroke| Some(stroke.group));
         let hanging = Hanging { before: self.groups.parent(group), parent, holds: true };
         self.groups.hang(group, parent);
         members.iter().for_each(|named| self.set_group(named.stroke, Some(group)));
@@ -256,7 +273,7 @@ impl Scene {
     }
 
     pub(super) fn place(&mut self, author: Author, id: GroupId, to: Transform) -> Option<()> {
-        let group = self.groups.find(id)?;
+        let group = self.groups.find(id).filter(|&group| self.may_place(author, group))?;
         let before = self.groups.transform(group);
         self.groups.place(group, to);
         self.arrange(author, Arrangement::Place { group, before, to });

@@ -14,6 +14,9 @@ pub struct LayerState {
     pub hidden: Option<bool>,
     /// Whether its strokes are to be left alone.
     pub locked: Option<bool>,
+    /// Whose it is: who said something of it first, or who has closed it since that one left. The first layer (0) is
+    /// everybody's.
+    pub owner: Option<Author>,
 }
 
 impl Scene {
@@ -25,6 +28,58 @@ impl Scene {
     /// Whether strokes on this layer are to be left alone.
     pub fn is_locked(&self, layer: u32) -> bool {
         self.layers.get(&layer).is_some_and(|state| state.locked == Some(true))
+    }
+
+    /// Who alone may draw on a layer now, if its owner has said so and is there.
+    pub fn closed_by(&self, layer: u32) -> Option<Author> {
+        self.closed_layers.get(&layer).copied()
+    }
+
+    /// Whether an author may draw on a layer, and change it and the strokes on it: unless another author has closed it
+    /// ([`mine`](crate::recording::Event::Layer::mine)). An event of somebody who may not is ignored and counted; of the
+    /// strokes that it names, those that the author may not touch are left out. A group that holds some of them is neither
+    /// placed nor hung elsewhere. A stroke that had begun before may go on, and everybody can take back and redo what is
+    /// one's own. Whoever runs the session ([`Author::SOLE`]) may touch everything.
+    pub fn may_touch(&self, author: Author, layer: u32) -> bool {
+        author.is_sole() || self.closed_by(layer).is_none_or(|owner| owner == author)
+    }
+
+    /// Whether an author may change where a group is: it and those below it hold no strokes that the author may not touch.
+    pub(super) fn may_place(&self, author: Author, group: usize) -> bool {
+        if author.is_sole() || self.closed_layers.values().all(|owner| *owner == author) {
+            return true;
+        }
+        let mut walk = vec![group];
+        while let Some(group) = walk.pop() {
+            let mut members = self.groups.strokes(group).filter_map(|at| self.strokes.get(at as usize));
+            if !members.all(|stroke| stroke.is_gone || self.may_touch(author, stroke.layer)) {
+                return false;
+            }
+            walk.extend(self.groups.below(Some(group)));
+        }
+        true
+    }
+
+    /// An author says something of a layer, perhaps that it is the author's alone (or not any more); whether that can be.
+    pub(super) fn claim_layer(&mut self, author: Author, layer: u32, mine: Option<bool>) -> Option<()> {
+        if !self.may_touch(author, layer) {
+            return None;
+        }
+        let known = self.layers.get(&layer).and_then(|state| state.owner);
+        let is_free = known.is_none_or(|owner| owner.is_sole() || !self.is_there(owner));
+        let is_own = !author.is_sole() && layer > 0 && (is_free || known == Some(author));
+        if mine.is_some() && !is_own {
+            return None;
+        }
+        match mine {
+            Some(true) => _ = self.closed_layers.insert(layer, author),
+            Some(false) => _ = self.closed_layers.remove(&layer),
+            None => {}
+        }
+        if layer > 0 && (known.is_none() || mine == Some(true)) {
+            self.layers.entry(layer).or_default().owner = Some(author);
+        }
+        Some(())
     }
 
     pub(super) fn change_layer(
@@ -60,7 +115,10 @@ impl Scene {
     }
 
     pub(super) fn assign(&mut self, author: Author, layer: u32, strokes: &[StrokeId]) -> Option<()> {
-        let strokes = self.named(strokes, |stroke| Some(stroke.layer));
+        if !self.may_touch(author, layer) {
+            return None;
+        }
+        let strokes = self.named(author, strokes, |stroke| Some(stroke.layer));
         if strokes.is_empty() {
             return None;
         }

@@ -24,6 +24,8 @@
 //! author's edits are for good. Where groups would form a circle because a grouping was taken back, the later one
 //! hangs nothing. An edit that undo does not reach any more counts as one before all others.
 //!
+//! A layer is open to all, unless its owner [closes](Scene::may_touch) it; it is open again when the owner leaves.
+//!
 //! Each author's undo has the limits of one author; together they remember at most 65,536 edits, which name at most four
 //! million strokes: beyond, whoever has most loses the oldest.
 //!

@@ -94,6 +94,8 @@ pub struct Scene {
     /// A bit for each polygon whose box is kept in the space of its group, not in the world's.
     pub(super) in_space: Vec<u64>,
     pub(super) layers: BTreeMap<u32, LayerState>,
+    /// Layers that their owners, who are there, have closed to all other authors.
+    pub(super) closed_layers: BTreeMap<u32, Author>,
     pub(super) views: BTreeMap<u32, KnownView>,
     /// What authors have arranged and can take back.
     pub(super) log: Log,
@@ -323,7 +325,8 @@ impl Scene {
                 self.author_mut(author).history.open_step(*edits);
                 Some(())
             }
-            Event::Layer { layer, name, hidden, locked, .. } => {
+            Event::Layer { layer, name, hidden, locked, mine, .. } => {
+                self.claim_layer(author, *layer, *mine)?;
                 self.change_layer(*layer, name.as_deref(), *hidden, *locked)
             }
             Event::View { slot, p, q, distance, .. } => {
@@ -346,7 +349,8 @@ impl Scene {
         color: (f32, f32, f32, f32),
         paint: Option<&Paint>,
     ) -> Option<()> {
-        if self.is_used(id) || !author.owns(id) {
+        let layer = paint.map_or(0, |paint| paint.layer);
+        if self.is_used(id) || !author.owns(id) || !self.may_touch(author, layer) {
             return None;
         }
         let at = self.add_stroke(author, Some(id), color);

@@ -196,6 +196,7 @@ pub fn event(u: &mut Input<'_>) -> Event {
                 name: None,
                 hidden: said(u),
                 locked: said(u),
+                mine: None,
             }
         }
         22 => Event::Assign { author: Author::SOLE, t, layer: below(u, 4) as u32, strokes: strokes(u) },

@@ -8,24 +8,26 @@ use std::{
 };
 
 use osp::{
-    app::{Autosaves, Button, Command, Document, Held, Input, Shared, Studio, Subject},
+    app::{
+        Autosaves, Button, Command, Document, Held, Input, LayerEdit, Shared, Studio, Subject, ToolChoice,
+    },
     glam::Vec2,
     live::{Address, LinkOptions, Role, Who},
-    recording::{self, Event, OpenOptions},
+    recording::{self, Event, OpenOptions, Tool},
     rivals::IndexKind,
 };
 
 use crate::{members::LONGEST, server::Server};
 
-const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
+pub(crate) const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
 
-struct Window {
-    studio: Studio,
-    folder: tempfile::TempDir,
+pub(crate) struct Window {
+    pub(crate) studio: Studio,
+    pub(crate) folder: tempfile::TempDir,
 }
 
 impl Window {
-    fn join(server: &Server, role: Role) -> Self {
+    pub(crate) fn join(server: &Server, role: Role) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let autosaves = Autosaves::new(Some(folder.path().to_owned()));
         let address: Address = server.session("house").parse().expect("an address");
@@ -36,16 +38,16 @@ impl Window {
         Self { studio, folder }
     }
 
-    fn author(server: &Server, name: &str) -> Self {
+    pub(crate) fn author(server: &Server, name: &str) -> Self {
         Self::join(server, Role::Author(Who { name: name.to_owned(), color: None }))
     }
 
-    fn frame(&mut self) {
+    pub(crate) fn frame(&mut self) {
         self.studio.frame(SIZE_PX, 0.016);
     }
 
     /// Draws a ribbon across the window at this height; a frame after each sample.
-    fn draw(&mut self, height: f32) {
+    pub(crate) fn draw(&mut self, height: f32) {
         let input = |studio: &mut Studio, input| studio.input(input, Held::default(), SIZE_PX);
         input(&mut self.studio, Input::Move(Vec2::new(-0.5, height)));
         input(&mut self.studio, Input::Press(Button::Primary));
@@ -61,7 +63,7 @@ impl Window {
         self.studio.scene().counts().visible
     }
 
-    fn on_their_way(&self) -> usize {
+    pub(crate) fn on_their_way(&self) -> usize {
         self.studio.overlay().expect("a shared session").shown().len()
     }
 
@@ -70,11 +72,11 @@ impl Window {
         document
     }
 
-    fn shared(&self) -> &Shared {
+    pub(crate) fn shared(&self) -> &Shared {
         self.document().shared().expect("a shared session")
     }
 
-    fn is_author(&self) -> bool {
+    pub(crate) fn is_author(&self) -> bool {
         self.shared().status().author.is_some()
     }
 
@@ -84,7 +86,7 @@ impl Window {
     }
 }
 
-fn saved(folder: &Path, part: &str) -> Vec<PathBuf> {
+pub(crate) fn saved(folder: &Path, part: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
     let is_one = |path: &PathBuf| {
         let name = path.file_name().expect("a name").to_string_lossy().into_owned();
@@ -94,7 +96,7 @@ fn saved(folder: &Path, part: &str) -> Vec<PathBuf> {
 }
 
 /// Frames of all windows until this is so.
-fn until(windows: &mut [&mut Window], what: &str, is_so: impl Fn(&[&mut Window]) -> bool) {
+pub(crate) fn until(windows: &mut [&mut Window], what: &str, is_so: impl Fn(&[&mut Window]) -> bool) {
     let started = Instant::now();
     while !is_so(windows) {
         assert!(started.elapsed() < LONGEST, "{what}: {:?}", windows[0].shared().shown());
@@ -103,7 +105,7 @@ fn until(windows: &mut [&mut Window], what: &str, is_so: impl Fn(&[&mut Window])
     }
 }
 
-fn have_all(windows: &[&mut Window]) -> bool {
+pub(crate) fn have_all(windows: &[&mut Window]) -> bool {
     windows.iter().all(|window| {
         window.visible() == windows[0].visible()
             && window.on_their_way() == 0
@@ -182,4 +184,48 @@ fn without_a_server_one_draws_on_and_what_never_gets_there_is_in_a_file() {
     let Window { studio, folder } = ann;
     studio.close().expect("written");
     assert_eq!(saved(folder.path(), "house-own"), own);
+}
+
+#[test]
+fn who_makes_a_layer_can_keep_it_and_the_others_see_whose_it_is() {
+    let Some(server) = Server::start() else { return };
+    let (mut ann, mut bob) = (Window::author(&server, "Ann"), Window::author(&server, "Bob"));
+    until(&mut [&mut ann, &mut bob], "both are authors", |all| all.iter().all(|one| one.is_author()));
+    let layer = |window: &mut Window, edit| window.studio.command(Command::Layer(edit));
+    let close = |is_closed| LayerEdit::Close(1, is_closed);
+    layer(&mut ann, LayerEdit::New);
+    until(&mut [&mut ann, &mut bob], "the layer", |all| {
+        all.iter().all(|one| one.studio.session_layers().len() == 2)
+    });
+    let row = |window: &Window| window.studio.session_layers().remove(1);
+    assert_eq!(row(&bob).owner.map(|(_, name)| name).as_deref(), Some("Ann"));
+    assert!(ann.studio.can(&Command::Layer(close(true))) && !bob.studio.can(&Command::Layer(close(true))));
+    ann.draw(0.2);
+    layer(&mut ann, close(true));
+    until(&mut [&mut ann, &mut bob], "it is closed", |all| {
+        all.iter().all(|one| row(one).is_closed) && have_all(all)
+    });
+    // Bob neither draws on it, nor renames or erases anything.
+    layer(&mut bob, LayerEdit::Choose(1));
+    bob.draw(-0.2);
+    layer(&mut bob, LayerEdit::Name(1, "his".to_owned()));
+    bob.studio.command(Command::SelectAll);
+    assert!(bob.studio.selection().is_empty());
+    bob.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
+    assert!(bob.studio.messages().iter().any(|said| said.starts_with("layer 2 is Ann's alone")));
+    assert_eq!((bob.on_their_way(), bob.shared().is_waiting()), (0, false));
+    layer(&mut bob, LayerEdit::Choose(0));
+    bob.draw(-0.2);
+    ann.draw(0.4);
+    until(&mut [&mut ann, &mut bob], "all else", |all| {
+        all.iter().all(|one| one.studio.scene().counts().strokes == 3) && have_all(all)
+    });
+    layer(&mut ann, close(false));
+    until(&mut [&mut ann, &mut bob], "it is open", |all| all.iter().all(|one| !row(one).is_closed));
+    layer(&mut bob, LayerEdit::Choose(1));
+    bob.draw(-0.4);
+    until(&mut [&mut ann, &mut bob], "his stroke on hers", |all| {
+        all.iter().all(|one| one.studio.scene().counts().strokes == 4) && have_all(all)
+    });
+    assert_eq!(ann.studio.scene().counts().ignored_events, 0);
 }

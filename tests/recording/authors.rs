@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::{Quat, Vec3};
 use osp::recording::{
-    AUTHORS_FORMAT, Author, Event, Flush, GroupId, Header, Message, NormalRule, Reduced, Reducer, RonWriter,
-    Sender, StrokeId, Tool,
+    AUTHORS_FORMAT, Author, Event, Flush, GroupId, Header, Message, NormalRule, Paint, Reduced, Reducer,
+    RonWriter, Sender, StrokeId, Tool,
 };
 use proptest::prelude::*;
 
@@ -161,6 +161,37 @@ fn earlier_formats_have_one_author_with_any_numbers() {
 }
 
 #[test]
+fn a_layer_of_ones_own_needs_several_authors() {
+    let mine = |mine| Event::Layer {
+        t: 1.0,
+        author: Author(1),
+        layer: 2,
+        name: None,
+        hidden: None,
+        locked: None,
+        mine,
+    };
+    let events = [join(1), mine(Some(true)), mine(Some(false)), mine(None)];
+    let bytes = write(&header(), &events);
+    let lines: Vec<&str> = std::str::from_utf8(&bytes).unwrap().lines().collect();
+    assert_eq!(
+        lines[2..],
+        [
+            "Layer(t:1.0,author:1,layer:2,mine:true)",
+            "Layer(t:1.0,author:1,layer:2,mine:false)",
+            "Layer(t:1.0,author:1,layer:2)",
+        ]
+    );
+    assert_eq!(read(&bytes, STRICT).events, events);
+    let alone = b"Header(format: 3)\nLayer(t:1,layer:2,mine:true)\n";
+    let error = read(alone, STRICT).error.expect("an error").to_string();
+    assert!(
+        error.contains("line 2: expected an event without an author in a recording of format 3"),
+        "{error}"
+    );
+}
+
+#[test]
 fn a_session_has_so_many_authors_at_most() {
     let lines: String =
         (1..=Author::MAX).map(|n| format!("Join(t:0,author:{n})\nLeave(t:0,author:{n})\n")).collect();
@@ -264,11 +295,14 @@ fn session_of(senders: u64, order: &[(u64, Vec<Doing>)]) -> Vec<Message> {
                     let next = strokes.entry(sender).or_default();
                     let any = StrokeId(Author(1 + pick % authors.len() as u32).number(pick / 8 % 4).unwrap());
                     let t = f64::from(pick % 100) / 10.0;
-                    match kind % 6 {
+                    match kind % 9 {
                         0 | 1 => {
                             let stroke = author.number(*next).unwrap();
                             *next += 1;
                             let mut events = vec![begin(author.0, stroke)];
+                            if let Event::Begin { paint, .. } = &mut events[0] {
+                                *paint = Some(Box::new(Paint { layer: pick % 3, ..Paint::new("", 0) }));
+                            }
                             events.extend((0..4).map(|i| point(stroke, i)));
                             events
                         }
@@ -280,6 +314,16 @@ fn session_of(senders: u64, order: &[(u64, Vec<Doing>)]) -> Vec<Message> {
                             by: Vec3::X * (pick % 7) as f32,
                         }],
                         4 => vec![Event::Undo { t, author }],
+                        5 => vec![Event::Layer {
+                            t,
+                            author,
+                            layer: pick % 3,
+                            name: Some(format!("layer of {author}")),
+                            hidden: None,
+                            locked: None,
+                            mine: [None, Some(true), Some(false)][pick as usize / 3 % 3],
+                        }],
+                        6 => vec![Event::Assign { t, author, layer: pick / 32 % 3, strokes: vec![any] }],
                         _ => vec![Event::Redo { t, author }],
                     }
                 })
@@ -291,7 +335,7 @@ fn session_of(senders: u64, order: &[(u64, Vec<Doing>)]) -> Vec<Message> {
 }
 
 /// The bytes of the recording and the scene that a log comes to.
-fn reduce(log: &[Message]) -> (Vec<u8>, Vec<u32>, u64) {
+fn reduce(log: &[Message]) -> (Vec<u8>, Vec<u32>, u64, String) {
     let (mut reducer, mut events) = (Reducer::new(), Vec::new());
     for message in log {
         reducer.take(message, &mut events);
@@ -303,7 +347,10 @@ fn reduce(log: &[Message]) -> (Vec<u8>, Vec<u32>, u64) {
     let visible: Vec<u32> = scene.visible_ids().map(|id| id.0).collect();
     let offsets = scene.strokes().iter().map(|stroke| stroke.offset().x.to_bits());
     let mixed = offsets.fold(0u64, |sum, bits| sum.wrapping_mul(31).wrapping_add(bits.into()));
-    (bytes, visible, mixed)
+    let on_layers: Vec<u32> = scene.strokes().iter().map(|stroke| stroke.layer()).collect();
+    let closed = (0..3).map(|layer| scene.closed_by(layer)).collect::<Vec<_>>();
+    let ignored = scene.counts().ignored_events;
+    (bytes, visible, mixed, format!("{on_layers:?} {closed:?} {:?} {ignored}", scene.layer_states()))
 }
 
 proptest! {

@@ -120,6 +120,7 @@ pub(crate) fn sample_events() -> Vec<Event> {
             name: Some("sky".into()),
             hidden: Some(true),
             locked: None,
+            mine: None,
         },
         Event::Layer {
             author: Author::SOLE,
@@ -128,6 +129,7 @@ pub(crate) fn sample_events() -> Vec<Event> {
             name: None,
             hidden: None,
             locked: Some(false),
+            mine: None,
         },
         Event::Assign { author: Author::SOLE, t: 0.138, layer: 2, strokes: vec![stroke, StrokeId(0)] },
         Event::View { author: Author::SOLE, t: 0.139, slot: 3, p: Vec3::X, q, distance: 2.5 },
@@ -227,7 +229,7 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
             prop::option::of(any::<bool>()),
             prop::option::of(any::<bool>()),
         )
-            .prop_map(|(t, layer, name, hidden, locked)| Event::Layer { author: Author::SOLE, t, layer, name, hidden, locked }),
+            .prop_map(|(t, layer, name, hidden, locked)| Event::Layer { author: Author::SOLE, t, layer, name, hidden, locked, mine: None }),
         1 => (time(), 0..Event::MAX_VIEWS, point(), rotation(), 1e-6f32..1e6)
             .prop_map(|(t, slot, p, q, distance)| Event::View { author: Author::SOLE, t, slot, p, q, distance }),
         1 => (time(), 0..Event::MAX_LAYERS, strokes())

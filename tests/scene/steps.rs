@@ -81,7 +81,7 @@ fn a_step_ends_with_its_edits_with_an_undo_and_with_the_next_step() {
 }
 
 fn layer(layer: u32, hidden: Option<bool>) -> Event {
-    Event::Layer { author: Author::SOLE, t: 0.0, layer, name: None, hidden, locked: None }
+    Event::Layer { author: Author::SOLE, t: 0.0, layer, name: None, hidden, locked: None, mine: None }
 }
 
 fn assign(layer: u32, strokes: &[u32]) -> Event {
@@ -129,6 +129,7 @@ fn a_layer_hides_its_strokes_those_that_come_and_those_that_are_brought() {
         name: Some("sky".into()),
         hidden: None,
         locked: Some(true),
+        mine: None,
     };
     play(&mut scene, &[locked, layer(7, Some(true))]);
     let state = &scene.layer_states()[&7];

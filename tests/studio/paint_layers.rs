@@ -34,7 +34,7 @@ fn layer_of(table: &Table, stroke: StrokeId) -> u32 {
 }
 
 fn row(layer: u32, name: &str, is_hidden: bool, is_locked: bool) -> LayerRow {
-    LayerRow { layer, name: name.to_owned(), is_hidden, is_locked }
+    LayerRow { layer, name: name.to_owned(), is_hidden, is_locked, owner: None, is_closed: false }
 }
 
 #[test]

@@ -219,7 +219,12 @@ impl Document {
             Err(error) => return Err(OpenError::io(path, error)),
         };
         if is_new && may_begin {
-            return Ok(Started::Empty(Box::new(Self::begin(path, autosaves, how.of_several)?)));
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let mut header = our_header(&stem);
+            if how.of_several {
+                header.format = AUTHORS_FORMAT;
+            }
+            return Ok(Started::Empty(Box::new(Self::begin(path, header, autosaves)?)));
         }
         if how.access == Access::ReadOnly {
             return Ok(Self::to_look_at(path, autosaves, how)?);
@@ -268,8 +273,41 @@ impl Document {
         Ok(Started::Reads(Box::new(reader.remarking(Some(remark), None))))
     }
 
+    /// The file of a shared session that begins with this header: as it was left, with a reader of the same, or a new one.
+    ///
+    /// # Errors
+    /// It cannot be read or written, another window has it, or it holds something else.
+    #[cfg(feature = "live")]
+    pub(in crate::app) fn left(
+        path: &Path,
+        header: Header,
+        autosaves: &Autosaves,
+        limits: Limits,
+    ) -> Result<(Self, Opened, Option<Session>), OpenError> {
+        let refused = |why: &str| OpenError::io(path, io::Error::new(ErrorKind::InvalidInput, why));
+        if !is_ron(path) {
+            return Err(refused("expected a name that ends in .ron"));
+        }
+        match fs::metadata(path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(OpenError::io(path, error)),
+            Ok(data) if data.len() > 0 || !data.is_file() => {}
+            _ => return Ok((Self::begin(path, header, autosaves)?, Opened::default(), None)),
+        }
+        let again = recording::open(path, &OpenOptions { lenient: false, limits })?;
+        if again.header != header {
+            let why = format!("expected the recording of the shared session {}, or a new file", header.name);
+            return Err(refused(&why));
+        }
+        let was_left_open = fs::is_there(&SessionLock::mark_of(path));
+        let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
+        let reader = Self::to_go_on(path, limits, take(path)?, autosaves, give_back)?;
+        let (document, opened) = reader.without_ends().read(&|_| true)?;
+        let has_events = document.event_count() > 0;
+        Ok((document, opened, has_events.then_some(again)))
+    }
+
     /// A session that is not there yet, or an empty file.
-    fn begin(path: &Path, autosaves: &Autosaves, of_several: bool) -> Result<Self, OpenError> {
+    fn begin(path: &Path, header: Header, autosaves: &Autosaves) -> Result<Self, OpenError> {
         let file = if fs::is_there(path) {
             take(path)?
         } else {
@@ -285,11 +323,6 @@ impl Document {
             };
             SessionFile::new(path.to_owned(), lock)
         };
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let mut header = our_header(&stem);
-        if of_several {
-            header.format = AUTHORS_FORMAT;
-        }
         let mut journal = Journal::named(file, header, autosaves)?;
         journal.start()?;
         Ok(Self::around(journal))

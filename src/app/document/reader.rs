@@ -16,13 +16,23 @@ pub(in crate::app) struct DocumentReader {
     remark: Option<String>,
     /// What becomes of its file if it is not read to its end.
     give_back: fn(SessionFile),
+    /// Whether strokes that a crash has left open are ended.
+    ends_strokes: bool,
     events: u64,
 }
 
 impl DocumentReader {
     pub(super) fn new(session: Session, journal: Journal, give_back: fn(SessionFile)) -> Self {
         let (opened, remark) = (Opened::default(), None);
-        Self { document: Document::around(journal), session, opened, remark, give_back, events: 0 }
+        Self {
+            document: Document::around(journal),
+            session,
+            opened,
+            remark,
+            give_back,
+            ends_strokes: true,
+            events: 0,
+        }
     }
 
     /// Says something before the remarks of the reader, or after them.
@@ -30,6 +40,12 @@ impl DocumentReader {
         self.opened.remarks.extend(before);
         self.remark = after;
         self
+    }
+
+    /// Strokes that are open stay so: in a session of several, the others say when they end.
+    #[cfg(feature = "live")]
+    pub(super) fn without_ends(self) -> Self {
+        Self { ends_strokes: false, ..self }
     }
 
     /// Events that were read.
@@ -79,7 +95,9 @@ impl DocumentReader {
             self.give_up();
             return Err(error);
         }
-        self.document.end_open_strokes();
+        if self.ends_strokes {
+            self.document.end_open_strokes();
+        }
         self.opened.remarks.extend(self.remark);
         Ok((self.document, self.opened))
     }

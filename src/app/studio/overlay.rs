@@ -98,13 +98,14 @@ impl Studio {
     /// Draws a ring in each author's colour where the others draw.
     #[cfg(feature = "live")]
     fn draw_others(&mut self, view: &View) {
-        let crate::app::Subject::Sketch(document) = &self.subject else { return };
-        for pen in document.shared().into_iter().flat_map(crate::app::Shared::pens) {
-            let (r, g, b) = self.subject.scene().author_color(pen.author);
+        let mut lines = std::mem::take(&mut self.lines);
+        let (others, radius_m) = self.others();
+        for (author, at) in others {
+            let (r, g, b) = self.subject.scene().author_color(author);
             let [r, g, b] = [r, g, b].map(|part| (part.clamp(0.0, 1.0) * 255.0) as u8);
-            let radius_m = self.navigator.distance_m() * 0.01;
-            layers::draw_cursor(view, pen.at, radius_m, [r, g, b, 255], &mut self.lines);
+            layers::draw_cursor(view, at, radius_m, [r, g, b, 255], &mut lines);
         }
+        self.lines = lines;
     }
 
     /// Draws the test pattern of each screen for each of its eyes.

@@ -50,11 +50,11 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     ui.separator();
 }
 
-fn shortened(name: &str) -> &str {
+pub(super) fn shortened(name: &str) -> &str {
     &name[..name.floor_char_boundary(MOST_BYTES)]
 }
 
-fn color_of(studio: &Studio, author: Author) -> Color32 {
+pub(super) fn color_of(studio: &Studio, author: Author) -> Color32 {
     let (r, g, b) = studio.scene().author_color(author);
     let [r, g, b] = [r, g, b].map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8);
     Color32::from_rgb(r, g, b)

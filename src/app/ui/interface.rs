@@ -6,6 +6,8 @@ use egui::{
 };
 use glam::Vec3;
 
+#[cfg(feature = "live")]
+use super::others;
 use super::{
     actions::Action,
     authors,
@@ -205,6 +207,8 @@ impl Interface {
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "model"));
         canvas::take_pointer(ui, &response, ui.ctx().pixels_per_point(), studio);
         self.hint(ui, area, studio);
+        #[cfg(feature = "live")]
+        others::show(ui, area, studio);
         if wishes.help {
             help(ui, &mut wishes.help);
         }

@@ -13,6 +13,8 @@ mod interface;
 mod keys;
 mod menu;
 mod numbers;
+#[cfg(feature = "live")]
+mod others;
 mod paint_layers;
 mod plot;
 mod questions;

@@ -3,7 +3,7 @@ use egui::{
     Ui, Vec2, WidgetInfo,
 };
 
-use super::wishes::Wishes;
+use super::{authors, wishes::Wishes};
 use crate::{
     app::{
         command::Command,
@@ -36,7 +36,8 @@ impl LayerList {
             });
             ui.add_enabled_ui(studio.can_draw(), |ui| {
                 if let Some(row) = rows.iter().find(|row| row.layer == chosen) {
-                    self.name(ui, row, wishes);
+                    ui.add_enabled_ui(!studio.is_layer_of_others(chosen), |ui| self.name(ui, row, wishes));
+                    close(ui, studio, row, wishes);
                 }
                 ui.horizontal(|ui| {
                     let buttons = [
@@ -76,6 +77,28 @@ impl LayerList {
     }
 }
 
+/// Whose the layer is that is drawn on, and the switch that keeps all others from it.
+fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
+    if studio.can_close_layer(row.layer) {
+        let mut is_closed = row.is_closed;
+        let choice = ui.checkbox(&mut is_closed, "mine alone");
+        if choice
+            .on_hover_text("nobody else may draw on this layer or change it while you are here")
+            .changed()
+        {
+            wishes.commands.push(Command::Layer(LayerEdit::Close(row.layer, is_closed)));
+        }
+    }
+}
+
+/// Whose a layer is, in words.
+fn owner_of(row: &LayerRow) -> Option<String> {
+    let (author, name) = row.owner.as_ref()?;
+    let name = authors::shortened(name);
+    let name = if name.trim().is_empty() { format!("author {author}") } else { name.to_owned() };
+    Some(if row.is_closed { format!("{name}'s alone") } else { name })
+}
+
 fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &mut Wishes) {
     ui.spacing_mut().item_spacing.x = 3.0;
     let name = &row.name;
@@ -85,7 +108,7 @@ fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &m
     ];
     for (sign, is_off, what, edit) in switches {
         let what = format!("{} {name}", what[usize::from(is_off)]);
-        let sense = if studio.can_draw() { Sense::click() } else { Sense::hover() };
+        let sense = if studio.can(&Command::Layer(edit.clone())) { Sense::click() } else { Sense::hover() };
         let (rect, response) = ui.allocate_exact_size(Vec2::new(20.0, 18.0), sense);
         let color = match () {
             () if response.hovered() => ui.visuals().strong_text_color(),
@@ -98,9 +121,13 @@ fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &m
             wishes.commands.push(Command::Layer(edit));
         }
     }
-    let text = if row.is_hidden { RichText::new(name).weak() } else { RichText::new(name) };
+    let owner = owner_of(row);
+    let shown = owner.as_ref().map_or_else(|| name.clone(), |owner| format!("{name} ({owner})"));
+    let hint =
+        owner.map_or_else(|| "draw on this layer".to_owned(), |_| format!("draw on this layer: {shown}"));
+    let text = if row.is_hidden { RichText::new(shown).weak() } else { RichText::new(shown) };
     let label = Button::selectable(is_chosen, text).truncate();
-    if ui.add_enabled(studio.can_draw(), label).on_hover_text("draw on this layer").clicked() {
+    if ui.add_enabled(studio.can_draw(), label).on_hover_text(hint).clicked() {
         wishes.commands.push(Command::Layer(LayerEdit::Choose(row.layer)));
     }
 }
