@@ -1,9 +1,10 @@
 //! Several views in one walk of the index, against one view after the other.
 //!
-//! `cargo bench --bench views [-- SIZE...]`. For each number of polygons of a synthetic session (100,000 and 1,000,000 unless
-//! told), from outside and from inside, each rig turns with the frame. In every frame all views are culled one after the
-//! other and in one walk, in turns, neither always first. The table has medians: microseconds one after the other and in one
-//! walk, how much one walk takes of it, and of one view (of the mean of the frame's views); and the boxes that both test.
+//! `cargo bench --bench views [-- SIZE... WORD...]`. For each number of polygons of a synthetic session (100,000 and 1,000,000
+//! unless told), from outside and from inside, each rig (or those whose names hold one of the words) turns with the frame. In
+//! every frame all views are culled one after the other and in one walk, in turns, neither always first. The table has
+//! medians and 99th percentiles: microseconds one after the other and in one walk; medians of how much one walk takes of it, and
+//! of one view (of the mean of the frame's views); and the boxes that both test.
 
 use std::time::Instant;
 
@@ -122,23 +123,29 @@ fn quarter(head: &Head, side: f32, projection: Projection) -> Frustum {
     head.view(0.0, Quat::from_rotation_y(side * std::f32::consts::FRAC_PI_2), projection)
 }
 
-fn median(values: &mut [f64]) -> f64 {
+/// The median and the 99th percentile.
+fn median_and_p99(values: &mut [f64]) -> (f64, f64) {
     values.sort_unstable_by(f64::total_cmp);
-    values[values.len() / 2]
+    (values[values.len() / 2], values[values.len() * 99 / 100])
 }
 
 #[expect(clippy::print_stdout, reason = "the table is what this is for")]
 fn main() {
-    let sizes: Vec<u32> = std::env::args().skip(1).filter_map(|arg| arg.parse().ok()).collect();
+    // Cargo adds an option of its own.
+    let args = std::env::args().skip(1).filter(|arg| !arg.starts_with('-'));
+    let (sizes, words): (Vec<_>, Vec<_>) = args.partition(|arg| arg.parse::<u32>().is_ok());
+    let sizes: Vec<u32> = sizes.iter().filter_map(|size| size.parse().ok()).collect();
     let sizes = if sizes.is_empty() { vec![100_000, 1_000_000] } else { sizes };
     println!("kernel {}", osp::index::Backend::detect().name());
     println!(
-        "{:>10} {:8} {:16} {:>9} {:>9} {:>9} {:>9} {:>11} {:>11} {:>9}",
+        "{:>10} {:8} {:16} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>11} {:>11} {:>9}",
         "polygons",
         "camera",
         "rig",
         "each, µs",
+        "p99",
         "one walk",
+        "p99",
         "of each",
         "of 1 view",
         "boxes, each",
@@ -148,7 +155,8 @@ fn main() {
     for size in sizes {
         let (osp, around) = filled(size);
         for (camera, is_inside) in [("outside", false), ("inside", true)] {
-            for (name, rig) in RIGS {
+            let is_asked = |name: &str| words.is_empty() || words.iter().any(|word| name.contains(word));
+            for (name, rig) in RIGS.into_iter().filter(|(name, _)| is_asked(name)) {
                 let mut sets: Vec<VisibleBlocks> = vec![VisibleBlocks::with_capacity(osp.len()); 6];
                 let (mut each_us, mut walk_us, mut shares, mut of_one) = (vec![], vec![], vec![], vec![]);
                 let (mut boxes, mut seen) = ([0u64; 2], 0u64);
@@ -177,13 +185,16 @@ fn main() {
                     shares.push(us[1] / us[0]);
                     of_one.push(us[1] / us[0] * frusta.len() as f64);
                 }
+                let (each, walk) = (median_and_p99(&mut each_us), median_and_p99(&mut walk_us));
                 println!(
-                    "{:>10} {camera:8} {name:16} {:>9.1} {:>9.1} {:>9.2} {:>9.2} {:>11} {:>11} {:>9}",
+                    "{:>10} {camera:8} {name:16} {:>9.1} {:>9.1} {:>9.1} {:>9.1} {:>9.2} {:>9.2} {:>11} {:>11} {:>9}",
                     osp.len(),
-                    median(&mut each_us),
-                    median(&mut walk_us),
-                    median(&mut shares),
-                    median(&mut of_one),
+                    each.0,
+                    each.1,
+                    walk.0,
+                    walk.1,
+                    median_and_p99(&mut shares).0,
+                    median_and_p99(&mut of_one).0,
                     boxes[0] / FRAMES as u64,
                     boxes[1] / FRAMES as u64,
                     seen / FRAMES as u64
