@@ -39,7 +39,8 @@ impl Studio {
         self.tracker_waits = !self.take_messages(t, &tracker);
         let first = self.events.len();
         self.hands.rest(t, &mut self.events);
-        if let Some(senders) = &mut self.senders {
+        // While messages wait, nobody is known to be silent.
+        if let Some(senders) = self.senders.as_mut().filter(|_| !self.tracker_waits) {
             senders.rest(Instant::now(), t, &mut self.events);
         }
         self.mirror_events(first);
@@ -70,16 +71,24 @@ impl Studio {
                 continue;
             }
             let first = self.events.len();
-            let Some((author, erased)) = self.take_message(t, at, from, &message) else { continue };
+            let Some((author, erased)) = self.take_message(t, from, &message) else { continue };
             let mut begins = false;
+            let who = if author.is_sole() { self.author() } else { author };
+            let layer = self.brush.layer;
+            let may_touch = self.scene().may_touch(who, layer);
             for event in &mut self.events[first..] {
                 if let Event::Begin { paint, .. } = event {
-                    *paint = on_layer(paint.take(), self.brush.layer);
+                    *paint = on_layer(paint.take(), if may_touch { layer } else { 0 });
                     begins = true;
                 }
             }
             // Who wears a helmet does not see the window: what the hand draws is kept all the same.
-            if begins && let Some(why) = self.why_layer_is_closed() {
+            if begins && !may_touch {
+                let name = self.session_layer(layer).name;
+                self.say_once(&format!(
+                    "{name} is another author's alone: a tracker draws on the first layer"
+                ));
+            } else if begins && let Some(why) = self.why_layer_is_closed() {
                 self.say_once(&format!("{why}: a tracker draws on it all the same"));
             }
             // The mirror is the window's.
@@ -110,7 +119,6 @@ impl Studio {
     fn take_message(
         &mut self,
         t: f64,
-        at: Instant,
         from: Option<SocketAddr>,
         message: &Message,
     ) -> Option<(Author, Option<Vec3>)> {
@@ -124,7 +132,7 @@ impl Studio {
             }
             return Some((Author::SOLE, erased));
         };
-        let taken = senders.take((from, at), t, message, document.scene(), &mut self.events);
+        let taken = senders.take((from, Instant::now()), t, message, document.scene(), &mut self.events);
         if taken.is_some_and(|(author, _)| senders.first_with_head() == Some(author)) {
             // The screens show what one of them sees.
             self.hands.look(message);

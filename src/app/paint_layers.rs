@@ -53,7 +53,7 @@ impl Studio {
         (0..count).map(|layer| self.session_layer(layer)).collect()
     }
 
-    fn session_layer(&self, layer: u32) -> LayerRow {
+    pub(super) fn session_layer(&self, layer: u32) -> LayerRow {
         let header = self.subject.header().layers.get(layer as usize);
         let state = self.scene().layer_states().get(&layer);
         let of_header = header.map(|header| header.name.clone()).filter(|name| !name.is_empty());

@@ -325,6 +325,8 @@ impl Studio {
     }
 
     fn discard(&mut self) {
+        // What the hands draw next begins anew, and their senders join anew.
+        self.end_hands_strokes();
         let Subject::Sketch(document) = &mut self.subject else { return };
         let events = document.journal().new_events();
         match document.discard() {

@@ -63,8 +63,10 @@ pub struct Shared {
     known: Option<Known>,
     /// Own strokes whose erasing is on its way.
     erasing: BTreeSet<StrokeId>,
-    /// Own events that will never be in the session.
+    /// Own events that will never be in the session, or that it has in vain.
     refused: usize,
+    /// The authors that this window has been.
+    own_authors: BTreeSet<Author>,
     /// The next own stroke or group.
     next: u32,
     /// Each author's stroke that has not ended, and its last point.
@@ -103,6 +105,7 @@ impl Shared {
             known: None,
             erasing: BTreeSet::new(),
             refused: 0,
+            own_authors: BTreeSet::new(),
             next: 0,
             pens: BTreeMap::new(),
             told: Status::default(),
@@ -237,7 +240,10 @@ impl Shared {
                     (self.refused, self.was_taken) = (self.refused + own, true);
                     said.push(format!("{own} of your events are not in the session: {why}"));
                 }
-                Ok(Some(News::Joined(author))) => said.push(format!("you are author {author}")),
+                Ok(Some(News::Joined(author))) => {
+                    self.own_authors.insert(author);
+                    said.push(format!("you are author {author}"));
+                }
                 Ok(Some(News::Left)) => self.has_left = true,
                 Err(error) => {
                     said.push(error.to_string());
@@ -246,6 +252,21 @@ impl Shared {
             }
         }
         said
+    }
+
+    /// Counts own strokes that the model does not have although the session does: their layer was closed before they were heard
+    /// of. What to say of them.
+    fn note_left_out(&mut self, events: &[Event], scene: &Scene) -> Option<String> {
+        let is_left_out = |event: &&Event| {
+            matches!(event, Event::Begin { author, stroke, .. }
+                if self.own_authors.contains(author) && !scene.is_used(*stroke))
+        };
+        let count = events.iter().filter(is_left_out).count();
+        self.refused += count;
+        let path = self.own.path().display();
+        (count > 0).then(|| {
+            format!("{count} of your strokes are not in the model, for their layer has become another author's alone: {path} has them")
+        })
     }
 
     /// The session is not that of the file: nothing is appended to it.
@@ -387,6 +408,7 @@ impl Document {
             self.take_ordered(&events);
         }
         if let Some(shared) = &mut self.shared {
+            self.news.extend(shared.note_left_out(&events, self.drawn.scene()));
             shared.show_own(self.drawn.scene());
         }
     }
@@ -437,7 +459,7 @@ impl Document {
             own.leave_open()?;
             let path = path.display();
             said.push(format!(
-                "{missing} of your events are not in the session; all that you have drawn is in {path}"
+                "{missing} of your events are not in the session, or in vain; all that you have drawn is in {path}"
             ));
         }
         Ok(said)

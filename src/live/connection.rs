@@ -268,7 +268,10 @@ impl Talk<'_> {
             tokio::select! {
                 Some(command) = self.todo.recv() => self.take_command(command),
                 message = messages.next(), if can_read => {
-                    if !self.take_messages(message, &mut messages)? {
+                    let goes_on = self.take_messages(message, &mut messages)?;
+                    // Before anybody hears that all has been read.
+                    self.tell();
+                    if !goes_on {
                         return Ok(());
                     }
                 }

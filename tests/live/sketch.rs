@@ -228,4 +228,21 @@ fn who_makes_a_layer_can_keep_it_and_the_others_see_whose_it_is() {
         all.iter().all(|one| one.studio.scene().counts().strokes == 4) && have_all(all)
     });
     assert_eq!(ann.studio.scene().counts().ignored_events, 0);
+
+    // Bob has not heard yet that it is closed again when he draws: the stroke is not in the model, but not lost.
+    layer(&mut ann, close(true));
+    until(&mut [&mut ann], "it is closed", |all| row(all[0]).is_closed);
+    bob.draw(-0.6);
+    until(&mut [&mut ann, &mut bob], "it came too late", |all| row(all[1]).is_closed && have_all(all));
+    assert_eq!(bob.studio.scene().counts().strokes, 4);
+    let said = "1 of your strokes are not in the model, for their layer has become another author's alone";
+    assert!(bob.studio.messages().iter().any(|message| message.starts_with(said)));
+    let folder = bob.folder;
+    bob.studio.close().expect("written");
+    let own = saved(folder.path(), "house-own");
+    let strokes = |path: &PathBuf| {
+        let events = recording::open(path, &OpenOptions::STRICT).expect("a recording");
+        events.filter(|event| matches!(event, Ok(Event::Begin { .. }))).count()
+    };
+    assert_eq!(own.iter().map(strokes).collect::<Vec<_>>(), [3], "all that he has drawn");
 }

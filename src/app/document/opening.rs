@@ -298,6 +298,12 @@ impl Document {
             let why = format!("expected the recording of the shared session {}, or a new file", header.name);
             return Err(refused(&why));
         }
+        if again.format != "ron" {
+            return Err(refused("expected a recording as plain text: a compressed one cannot be continued"));
+        }
+        if !may_be_written(path) {
+            return Err(refused("it may not be written to"));
+        }
         let was_left_open = fs::is_there(&SessionLock::mark_of(path));
         let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
         let reader = Self::to_go_on(path, limits, take(path)?, autosaves, give_back)?;

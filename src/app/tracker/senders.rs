@@ -29,7 +29,7 @@ struct Sender {
 }
 
 impl Senders {
-    /// Takes a message that `from` sent, which came `at` that instant, `t` in the session, as [`Hands::take`] does. Returns the
+    /// Takes, `at` that instant and `t` in the session, a message that `from` sent, as [`Hands::take`] does. Returns the
     /// author and where it erases something; none if the session can have no more authors.
     pub fn take(
         &mut self,
