@@ -63,7 +63,7 @@ pub struct Shared {
     known: Option<Known>,
     /// Own strokes whose erasing is on its way.
     erasing: BTreeSet<StrokeId>,
-    /// Own events that will never be in the session, or that it has in vain.
+    /// Own events that will never be in the session, and strokes that came too late for their layer.
     refused: usize,
     /// The authors that this window has been.
     own_authors: BTreeSet<Author>,
@@ -459,7 +459,7 @@ impl Document {
             own.leave_open()?;
             let path = path.display();
             said.push(format!(
-                "{missing} of your events are not in the session, or in vain; all that you have drawn is in {path}"
+                "{missing} of your events are not in the session, or came too late; all that you have drawn is in {path}"
             ));
         }
         Ok(said)
