@@ -200,7 +200,7 @@ impl Studio {
     pub(super) fn why_layer_is_closed(&self) -> Option<String> {
         let LayerRow { name, is_hidden, is_locked, owner, .. } = self.session_layer(self.brush.layer);
         if self.is_layer_of_others(self.brush.layer) {
-            let owner = owner.map_or_else(String::new, |owner| owner_shown(&owner));
+            let owner = owner.map_or_else(String::new, |(author, name)| name_or_number(author, &name));
             return Some(format!("{name} is {owner}'s alone"));
         }
         let why = if is_locked { "locked" } else { "hidden" };
@@ -218,8 +218,8 @@ impl Studio {
 }
 
 /// An author's name; of who has none, the number.
-pub(super) fn owner_shown((author, name): &(Author, String)) -> String {
-    if name.trim().is_empty() { format!("author {author}") } else { name.clone() }
+pub(super) fn name_or_number(author: Author, name: &str) -> String {
+    if name.trim().is_empty() { format!("author {author}") } else { name.to_owned() }
 }
 
 /// The layer of a stroke that begins: one without a brush has an empty one.

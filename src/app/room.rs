@@ -14,6 +14,7 @@ use crate::{
 
 /// Nearest distance drawn on a rig's screens, metres.
 const NEAR_M: f32 = 0.02;
+
 /// One picture of a frame: what an eye sees on a screen, and where on the window it goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoomView {

@@ -120,7 +120,7 @@ impl Document {
 
     /// An empty session of several authors without a name.
     pub fn of_several(autosaves: &Autosaves) -> Self {
-        Self::unnamed(autosaves, Header { format: AUTHORS_FORMAT, ..our_header("sketch") })
+        Self::unnamed(autosaves, of_several(our_header("sketch")))
     }
 
     fn unnamed(autosaves: &Autosaves, header: Header) -> Self {
@@ -220,10 +220,8 @@ impl Document {
         };
         if is_new && may_begin {
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let mut header = our_header(&stem);
-            if how.of_several {
-                header.format = AUTHORS_FORMAT;
-            }
+            let header = our_header(&stem);
+            let header = if how.of_several { of_several(header) } else { header };
             return Ok(Started::Empty(Box::new(Self::begin(path, header, autosaves)?)));
         }
         if how.access == Access::ReadOnly {
@@ -381,6 +379,10 @@ fn missing_folder(path: &Path) -> Option<PathBuf> {
 
 fn is_ron(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "ron")
+}
+
+fn of_several(header: Header) -> Header {
+    Header { format: AUTHORS_FORMAT, ..header }
 }
 
 fn our_header(name: &str) -> Header {

@@ -45,15 +45,11 @@ impl Known {
 
     /// What to say where the file is of another session.
     pub(super) fn is_other(&self) -> String {
-        other(&self.path)
+        format!(
+            "{}: expected the beginning of this session; the file is another's, and is left as it is",
+            self.path.display()
+        )
     }
-}
-
-fn other(path: &Path) -> String {
-    format!(
-        "{}: expected the beginning of this session; the file is another's, and is left as it is",
-        path.display()
-    )
 }
 
 /// The file of a session that somebody is about to join.

@@ -3,7 +3,10 @@
 use egui::{Color32, FontId, Pos2, Rect, Ui, Vec2};
 
 use super::authors;
-use crate::app::studio::{OtherInView, Studio};
+use crate::app::{
+    paint_layers::name_or_number,
+    studio::{OtherInView, Studio},
+};
 
 /// From the ring to the name, points.
 const GAP: f32 = 6.0;
@@ -30,7 +33,7 @@ pub(super) fn show(ui: &Ui, area: Rect, studio: &Studio) {
 /// A name on one line; of who has none, the number.
 fn written(other: &OtherInView) -> String {
     let name: String = authors::shortened(&other.name).chars().filter(|c| !c.is_control()).collect();
-    if name.trim().is_empty() { format!("author {}", other.author) } else { name }
+    name_or_number(other.author, &name)
 }
 
 /// Letters that can be read on this colour.

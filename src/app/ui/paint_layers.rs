@@ -7,7 +7,7 @@ use super::{authors, wishes::Wishes};
 use crate::{
     app::{
         command::Command,
-        paint_layers::{LayerEdit, LayerRow},
+        paint_layers::{LayerEdit, LayerRow, name_or_number},
         studio::Studio,
     },
     recording::Event,
@@ -94,8 +94,7 @@ fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
 /// Whose a layer is, in words.
 fn owner_of(row: &LayerRow) -> Option<String> {
     let (author, name) = row.owner.as_ref()?;
-    let name = authors::shortened(name);
-    let name = if name.trim().is_empty() { format!("author {author}") } else { name.to_owned() };
+    let name = name_or_number(*author, authors::shortened(name));
     Some(if row.is_closed { format!("{name}'s alone") } else { name })
 }
 
