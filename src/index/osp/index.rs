@@ -166,7 +166,6 @@ impl Osp {
     /// Inserts the open block's runs in the tree and opens another.
     #[inline(never)]
     fn open_block(&mut self, block: u32) {
-        self.is_quiet = false;
         self.changes += 1;
         self.close_block();
         self.open.begin(block, self.ids.filed(block));
@@ -199,7 +198,7 @@ impl Osp {
             self.open_block(block);
         }
         self.open.add(lane, bounds);
-        self.len += 1;
+        (self.len, self.is_quiet) = (self.len + 1, false);
     }
 
     /// Takes a polygon out that is known to be in the tree.
@@ -259,7 +258,7 @@ impl SpatialIndex for Osp {
             return Err(IndexError::Duplicate(id));
         }
         self.open.add(lane, bounds);
-        self.len += 1;
+        (self.len, self.is_quiet) = (self.len + 1, false);
         Ok(())
     }
 

@@ -52,6 +52,7 @@ impl Osp {
                         work += self.cull_blocks_by(&planes, planned, first);
                         at += 1;
                     } else {
+                        work += planned.2;
                         work += self.cull_pair([planes, PlaneSet::new(b)], [first, second]);
                         at += 2;
                     }

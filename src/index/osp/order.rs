@@ -194,5 +194,11 @@ mod tests {
             osp.commit();
         }
         assert!(!packed(&osp));
+        // Most of these commits begin no new block of sixteen numbers.
+        for id in POLYGONS..POLYGONS + 100 {
+            osp.insert(PolygonId(id), &Aabb::cube(Vec3::ZERO, 0.01)).expect("a finite box, a new id");
+            osp.commit();
+        }
+        assert!(!packed(&osp));
     }
 }
