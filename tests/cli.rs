@@ -439,19 +439,87 @@ fn picking_finds_the_same_polygon_in_every_index() {
 }
 
 #[test]
-fn the_version_names_the_features_and_a_missing_command_what_it_needs() {
-    let output = osp(&["--version"]);
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+fn the_version_names_the_features() {
+    let text = stdout(&osp(&["--version"]));
     assert!(text.starts_with(concat!("osp ", env!("CARGO_PKG_VERSION"))), "{text}");
     let features = text.lines().nth(1).expect("a second line");
     assert!(features.starts_with("features: ") && features.contains("cli"), "{text}");
     assert_eq!(features.contains("window"), cfg!(feature = "window"), "{text}");
-    if cfg!(feature = "window") {
-        eprintln!("not looked at here: what a build without `window` says of `osp sketch`");
-        return;
+}
+
+#[test]
+fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let session = session.to_str().expect("utf-8");
+    let live = cfg!(feature = "live");
+    let (render, window, worlds) =
+        (cfg!(feature = "render"), cfg!(feature = "window"), cfg!(feature = "worlds"));
+    for (args, what, feature, is_built) in [
+        (&["replay", session, "--window"][..], "osp replay --window", "window", window),
+        (&["replay", session, "--draw"], "osp replay --draw", "render", render),
+        (&["replay", "--world", "w"], "osp replay --world", "worlds", worlds),
+        (&["replay", session, "--occlusion", "hzb"], "--occlusion hzb", "render", render),
+        (&["verify", session, "--occlusion", "hzb-16"], "--occlusion hzb-16", "render", render),
+        (&["bench", session, "--index", "obvhs"], "'obvhs'", "peers", cfg!(feature = "peers")),
+        (&["rig", "monitors"], "osp rig monitors", "window", window),
+        (&["sketch", "a.ron"], "osp sketch", "window", window),
+        (&["send", session, "--to", "127.0.0.1:1"], "osp send", "window", window),
+        (&["render", session, "a.png"], "osp render", "render", render),
+        (&["pack", session, "--out", "w"], "osp pack", "worlds", worlds),
+        (&["join", "nats://127.0.0.1/a"], "osp join", "live", live),
+        (&["wall", "--hub", "nats://127.0.0.1/a", "--rig", "cave4"], "osp wall", "live", live),
+    ] {
+        if is_built {
+            eprintln!("not looked at here: what a build without `{feature}` says of {what}");
+            continue;
+        }
+        let output = osp(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        let said = stderr(&output);
+        let command = format!("cargo install --path . --features {feature}");
+        for expected in [what, &format!("feature `{feature}`"), &command] {
+            assert!(said.contains(expected), "{args:?}: expected {expected} in {said}");
+        }
     }
     let output = osp(&["sketch", "a.ron", "--unheard-of"]);
     assert_eq!(output.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(said.contains("feature `window`") && said.lines().count() == 1, "{said}");
+    assert!(stderr(&output).contains("unexpected argument '--unheard-of'"), "{}", stderr(&output));
+    assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "nothing was made");
+}
+
+/// The options of a command and of those below it, with the values that they may take, as `--help` lists them.
+fn options_of(command: &[&str], lines: &mut Vec<String>) {
+    let help = stdout(&osp(&[command, &["--help"]].concat()));
+    let (help, _) = help.split_once("\nExamples:").unwrap_or((&help, ""));
+    let name = ["osp"].iter().chain(command).copied().collect::<Vec<_>>().join(" ");
+    let mut of_commands = false;
+    for line in help.lines() {
+        let words = line.trim_start();
+        of_commands = if line.ends_with("Commands:") { true } else { of_commands && line.starts_with(' ') };
+        let below = words.split_whitespace().next().filter(|below| of_commands && *below != "help");
+        if let Some(below) = below.filter(|_| line.starts_with("  ") && !line.starts_with("   ")) {
+            options_of(&[command, &[below]].concat(), lines);
+        } else if words.starts_with('-') && !words.starts_with("-h, ") {
+            lines.push(format!("{name} {words}"));
+        }
+    }
+    let one_line = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    let values = one_line.split("[possible values: ").skip(1).filter_map(|text| text.split(']').next());
+    lines.extend(values.map(|values| format!("{name} values: {values}")));
+}
+
+#[test]
+fn every_build_has_the_same_commands_and_options() {
+    let mut lines = Vec::new();
+    options_of(&[], &mut lines);
+    let found = lines.join("\n") + "\n";
+    assert!(lines.len() > 200, "{found}");
+    let expected = include_str!("cli_options.txt");
+    let new = lines.iter().filter(|line| !expected.lines().any(|other| other == **line)).collect::<Vec<_>>();
+    let gone = expected.lines().filter(|line| !lines.iter().any(|other| other == line)).collect::<Vec<_>>();
+    assert!(
+        found == expected,
+        "tests/cli_options.txt lists the options of every build; new here: {new:#?}, not here: {gone:#?}"
+    );
 }

@@ -12,6 +12,7 @@ use indicatif::ProgressBar;
 use super::{
     Outcome,
     bench_paper::{self, PaperArgs},
+    built::{Feature, Lacking},
     output::{complain, one_line, say},
     outputs::Outputs,
     parsers::{camera_parser, index_parser},
@@ -252,8 +253,11 @@ fn command() -> String {
 }
 
 fn contender_parser() -> impl TypedValueParser<Value = Contender> {
-    PossibleValuesParser::new(Contender::all().into_iter().map(Contender::name))
-        .try_map(|name| Contender::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
+    let own = IndexKind::ALL.iter().map(|kind| kind.name());
+    PossibleValuesParser::new(own.chain(Contender::PEERS)).try_map(|name| {
+        let lacking = || Lacking(&[Feature::Peers]).to_string();
+        Contender::from_name(&name).ok_or_else(lacking)
+    })
 }
 
 /// A session that was read once.

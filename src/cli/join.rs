@@ -12,24 +12,22 @@ use std::{
 };
 
 use anyhow::{bail, ensure};
-use clap::Args;
 
 use super::{
     Outcome,
     author_rows::AuthorRows,
+    join_args::JoinArgs,
     join_player::{self, Playing},
     join_recording::SharedRecording,
     join_report::Report,
-    numbers,
     output::{complain, keep_standard_output_for_a_file, one_line, say},
-    reading::ReadArgs,
-    shared_args::{self, ServerArgs},
+    server,
 };
 use crate::{
     lab::report::thousands,
     live::{Address, Connection, Link, News, Status, header},
     output_file::is_same_file,
-    recording::{Event, Pace},
+    recording::Event,
 };
 
 /// How long a member that ends waits until all it has drawn is in the session.
@@ -38,72 +36,6 @@ const FAREWELL: Duration = Duration::from_secs(3);
 const REPORT: Duration = Duration::from_secs(20);
 /// Time between two times that the recording goes to its file and the connection is looked at.
 const BETWEEN: Duration = Duration::from_millis(200);
-
-/// Take part in a shared session without a window: write its recording, watch it, or play a session into it.
-///
-/// Several authors draw in one session over a server of NATS with JetStream (`nats-server -js`), which keeps it. Every member
-/// writes the whole session as a recording, from its first event on; the recordings of all members are the same, byte for
-/// byte. Without a server a member goes on and catches up when it is there.
-///
-/// Without --watch or --play it is an author that draws nothing: it writes the recording, and says when others have gone.
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  nats-server -js -a 127.0.0.1 -sd sessions
-  osp join nats://127.0.0.1/house
-  osp join nats://127.0.0.1/house watched.ron --watch
-  osp join nats://127.0.0.1/house --play recordings/portrait.ron --name Ann
-  osp join tls://ann:word@nats.example.org/house --tls-ca ca.pem
-
-FILE may be the beginning of the session: it is continued. It is never replaced by another session without
---force.
-The connection is not encrypted on this machine (nats://127.0.0.1, nats://localhost). To another machine it
-has to be (tls://), unless --unencrypted is given.
-Credentials: nats://TOKEN@HOST/NAME, nats://USER:PASSWORD@HOST/NAME, or --credentials with a file of one
-line, TOKEN or USER:PASSWORD, which no list of processes shows.
-Ctrl-C leaves the session.")]
-pub(super) struct JoinArgs {
-    /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
-    // Parsed later: what is wrong with it is said without the password in it.
-    #[arg(value_name = "ADDRESS")]
-    address: String,
-    /// The recording to write (.ron) [default: NAME.ron].
-    file: Option<PathBuf>,
-    /// Only watch: publish nothing.
-    #[arg(long)]
-    watch: bool,
-    /// The name by which the others know this member.
-    #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = shared_args::name)]
-    name: String,
-    /// Play this session's events as one's own, then leave.
-    #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
-    play: Option<PathBuf>,
-    /// Play only what this author of --play has drawn; by default all events are played, unless several authors have undone
-    /// something in it.
-    #[arg(long, value_name = "NUMBER", requires = "play")]
-    play_author: Option<u32>,
-    /// How much each frame (90 a second) plays: `recorded` (by the time stamps) or `samples:N` (N samples of the hand).
-    #[arg(long, default_value = "recorded", requires = "play")]
-    pace: Pace,
-    /// How many times as fast as recorded to play.
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor, requires = "play")]
-    speed: f64,
-    /// Leave after so many seconds.
-    #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
-    for_secs: Option<f64>,
-    /// With --watch: end once everybody has left (and somebody was there). With --play: stay until then, too.
-    #[arg(long)]
-    until_empty: bool,
-    #[command(flatten)]
-    server: ServerArgs,
-    /// Replace FILE, whatever it is.
-    #[arg(long)]
-    force: bool,
-    /// Print the summary as one JSON object.
-    #[arg(long)]
-    json: bool,
-    #[command(flatten)]
-    reading: ReadArgs,
-}
 
 impl JoinArgs {
     fn recording(&self, address: &Address) -> anyhow::Result<SharedRecording> {
@@ -137,7 +69,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     let link = Link::open(&address, &args.server.options(args.watch, &args.name), || {})?;
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
-    shared_args::end_on_signals(&ending, FAREWELL + REPORT);
+    server::end_on_signals(&ending, FAREWELL + REPORT);
     let is_done = AtomicBool::new(false);
     let mut member = Member {
         args,

@@ -7,15 +7,16 @@
 mod allocations;
 mod author_rows;
 mod brush_rows;
+mod built;
 mod new_recording;
-#[cfg(not(all(feature = "live", feature = "window", feature = "worlds")))]
-mod not_built;
 mod numbers;
 mod occlusion_tests;
 mod output;
 mod outputs;
 #[cfg(feature = "worlds")]
 mod pack;
+#[cfg_attr(not(feature = "worlds"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod pack_args;
 mod parsers;
 mod pick;
 mod played;
@@ -41,6 +42,8 @@ mod import;
 mod info;
 #[cfg(feature = "live")]
 mod join;
+#[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod join_args;
 #[cfg(feature = "live")]
 mod join_player;
 #[cfg(feature = "live")]
@@ -50,6 +53,8 @@ mod join_report;
 mod man;
 #[cfg(feature = "render")]
 mod render;
+#[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod render_args;
 #[cfg(feature = "render")]
 mod render_order;
 #[cfg(feature = "render")]
@@ -67,18 +72,24 @@ mod rig;
 mod rig_args;
 #[cfg(feature = "window")]
 mod send;
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod send_args;
 mod serve;
 #[cfg(feature = "live")]
+mod server;
+#[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of commands that this build lacks"))]
 mod shared_args;
 #[cfg(feature = "window")]
 mod sketch;
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod sketch_args;
 mod study;
 mod study_files;
 mod study_measure;
 mod study_progress;
 mod study_results;
 mod synth;
-#[cfg(feature = "window")]
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of commands that this build lacks"))]
 mod tracker_args;
 mod verify;
 mod verify_all;
@@ -88,9 +99,11 @@ mod verify_json;
 mod verify_method;
 #[cfg(feature = "live")]
 mod wall;
+#[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod wall_args;
 #[cfg(feature = "live")]
 mod wall_text;
-#[cfg(feature = "worlds")]
+#[cfg_attr(not(feature = "worlds"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod world_args;
 #[cfg(feature = "worlds")]
 mod world_report;
@@ -99,7 +112,7 @@ pub use allocations::CountingAllocator;
 
 use std::{ffi::OsString, process::ExitCode, sync::OnceLock};
 
-use clap::{CommandFactory, Parser, Subcommand, error::ErrorKind};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
 
 /// Keep a 3D model drawable in real time while somebody draws it: replay recorded sketching sessions through the OSP
 /// tree and rival structures, and see what each frame costs.
@@ -134,47 +147,73 @@ Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    Replay(replay::ReplayArgs),
+    Replay(Box<replay::ReplayArgs>),
     Info(info::InfoArgs),
     Bake(bake::BakeArgs),
     Import(import::ImportArgs),
     Export(export::ExportArgs),
     Bench(bench::BenchArgs),
     DrawIndex(draw_index::DrawIndexArgs),
-    #[cfg(feature = "worlds")]
-    Pack(pack::PackArgs),
-    #[cfg(not(feature = "worlds"))]
-    Pack(not_built::NotBuilt),
+    Pack(pack_args::PackArgs),
     Pick(pick::PickArgs),
     Query(query::QueryArgs),
     Study(study::StudyArgs),
     Synth(synth::SynthArgs),
-    #[cfg(feature = "render")]
-    Render(render::RenderArgs),
-    #[cfg(not(feature = "render"))]
-    Render(not_built::NotBuilt),
+    Render(Box<render_args::RenderArgs>),
     Verify(verify::VerifyArgs),
     Completions(completions::CompletionsArgs),
     Config(config::ConfigArgs),
     Man(man::ManArgs),
     Rig(rig::RigCommand),
     Serve(serve::ServeArgs),
-    #[cfg(feature = "live")]
-    Join(Box<join::JoinArgs>),
-    #[cfg(not(feature = "live"))]
-    Join(not_built::NotBuilt),
-    #[cfg(feature = "live")]
-    Wall(Box<wall::WallArgs>),
-    #[cfg(not(feature = "live"))]
-    Wall(not_built::NotBuilt),
-    #[cfg(feature = "window")]
-    Sketch(sketch::SketchArgs),
-    #[cfg(feature = "window")]
-    Send(send::SendArgs),
-    #[cfg(not(feature = "window"))]
-    Sketch(not_built::NotBuilt),
-    #[cfg(not(feature = "window"))]
-    Send(not_built::NotBuilt),
+    Join(Box<join_args::JoinArgs>),
+    Wall(Box<wall_args::WallArgs>),
+    Sketch(Box<sketch_args::SketchArgs>),
+    Send(send_args::SendArgs),
+}
+
+/// Runs a command that needs a feature. A build without it has refused the command before.
+macro_rules! of_feature {
+    ($feature:literal, $run:path, $args:ident) => {{
+        #[cfg(feature = $feature)]
+        let outcome = $run($args);
+        #[cfg(not(feature = $feature))]
+        let outcome = {
+            let _ = $args;
+            Err(anyhow::anyhow!("this build lacks the feature `{}`", $feature))
+        };
+        outcome
+    }};
+}
+
+impl Command {
+    fn run(&self) -> anyhow::Result<Outcome> {
+        match self {
+            Self::Replay(args) => replay::run(args),
+            Self::Info(args) => info::run(args),
+            Self::Bake(args) => bake::run(args),
+            Self::Import(args) => import::run(args),
+            Self::Export(args) => export::run(args),
+            Self::Bench(args) => bench::run(args),
+            Self::DrawIndex(args) => draw_index::run(args),
+            Self::Pack(args) => of_feature!("worlds", pack::run, args),
+            Self::Pick(args) => pick::run(args),
+            Self::Query(args) => query::run(args),
+            Self::Study(args) => study::run(args),
+            Self::Synth(args) => synth::run(args),
+            Self::Render(args) => of_feature!("render", render::run, args),
+            Self::Verify(args) => verify::run(args),
+            Self::Completions(args) => completions::run(args, Cli::command()),
+            Self::Config(args) => config::run(args, Cli::command()),
+            Self::Rig(args) => rig::run(args),
+            Self::Serve(args) => serve::run(args),
+            Self::Join(args) => of_feature!("live", join::run, args),
+            Self::Wall(args) => of_feature!("live", wall::run, args),
+            Self::Man(args) => man::run(args, Cli::command()),
+            Self::Sketch(args) => of_feature!("window", sketch::run, args),
+            Self::Send(args) => of_feature!("window", send::run, args),
+        }
+    }
 }
 
 /// How a command ended, other than by bad input.
@@ -203,8 +242,10 @@ pub fn run() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let command = match Cli::try_parse_from(&all) {
-        Ok(Cli { command }) => command,
+    let parsed = Cli::command().try_get_matches_from(&all);
+    let parsed = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (command, matches) = match parsed {
+        Ok((Cli { command }, matches)) => (command, matches),
         Err(error) => {
             let code = usage(&error);
             if error.use_stderr() && all.len() > words.len() {
@@ -222,49 +263,7 @@ pub fn run() -> ExitCode {
             "warning: an unfinished file will stay behind if a signal ends this: {error}"
         ));
     }
-    let outcome = match command {
-        Command::Replay(args) => replay::run(&args),
-        Command::Info(args) => info::run(&args),
-        Command::Bake(args) => bake::run(&args),
-        Command::Import(args) => import::run(&args),
-        Command::Export(args) => export::run(&args),
-        Command::Bench(args) => bench::run(&args),
-        Command::DrawIndex(args) => draw_index::run(&args),
-        #[cfg(feature = "worlds")]
-        Command::Pack(args) => pack::run(&args),
-        #[cfg(not(feature = "worlds"))]
-        Command::Pack(_) => not_built::refuse("pack", "worlds"),
-        Command::Pick(args) => pick::run(&args),
-        Command::Query(args) => query::run(&args),
-        Command::Study(args) => study::run(&args),
-        Command::Synth(args) => synth::run(&args),
-        #[cfg(feature = "render")]
-        Command::Render(args) => render::run(&args),
-        #[cfg(not(feature = "render"))]
-        Command::Render(_) => not_built::refuse("render", "render"),
-        Command::Verify(args) => verify::run(&args),
-        Command::Completions(args) => completions::run(&args, Cli::command()),
-        Command::Config(args) => config::run(&args, Cli::command()),
-        Command::Rig(args) => rig::run(&args),
-        Command::Serve(args) => serve::run(&args),
-        #[cfg(feature = "live")]
-        Command::Join(args) => join::run(&args),
-        #[cfg(not(feature = "live"))]
-        Command::Join(_) => not_built::refuse("join", "live"),
-        #[cfg(feature = "live")]
-        Command::Wall(args) => wall::run(&args),
-        #[cfg(not(feature = "live"))]
-        Command::Wall(_) => not_built::refuse("wall", "live"),
-        Command::Man(args) => man::run(&args, Cli::command()),
-        #[cfg(feature = "window")]
-        Command::Sketch(args) => sketch::run(&args),
-        #[cfg(feature = "window")]
-        Command::Send(args) => send::run(&args),
-        #[cfg(not(feature = "window"))]
-        Command::Sketch(_) => not_built::refuse("sketch", "window"),
-        #[cfg(not(feature = "window"))]
-        Command::Send(_) => not_built::refuse("send", "window"),
-    };
+    let outcome = built::check(&matches).and_then(|()| command.run());
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),

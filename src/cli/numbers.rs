@@ -42,14 +42,12 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| format!("expected seconds above 0, up to {MOST_SECONDS}; found `{text}`"))
 }
 
-#[cfg(feature = "render")]
 /// A moment in seconds.
 pub(super) fn moment_s(text: &str) -> Result<f32, String> {
     within(text, &(0.0..=1.0e4), "seconds")
 }
 
 /// A factor of speed.
-#[cfg(any(feature = "live", feature = "window"))]
 pub(super) fn factor(text: &str) -> Result<f64, String> {
     within(text, &(0.001..=1000.0), "a factor")
 }
@@ -64,7 +62,6 @@ pub(super) fn sides(text: &str, range: &RangeInclusive<u32>) -> Result<(u32, u32
 }
 
 /// A number of bytes, with `k`, `M` or `G` for 2^10, 2^20 or 2^30 of them.
-#[cfg(feature = "worlds")]
 pub(super) fn bytes(text: &str) -> Result<u64, String> {
     let trimmed = text.trim();
     let (digits, shift) = match trimmed.chars().last() {
@@ -79,13 +76,11 @@ pub(super) fn bytes(text: &str) -> Result<u64, String> {
 }
 
 /// A length in metres.
-#[cfg(feature = "worlds")]
 pub(super) fn metres(text: &str) -> Result<f32, String> {
     within(text, &(1.0e-4..=1.0e9), "metres")
 }
 
 /// Copies along x, y and z, `NxMxK`: at most a million in all.
-#[cfg(feature = "worlds")]
 pub(super) fn grid(text: &str) -> Result<[u32; 3], String> {
     let counts: Vec<Option<u32>> = text.split(['x', 'X']).map(|count| count.trim().parse().ok()).collect();
     let found = match counts[..] {
@@ -120,12 +115,10 @@ mod tests {
         for text in ["0", "-1", "NaN", "101", ""] {
             assert!(multiple(text).is_err(), "{text}");
         }
-        #[cfg(feature = "render")]
         for text in ["-1", "NaN", "10001", "x"] {
             assert!(moment_s(text).is_err(), "{text}");
         }
         assert_eq!(sides("640X480", &(1..=16_384)), Ok((640, 480)));
-        #[cfg(feature = "worlds")]
         {
             for text in
                 ["", "0", "-1", "1.5G", "G", "1T", "99999999999999999999", "18446744073709551615k", "1é"]

@@ -1,21 +1,15 @@
 //! `osp pack`: finished sessions become a world.
 
-use std::{
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::{path::Path, time::Duration};
 
 use anyhow::ensure;
-use clap::{
-    Args,
-    builder::{PossibleValuesParser, TypedValueParser},
-};
 use glam::Vec3;
 use indicatif::{HumanBytes, ProgressBar};
 
 use super::{
-    Outcome, numbers,
+    Outcome,
     output::{complain, one_line, say},
+    pack_args::PackArgs,
     reading::ReadArgs,
     session::OpenSession,
 };
@@ -26,49 +20,6 @@ use crate::{
     world::{PackOrder, Place, Replacing, WorldError, WorldWriter},
 };
 
-/// Pack finished sessions into a world that may be larger than memory, for `osp replay --world`.
-///
-/// What is there of each session at its end becomes blocks of up to 4,096 polygons, 64 blocks in an object (a file of a folder).
-/// A manifest, which is written last, has the box, size and checksum of each block. Until then there is no world: what a pack that
-/// was stopped has left is removed by the next one into the same place.
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  osp pack recordings/*.ron --out sketches.world
-  osp pack room.tilt --out city.world --repeat 20x1x20
-  osp pack *.tilt --out s3://bucket/world       needs a build with the feature `worlds-cloud`
-
-With --repeat a grid of places along x, y and z is filled with the sessions in turn, one a place: larger worlds to measure with.
-An s3:// address takes its keys and region from AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION and AWS_ENDPOINT.")]
-pub(super) struct PackArgs {
-    /// The sessions, of any format that replay reads.
-    #[arg(required = true)]
-    files: Vec<PathBuf>,
-    /// The folder for the world, or an s3:// address.
-    #[arg(long, value_name = "DIR|URL")]
-    out: String,
-    /// In which order polygons fill blocks: along a curve through `space`, or `strokes`, as they were drawn.
-    #[arg(long, value_name = "ORDER", default_value = PackOrder::default().name(), value_parser = order_parser())]
-    order: PackOrder,
-    /// Fill a grid of N by M by K places (along x, y and z) with the sessions in turn.
-    #[arg(long, value_name = "NxMxK", value_parser = numbers::grid)]
-    repeat: Option<[u32; 3]>,
-    /// From one place of --repeat to the next, metres [default: the longest side of the largest session, and a tenth].
-    #[arg(long, value_name = "METRES", requires = "repeat", value_parser = numbers::metres)]
-    spacing: Option<f32>,
-    /// Replace the world that is there, once the new one is whole.
-    #[arg(long)]
-    force: bool,
-    #[command(flatten)]
-    reading: ReadArgs,
-}
-
-fn order_parser() -> impl TypedValueParser<Value = PackOrder> {
-    PossibleValuesParser::new(PackOrder::ALL.iter().map(|order| order.name())).try_map(|name| {
-        let found = PackOrder::ALL.iter().find(|order| order.name() == name);
-        found.copied().ok_or_else(|| format!("no order is called {name}"))
-    })
-}
-
 pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
     let cells = args.repeat.map_or(0, |[n, m, k]| n as usize * m as usize * k as usize);
     ensure!(
@@ -77,12 +28,12 @@ pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
         args.files.len()
     );
     let replacing = if args.force { Replacing::World } else { Replacing::Never };
-    let mut writer = WorldWriter::create(Place::to_write(&args.out)?, replacing, args.order).map_err(
-        |error| match error {
+    let order = PackOrder::ALL.iter().find(|order| order.name() == args.order).copied().unwrap_or_default();
+    let mut writer =
+        WorldWriter::create(Place::to_write(&args.out)?, replacing, order).map_err(|error| match error {
             WorldError::Exists { .. } => anyhow::anyhow!("{error}; --force replaces it"),
             error => error.into(),
-        },
-    )?;
+        })?;
     // Shown on a terminal only.
     let progress = ProgressBar::new_spinner();
     progress.enable_steady_tick(Duration::from_millis(200));

@@ -2,7 +2,6 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-#[cfg(feature = "render")]
 use super::numbers;
 use crate::{occlusion::Occlusion, replay::CameraChoice, rivals::IndexKind};
 
@@ -26,8 +25,8 @@ pub(super) fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
 }
 
 /// The size of a picture, `WxH` pixels.
-#[cfg(feature = "render")]
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "render"), expect(dead_code, reason = "nothing is drawn"))]
 pub(super) struct Size {
     pub(super) width: u32,
     pub(super) height: u32,
@@ -42,7 +41,6 @@ impl Size {
     }
 }
 
-#[cfg(feature = "render")]
 impl std::str::FromStr for Size {
     type Err = String;
 

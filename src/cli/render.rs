@@ -7,25 +7,17 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use clap::{
-    Args,
-    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
-};
 use glam::Vec3;
 
 use super::{
     Outcome,
-    frame_choice::FrameChoice,
-    numbers,
     output::{complain, one_line, say},
     outputs::Outputs,
-    parsers::{Size, index_parser, occlusion_parser},
     progress,
-    reading::ReadArgs,
-    render_order::{self, OrderTrials, order_parser},
-    render_painter::{PainterPictures, painter_parser},
+    render_args::{RenderArgs, RenderCamera},
+    render_order::{OrderTrials, named_orders},
+    render_painter::{PainterPictures, named_painter},
     render_pictures::{Picture, Pictures},
-    rig_args::RigPathArgs,
     session::OpenSession,
 };
 use crate::{
@@ -36,152 +28,20 @@ use crate::{
     occlusion::Occlusion,
     output_file::OutputKind,
     polygon::VisibleBlocks,
-    recording::{Camera, Pace},
     render::{
-        Colors, DrawTimes, Gpu, Image, Layer, Offscreen, Painter, RendererConfig, background_for,
-        ffmpeg_command,
+        Colors, DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig, background_for, ffmpeg_command,
     },
     replay::{
         ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, root_cube, summarize, whole_view,
     },
-    rivals::IndexKind,
     scene::Scene,
     view::View,
 };
-
-/// Draw frames of a session to PNG files, without a window.
-///
-/// The command plays the session up to the frame as `osp replay` does, culls by the index, and draws what is left on the
-/// graphics adapter (one in software will do).
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  osp render recordings/portrait.ron portrait.png
-  osp render sketch.tilt --frame 120 --camera orbit --size 1920x1080 sketch.png
-  osp render sketch.tilt sketch.png --view '(p:(0,1.6,3),q:(0,0,0,1),fov_degrees:60)'
-  osp render painting.apa --every 30 --to frames/
-  osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
-  osp render sketch.tilt sketch.png --occlusion hzb --check
-  osp render recordings/room.ron room.png --painter bsp --check
-  osp render sketch.tilt sketch.png --order all
-  osp render recordings/class.ron class.png --color-by authors
-  osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
-
-With --rig there is a picture for each screen and eye, with their names: room-left-right-eye.png is
-what the right eye sees on the screen `left`. --size gives the height; the width follows the screen.
-The camera's eye is the head before the screens.
-
-With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
-are those of the second. --check compares both with the picture without culling: the first draws
-with what was visible in the picture before, which has another view and an earlier model.
---painter draws every polygon solid in its plain colour, whatever brush has painted it, and so
-does the picture that it is compared with. A pixel counts as explained by an edge if its colour lies
-between those of the nine pixels around it in the other picture.
-`osp replay --help` describes the indexes and the methods of occlusion culling.")]
-pub(super) struct RenderArgs {
-    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
-    file: PathBuf,
-    /// The picture to write.
-    #[arg(value_name = "OUT.png", required_unless_present_any = ["to", "every"])]
-    out: Option<PathBuf>,
-    /// The frame to draw: its number from 0, or `last`.
-    #[arg(long, default_value = "last", conflicts_with = "every")]
-    frame: FrameChoice,
-    /// Draw every Nth frame and the last one, into the folder --to.
-    #[arg(long, value_name = "N", requires = "to", conflicts_with = "out", value_parser = clap::value_parser!(u64).range(1..))]
-    every: Option<u64>,
-    /// The folder for the pictures of --every; osp makes it if it does not exist.
-    #[arg(long, value_name = "DIR", requires = "every")]
-    to: Option<PathBuf>,
-    /// Width and height in pixels.
-    #[arg(long, default_value = "1280x720")]
-    size: Size,
-    /// The index that finds what is in view.
-    #[arg(long, default_value = "osp", value_parser = index_parser())]
-    index: IndexKind,
-    /// Also cull hidden polygons by this method.
-    #[arg(long, default_value = "none", value_parser = occlusion_parser())]
-    occlusion: Occlusion,
-    /// Draw every polygon of the model, without culling.
-    #[arg(long, conflicts_with = "check")]
-    no_cull: bool,
-    /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
-    #[arg(long)]
-    check: bool,
-    /// Draw by the painter's algorithm: what is in view back to front, one over the other, without a test of depth. `bsp`
-    /// finds the order by a BSP tree, which cuts polygons where there is none; `centre` sorts by the distance of their
-    /// middles. The picture is compared with that of the depth buffer; with --check, more than one pixel in 10,000 that no
-    /// edge explains gives exit code 1.
-    #[arg(long, value_name = "ORDER", conflicts_with_all = ["no_cull", "rig"], value_parser = painter_parser())]
-    painter: Option<Painter>,
-    /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of what each
-    /// costs: the time of drawing, overdraw, draw calls, changes of material. The picture is that of the first. `none` is
-    /// the renderer's own, by number.
-    #[arg(long, value_delimiter = ',', value_parser = order_parser())]
-    #[arg(conflicts_with_all = ["painter", "check", "no_cull", "rig"])]
-    order: Vec<render_order::Wanted>,
-    /// Rounds of --order, after one that does not count; each draws every order.
-    #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
-    repeats: u16,
-    /// Print the figures of --order as JSON, an object a frame.
-    #[arg(long, requires = "order")]
-    json: bool,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
-    #[arg(long, default_value = "samples:16")]
-    pace: Pace,
-    /// Where the eye is: `whole` shows the whole model, from the side of the session's own camera, or from which the
-    /// artist began it; `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit`
-    /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
-    #[arg(long, default_value = "whole", value_parser = camera_parser())]
-    camera: RenderCamera,
-    /// Where the eye is, in place of --camera, as the header of a recording says it: `(p: (x, y, z), q: (x, y, z, w),
-    /// fov_degrees: 60)` is the eye in metres, the turn from view to world, and the vertical field of view.
-    #[arg(long, conflicts_with = "camera")]
-    view: Option<Camera>,
-    /// Colour strokes as they were painted (`own`), or by who drew them (`authors`, which `osp info` lists).
-    #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
-    color_by: String,
-    /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
-    #[arg(long, default_value_t = 10.0, value_parser = numbers::moment_s)]
-    time: f32,
-    #[command(flatten)]
-    reading: ReadArgs,
-    /// Let a picture replace a file of another kind, but never the session.
-    #[arg(long)]
-    force: bool,
-    #[command(flatten)]
-    rig: RigPathArgs,
-}
 
 impl RenderArgs {
     fn colors(&self) -> Colors {
         if self.color_by == "authors" { Colors::Authors } else { Colors::Own }
     }
-}
-
-/// The position of a picture's eye.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum RenderCamera {
-    /// So that it sees the whole model.
-    Whole,
-    /// As in a replay.
-    Path(CameraChoice),
-}
-
-fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
-    // `auto`, as in a replay, is accepted for `recorded`.
-    let names = ["whole", "recorded", "orbit", "follow", "inside"].map(PossibleValue::new);
-    let names = names.into_iter().chain([PossibleValue::new("auto").hide(true)]);
-    PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
-        "whole" => Ok(RenderCamera::Whole),
-        "recorded" => Ok(RenderCamera::Path(CameraChoice::Auto)),
-        name => {
-            let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
-            found
-                .map(|choice| RenderCamera::Path(*choice))
-                .ok_or_else(|| format!("no camera is called {name}"))
-        }
-    })
 }
 
 pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
@@ -196,7 +56,8 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     if let Some(folder) = args.to.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         bail!("{}: expected a folder; found a file", folder.display());
     }
-    if let Some(painter) = args.painter
+    let painter = args.painter.as_deref().and_then(named_painter);
+    if let Some(painter) = painter
         && args.occlusion.is_while_drawing()
     {
         let (painter, occlusion) = (painter.name(), args.occlusion.name());
@@ -224,7 +85,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     drawer.set_time(args.time);
     drawer.set_colors(args.colors());
     // A second drawer, so that what one remembers cannot hide a fault of the other.
-    let mut by_painter = match args.painter {
+    let mut by_painter = match painter {
         Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
         None => None,
     };
@@ -232,7 +93,14 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         true => None,
         false => {
             let light = (environment.as_deref(), args.time);
-            Some(OrderTrials::new(&args.order, args.repeats.into(), &gpu, args.size, &config, light)?)
+            Some(OrderTrials::new(
+                named_orders(&args.order),
+                args.repeats.into(),
+                &gpu,
+                args.size,
+                &config,
+                light,
+            )?)
         }
     };
     let mut uncut = match args.check && args.painter.is_none() {

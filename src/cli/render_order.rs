@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use anyhow::ensure;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use comfy_table::CellAlignment;
 use serde::Serialize;
 
@@ -17,23 +16,10 @@ use crate::{
     view::View,
 };
 
-/// One of the orders, or all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wanted {
-    All,
-    One(OpaqueOrder),
-}
-
-pub(super) fn order_parser() -> impl TypedValueParser<Value = Wanted> {
-    let names = OpaqueOrder::ALL.iter().map(|order| PossibleValue::new(order.name()));
-    PossibleValuesParser::new(names.chain([PossibleValue::new("all")])).try_map(|name| {
-        let found = OpaqueOrder::ALL.iter().find(|order| order.name() == name);
-        match (found, name.as_str()) {
-            (Some(order), _) => Ok(Wanted::One(*order)),
-            (None, "all") => Ok(Wanted::All),
-            (None, name) => Err(format!("no order is called {name}")),
-        }
-    })
+/// The orders with these names; `all` is each of them.
+pub(super) fn named_orders(names: &[String]) -> Vec<OpaqueOrder> {
+    let is_named = |order: &OpaqueOrder, name: &str| name == "all" || name == order.name();
+    names.iter().flat_map(|name| OpaqueOrder::ALL.into_iter().filter(|order| is_named(order, name))).collect()
 }
 
 /// Draws the same in several orders.
@@ -90,23 +76,15 @@ fn median_ms(values: &mut [u64]) -> f64 {
 
 impl OrderTrials {
     pub(super) fn new(
-        wanted: &[Wanted],
+        orders: Vec<OpaqueOrder>,
         repeats: usize,
         gpu: &Arc<Gpu>,
         Size { width, height }: Size,
         config: &RendererConfig,
         (environment, time_s): (Option<&Environment>, f32),
     ) -> anyhow::Result<Self> {
-        let mut orders = Vec::new();
-        for wanted in wanted {
-            let these = match wanted {
-                Wanted::All => OpaqueOrder::ALL.to_vec(),
-                Wanted::One(order) => vec![*order],
-            };
-            for order in these {
-                ensure!(!orders.contains(&order), "--order names {} twice", order.name());
-                orders.push(order);
-            }
+        for (i, order) in orders.iter().enumerate() {
+            ensure!(!orders[..i].contains(order), "--order names {} twice", order.name());
         }
         let mut drawer = Offscreen::on(Arc::clone(gpu), width, height, config)?;
         drawer.set_environment(environment);

@@ -3,7 +3,6 @@
 use std::{path::Path, sync::Arc};
 
 use anyhow::anyhow;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::{output::complain, output::one_line, parsers::Size};
 use crate::{
@@ -20,11 +19,9 @@ use crate::{
 /// Pixels that may differ where no edge explains it: one in so many.
 const UNEXPLAINED: usize = 10_000;
 
-pub(super) fn painter_parser() -> impl TypedValueParser<Value = Painter> {
-    PossibleValuesParser::new(Painter::ALL.map(Painter::name)).try_map(|name| {
-        let found = Painter::ALL.iter().find(|painter| painter.name() == name);
-        found.copied().ok_or_else(|| format!("no painter is called {name}"))
-    })
+/// The painter with this name.
+pub(super) fn named_painter(name: &str) -> Option<Painter> {
+    Painter::ALL.into_iter().find(|painter| painter.name() == name)
 }
 
 /// Draws the same twice: by a painter, and with a depth buffer.

@@ -36,11 +36,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         return in_window(args, &outputs);
     }
     // Whatever is wrong with the arguments is said before the work, not after it.
-    #[cfg(feature = "render")]
-    let draws = args.draw.is_some();
-    #[cfg(not(feature = "render"))]
-    let draws = false;
-    args.play.check(draws)?;
+    args.play.check(args.draw.is_some())?;
     let rig = args.rig.path()?;
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
     let mut new_pins = match &outputs.pin {

@@ -6,11 +6,13 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 
 use super::{
+    built::{self, Feature},
     numbers,
     occlusion_tests::TestArgs,
-    parsers::{camera_parser, index_parser, occlusion_parser},
+    parsers::{Size, camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
+    world_args::WorldArgs,
 };
 use crate::{
     occlusion::Occlusion,
@@ -91,8 +93,7 @@ Methods of --occlusion:
                    not conservative: they can cull visible polygons")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
-    #[cfg_attr(not(feature = "worlds"), arg(required = true))]
-    #[cfg_attr(feature = "worlds", arg(required_unless_present = "world"))]
+    #[arg(required_unless_present = "world")]
     pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) play: PlayArgs,
@@ -123,23 +124,18 @@ pub(super) struct ReplayArgs {
     pub(super) force: bool,
     #[command(flatten)]
     pub(super) rig: RigPathArgs,
-    #[cfg(feature = "worlds")]
     #[command(flatten)]
-    pub(super) world: super::world_args::WorldArgs,
+    pub(super) world: WorldArgs,
     /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].
-    #[cfg(feature = "render")]
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
-    pub(super) draw: Option<super::parsers::Size>,
+    pub(super) draw: Option<Size>,
     /// Play the session in a window, at once (see --paused), with its times and counts.
-    #[cfg(feature = "window")]
     #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
     pub(super) window: bool,
     /// With --window: stand before the first frame until somebody plays it.
-    #[cfg(feature = "window")]
     #[arg(long, requires = "window")]
     pub(super) paused: bool,
     /// With --window: write one line of JSON for each frame shown.
-    #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE", requires = "window")]
     pub(super) trace: Option<PathBuf>,
 }
@@ -247,15 +243,11 @@ impl PlayArgs {
     /// Whatever is wrong with the options is said before the work, not after it. `draws`: whether frames are drawn.
     pub(super) fn check(&self, draws: bool) -> anyhow::Result<()> {
         if let Some(choice) = self.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
-            bail!(
-                "--occlusion {} culls while drawing: it needs {}",
-                choice.name(),
-                if cfg!(feature = "render") {
-                    "`osp replay --draw`"
-                } else {
-                    "a build with the feature `render`, and `osp replay --draw`"
-                }
-            );
+            let name = choice.name();
+            if !Feature::Render.is_built() {
+                return built::refuse(format!("--occlusion {name} with --draw"), &[Feature::Render]);
+            }
+            bail!("--occlusion {name} culls while drawing: it needs `osp replay --draw`");
         }
         if let Some(option) = self.tests.given().filter(|_| self.occlusion.is_empty()) {
             bail!("{option} is about occlusion culling: it needs --occlusion");
@@ -279,15 +271,10 @@ impl ReplayArgs {
             verify_frames: 0,
             force: false,
             rig: RigPathArgs::none(),
-            #[cfg(feature = "worlds")]
-            world: super::world_args::WorldArgs::none(),
-            #[cfg(feature = "render")]
+            world: WorldArgs::none(),
             draw: None,
-            #[cfg(feature = "window")]
             window: false,
-            #[cfg(feature = "window")]
             paused: false,
-            #[cfg(feature = "window")]
             trace: None,
         }
     }

@@ -16,7 +16,7 @@ pub(super) struct ReplayOutputs {
     /// One for each session, or none.
     pub(super) charts: Vec<Output>,
     pub(super) pin: Option<Output>,
-    #[cfg(feature = "window")]
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window writes it"))]
     pub(super) trace: Option<Output>,
 }
 
@@ -24,8 +24,7 @@ impl ReplayOutputs {
     pub(super) fn checked(args: &ReplayArgs) -> anyhow::Result<Self> {
         let mut outputs = Outputs::new(args.force).reads(&args.files).reads(&args.check).reads(&args.pvs);
         outputs = outputs.reads(&args.rig.screens.file());
-        #[cfg(feature = "worlds")]
-        let mut outputs = outputs.reads(&args.world.path).reads(&args.world.folder());
+        outputs = outputs.reads(&args.world.path).reads(&args.world.folder());
         if let Some(path) = &args.pin
             && matches!(Destination::of(path), Ok(Destination::Special(_)))
         {
@@ -49,7 +48,6 @@ impl ReplayOutputs {
             csv: outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?,
             charts,
             pin: outputs.add_any("--pin", args.pin.as_ref(), OutputKind::Pins)?,
-            #[cfg(feature = "window")]
             trace: outputs.add_any("--trace", args.trace.as_ref(), OutputKind::Trace)?,
         })
     }

@@ -5,6 +5,8 @@ use clap::{Args, Subcommand};
 use comfy_table::CellAlignment;
 use glam::Quat;
 
+#[cfg(not(feature = "window"))]
+use super::built::{self, Feature};
 use super::{
     Outcome,
     output::{complain, one_line, say},
@@ -68,7 +70,6 @@ Examples:
 #[derive(Subcommand, Debug)]
 enum What {
     /// List the monitors that a rig may name.
-    #[cfg(feature = "window")]
     Monitors,
     /// Say what is wrong with rigs; exit code 1 if the head of one sees nothing on a screen, 2 if one is no rig.
     Check {
@@ -94,6 +95,8 @@ pub(super) fn run(args: &RigCommand) -> anyhow::Result<Outcome> {
     match &args.what {
         #[cfg(feature = "window")]
         What::Monitors => monitors(),
+        #[cfg(not(feature = "window"))]
+        What::Monitors => built::refuse("osp rig monitors", &[Feature::Window]),
         What::Check { rigs } => check(rigs),
         What::Show { rig, plan, force } => show(rig, plan.as_ref(), *force),
     }

@@ -2,18 +2,16 @@
 
 use std::{
     net::{ToSocketAddrs, UdpSocket},
-    path::PathBuf,
     thread,
     time::{Duration, Instant},
 };
 
 use anyhow::Context;
-use clap::Args;
 
 use super::{
-    Outcome, numbers,
+    Outcome,
     output::{complain, say},
-    reading::ReadArgs,
+    send_args::SendArgs,
     session::OpenSession,
 };
 use crate::{
@@ -24,36 +22,6 @@ use crate::{
 
 /// Bytes of a datagram that pass every network in one piece, with a key before them.
 const PACKET_BYTES: usize = 1200;
-
-/// Play a session as a tracker: send its samples to a window that listens (`osp sketch --tracker udp://…`).
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  osp send recordings/portrait.ron --to 127.0.0.1:9327
-  osp send sketch.tilt --to 127.0.0.1:9327 --speed 10
-  osp send sketch.tilt --to 192.168.0.7:9000 --osc
-  osp send sketch.tilt --to 192.168.0.7:9000 --key a-word")]
-pub(super) struct SendArgs {
-    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
-    file: PathBuf,
-    /// Address and port of the window that listens.
-    #[arg(long, value_name = "ADDRESS:PORT")]
-    to: String,
-    /// How much of the session each packet time (90 a second) sends: `recorded` (by its time stamps) or `samples:N` (N
-    /// samples of the hand).
-    #[arg(long, default_value = "recorded")]
-    pace: Pace,
-    /// How many times as fast as recorded.
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
-    speed: f64,
-    /// The key that the window requires (`osp sketch --tracker-key`).
-    #[arg(long)]
-    key: Option<TrackerKey>,
-    /// Send OSC messages instead of lines.
-    #[arg(long)]
-    osc: bool,
-    #[command(flatten)]
-    reading: ReadArgs,
-}
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
     let no_address = || format!("--to {}: expected ADDRESS:PORT, such as 127.0.0.1:9327", args.to);

@@ -1,69 +1,23 @@
 //! How a member of a shared session reaches the server, and who it is.
 
 use std::path::PathBuf;
-#[cfg(unix)]
-use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    thread,
-    time::Duration,
-};
 
-use anyhow::Context;
 use clap::Args;
 
-use crate::{
-    live::{Address, Credentials, LinkOptions, Role, Who},
-    recording::Author,
-    small_file::read_text,
-};
+use crate::recording::Author;
 
 /// How to reach a server.
 #[derive(Args, Debug)]
 pub(super) struct ServerArgs {
     /// A file with who one is to the server: one line, a token or USER:PASSWORD.
     #[arg(long, value_name = "FILE")]
-    credentials: Option<PathBuf>,
+    pub(super) credentials: Option<PathBuf>,
     /// Certificates (PEM) of authorities to trust beside those of the system.
     #[arg(long, value_name = "FILE")]
     pub(super) tls_ca: Option<PathBuf>,
     /// Go to another machine unencrypted: everybody on the way may read and change what is drawn.
     #[arg(long)]
-    unencrypted: bool,
-}
-
-impl ServerArgs {
-    /// An address as it was typed, with the credentials of a file. What is wrong with it is said without the password in it.
-    pub(super) fn address(&self, typed: &str) -> anyhow::Result<Address> {
-        let mut address: Address = typed.parse()?;
-        if let Some(path) = &self.credentials {
-            address.credentials = Credentials::read(path)?;
-        }
-        if !self.unencrypted {
-            address.check_way()?;
-        }
-        if let Some(path) = &self.tls_ca {
-            read_text(path, 1 << 20).with_context(|| path.display().to_string())?;
-        }
-        Ok(address)
-    }
-
-    /// How to connect, as an author of this name or to watch.
-    pub(super) fn options(&self, watches: bool, name: &str) -> LinkOptions {
-        let role = match watches {
-            true => Role::Watcher,
-            false => Role::Author(Who { name: name.to_owned(), color: None }),
-        };
-        LinkOptions { role, certificates: self.tls_ca.clone() }
-    }
-
-    /// Whether one of them was given.
-    #[cfg(feature = "window")]
-    pub(super) fn is_given(&self) -> bool {
-        self.credentials.is_some() || self.tls_ca.is_some() || self.unencrypted
-    }
+    pub(super) unencrypted: bool,
 }
 
 /// A name by which others know an author.
@@ -72,15 +26,4 @@ pub(super) fn name(text: &str) -> Result<String, String> {
         true => Ok(text.to_owned()),
         false => Err(format!("expected a name of at most {} bytes", Author::MAX_NAME_BYTES)),
     }
-}
-
-/// Has Ctrl-C and others end the program as it ends by itself, in so much time.
-#[cfg(unix)]
-pub(super) fn end_on_signals(ending: &Arc<AtomicBool>, time: Duration) {
-    let ending = Arc::clone(ending);
-    crate::atomic_file::before_a_signal_ends(Some(Box::new(move || {
-        // The program ends by itself meanwhile; if it does not, the signal ends it.
-        ending.store(true, Ordering::Relaxed);
-        thread::sleep(time);
-    })));
 }

@@ -1,13 +1,24 @@
 //! `--tracker` and how to listen to it.
 
+#[cfg(feature = "window")]
 use anyhow::Context;
 use clap::Args;
 
+#[cfg(feature = "window")]
 use super::output::complain;
+#[cfg(feature = "window")]
+pub(super) use crate::app::tracker::TrackerKey;
+#[cfg(feature = "window")]
 use crate::{
-    app::tracker::{Listening, TrackerAddress, TrackerKey, TrackerOptions},
+    app::tracker::{Listening, TrackerAddress, TrackerOptions},
     small_file::open_regular,
 };
+
+/// Without the window nothing listens: any word will do until the option is refused.
+#[cfg(not(feature = "window"))]
+pub(super) type TrackerAddress = String;
+#[cfg(not(feature = "window"))]
+pub(super) type TrackerKey = String;
 
 #[derive(Args, Debug)]
 pub(super) struct TrackerArgs {
@@ -26,6 +37,7 @@ pub(super) struct TrackerArgs {
     tracker_z_up: bool,
 }
 
+#[cfg(feature = "window")]
 impl TrackerArgs {
     /// Refuses a file that cannot be read, before anything else begins.
     pub(super) fn check(&self) -> anyhow::Result<()> {

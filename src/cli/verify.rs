@@ -8,13 +8,11 @@ use std::{
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 
-#[cfg(feature = "render")]
-use super::parsers::Size;
 use super::{
     Outcome, allocations, numbers,
     occlusion_tests::score_parser,
     output::{complain, one_line, say},
-    parsers::{camera_parser, index_parser},
+    parsers::{Size, camera_parser, index_parser},
     progress,
     reading::ReadArgs,
     session::OpenSession,
@@ -112,7 +110,6 @@ pub(super) struct VerifyArgs {
     #[arg(long, value_delimiter = ',', value_parser = method_parser())]
     occlusion: Vec<Method>,
     /// Width and height of the pictures drawn for hzb, queries and auto, pixels.
-    #[cfg(feature = "render")]
     #[arg(long, default_value = "1920x1080")]
     size: Size,
     /// Number of frames of each view that are measured.
@@ -323,7 +320,6 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             ));
             outcome = Outcome::CheckFailed;
         }
-        #[cfg(feature = "render")]
         for (method, pixels) in drawn.iter().flat_map(DrawnTrials::failed) {
             complain(&format!("{name}: {method} changed {pixels} pixels"));
             outcome = Outcome::CheckFailed;
@@ -373,12 +369,9 @@ fn look(
 ) -> anyhow::Result<()> {
     let views = verifier.views().views;
     verifier.look(scene, view);
-    #[cfg(feature = "render")]
     if let Some(drawn) = drawn.as_mut().filter(|_| verifier.views().views > views) {
         drawn.look(scene, view, verifier)?;
     }
-    #[cfg(not(feature = "render"))]
-    let _ = (drawn, views);
     Ok(())
 }
 
@@ -412,10 +405,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         verifier.add_last(PreviousFrameOccluders::new(DepthConfig::default(), capacity));
     }
 
-    #[cfg(feature = "render")]
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
-    #[cfg(not(feature = "render"))]
-    let mut drawn = None;
     let mut player = Player::new(source, args.pace);
     let (mut moments, mut looked) = (Vec::new(), 0);
     let progress = progress::bar(args.views, "views", &file.to_string_lossy());
@@ -430,7 +420,6 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
             }));
         }
         verifier.follow(scene, changes);
-        #[cfg(feature = "render")]
         if let Some(drawn) = &mut drawn {
             drawn.follow(changes);
         }
@@ -536,9 +525,6 @@ fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTria
     if !verifier.trials().is_empty() {
         lines.push(table.to_string());
     }
-    #[cfg(feature = "render")]
     lines.extend(drawn.map(DrawnTrials::text));
-    #[cfg(not(feature = "render"))]
-    let _ = drawn;
     lines.join("\n")
 }

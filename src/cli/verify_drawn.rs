@@ -93,19 +93,18 @@ pub(super) struct DrawnTrials {
 impl DrawnTrials {
     /// A trial for each method that culls while drawing; `None` if there is no such method.
     pub(super) fn new(methods: &[Method], size: Size, at_rest: AtRest) -> anyhow::Result<Option<Self>> {
-        let is_drawn = |method: &Method| method.occlusion.on_gpu() != Occlusion::None;
-        let drawn: Vec<_> = methods.iter().copied().filter(is_drawn).collect();
+        let drawn: Vec<_> = methods.iter().copied().filter(Method::is_drawn).collect();
         if drawn.is_empty() {
             return Ok(None);
         }
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
         // The picture without culling comes first: all others are compared with it.
-        for Method { name, occlusion, hzb, .. } in std::iter::once(Method::new(Occlusion::None)).chain(drawn)
-        {
+        for method in std::iter::once(Method::new(Occlusion::None)).chain(drawn) {
+            let Method { name, occlusion, .. } = method;
             let mut drawer =
                 Offscreen::on(Arc::clone(&gpu), size.width, size.height, &RendererConfig::default())?;
-            drawer.set_occlusion_with(occlusion, hzb)?;
+            drawer.set_occlusion_with(occlusion, method.hzb())?;
             trials.push(Trial {
                 name,
                 drawer,

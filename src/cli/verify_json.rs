@@ -129,9 +129,6 @@ pub(super) fn line(
         score,
         runs: verifier.trials().iter().map(JsonRun::new).collect(),
         pvs: verifier.pvs().map(JsonPvs::new),
-        #[cfg(feature = "render")]
         drawn: drawn.map(DrawnTrials::runs).unwrap_or_default(),
-        #[cfg(not(feature = "render"))]
-        drawn: drawn.map_or_else(Vec::new, |drawn| match *drawn {}),
     })?)
 }

@@ -9,6 +9,10 @@ use crate::render::{HzbBound, HzbConfig, HzbFine, HzbGroup};
 /// The paper's tree as it is printed.
 const CAPLESS: &str = "msvbsp-paper-capless";
 
+/// Names of depth pyramids with their settings.
+const PYRAMIDS: [&str; 9] =
+    ["hzb", "hzb-16", "hzb-4", "hzb-1", "hzb-16-box", "hzb-4-box", "hzb-1-box", "hzb-16-fine", "hzb-4-fine"];
+
 /// A method of occlusion culling, under the name that tables show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Method {
@@ -16,20 +20,11 @@ pub(super) struct Method {
     pub(super) occlusion: Occlusion,
     /// Whether it is the paper's tree without caps, which is no method of its own.
     pub(super) capless: bool,
-    /// Settings of a method that culls by a depth pyramid.
-    #[cfg(feature = "render")]
-    pub(super) hzb: HzbConfig,
 }
 
 impl Method {
     pub(super) fn new(occlusion: Occlusion) -> Self {
-        Self {
-            name: occlusion.name(),
-            occlusion,
-            capless: false,
-            #[cfg(feature = "render")]
-            hzb: HzbConfig::default(),
-        }
+        Self { name: occlusion.name(), occlusion, capless: false }
     }
 
     /// The conservative methods of the CPU.
@@ -38,40 +33,41 @@ impl Method {
         methods.map(Self::new).collect()
     }
 
+    /// Whether it culls while drawing.
+    pub(super) fn is_drawn(&self) -> bool {
+        self.occlusion.on_gpu() != Occlusion::None
+    }
+
     /// All methods that can be compared.
-    fn all() -> Vec<Self> {
+    fn all() -> impl Iterator<Item = Self> {
         let methods = Occlusion::CULLERS.iter().copied().chain([Occlusion::DepthLast]).map(Self::new);
         let capless = Self { name: CAPLESS, capless: true, ..Self::new(Occlusion::MsvbspPaper) };
-        let methods = methods.chain([capless]);
-        #[cfg(feature = "render")]
-        let methods = methods.chain(gpu_methods());
-        methods.collect()
+        let pyramids = PYRAMIDS.map(|name| Self { name, ..Self::new(Occlusion::Hzb) });
+        let drawn = pyramids.into_iter().chain([Occlusion::Queries, Occlusion::Auto].map(Self::new));
+        methods.chain([capless]).chain(drawn)
+    }
+
+    /// The settings of a depth pyramid with this name: `hzb-GROUP-HOW`.
+    #[cfg(feature = "render")]
+    pub(super) fn hzb(&self) -> HzbConfig {
+        let mut parts = self.name.split('-').skip(1);
+        let group = match parts.next() {
+            Some("16") => HzbGroup::Sixteen,
+            Some("4") => HzbGroup::Four,
+            Some("1") => HzbGroup::One,
+            _ => return HzbConfig::default(),
+        };
+        match parts.next() {
+            Some("fine") => HzbConfig { group, ..HzbConfig::default() },
+            Some(_) => HzbConfig { group, bound: HzbBound::Box, fine: HzbFine::Off },
+            None => HzbConfig { group, bound: HzbBound::Corners, fine: HzbFine::Off },
+        }
     }
 }
 
-/// The methods of the GPU: culling by a depth pyramid with other settings than the usual ones, too.
-#[cfg(feature = "render")]
-fn gpu_methods() -> impl Iterator<Item = Method> {
-    let coarse = |group, bound| HzbConfig { group, bound, fine: HzbFine::Off };
-    let fine = |group| HzbConfig { group, ..HzbConfig::default() };
-    let pyramids = [
-        ("hzb", HzbConfig::default()),
-        ("hzb-16", coarse(HzbGroup::Sixteen, HzbBound::Corners)),
-        ("hzb-4", coarse(HzbGroup::Four, HzbBound::Corners)),
-        ("hzb-1", coarse(HzbGroup::One, HzbBound::Corners)),
-        ("hzb-16-box", coarse(HzbGroup::Sixteen, HzbBound::Box)),
-        ("hzb-4-box", coarse(HzbGroup::Four, HzbBound::Box)),
-        ("hzb-1-box", coarse(HzbGroup::One, HzbBound::Box)),
-        ("hzb-16-fine", fine(HzbGroup::Sixteen)),
-        ("hzb-4-fine", fine(HzbGroup::Four)),
-    ];
-    let pyramids = pyramids.map(|(name, hzb)| Method { name, hzb, ..Method::new(Occlusion::Hzb) });
-    pyramids.into_iter().chain([Occlusion::Queries, Occlusion::Auto].map(Method::new))
-}
-
 pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
-    PossibleValuesParser::new(Method::all().into_iter().map(|method| method.name)).try_map(|name| {
-        let found = Method::all().into_iter().find(|method| method.name == name);
+    PossibleValuesParser::new(Method::all().map(|method| method.name)).try_map(|name| {
+        let found = Method::all().find(|method| method.name == name);
         found.ok_or_else(|| format!("no method is called {name}"))
     })
 }

@@ -1,10 +1,51 @@
-//! Stands for `verify_drawn` in a build that cannot draw: there are no trials.
+//! Stands for `verify_drawn` in a build that cannot draw: it refuses the methods that cull while drawing.
 
 use serde::Serialize;
 
-/// Nothing is drawn in this build.
+use super::{
+    built::{self, Feature},
+    parsers::Size,
+    verify_method::Method,
+};
+use crate::{
+    lab::verify::{AtRest, Verifier},
+    polygon::Change,
+    scene::Scene,
+    view::View,
+};
+
+/// No trial can be made.
 pub(super) enum DrawnTrials {}
 
-/// Nothing is drawn in this build.
+/// No figures come from drawing.
 #[derive(Serialize)]
 pub(super) enum DrawnRun {}
+
+impl DrawnTrials {
+    pub(super) fn new(methods: &[Method], _: Size, _: AtRest) -> anyhow::Result<Option<Self>> {
+        match methods.iter().find(|method| method.is_drawn()) {
+            Some(method) => built::refuse(format!("--occlusion {}", method.name), &[Feature::Render]),
+            None => Ok(None),
+        }
+    }
+
+    pub(super) fn follow(&mut self, _: &[Change]) {
+        match *self {}
+    }
+
+    pub(super) fn look(&mut self, _: &Scene, _: &View, _: &mut Verifier) -> anyhow::Result<()> {
+        match *self {}
+    }
+
+    pub(super) fn failed(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
+        std::iter::empty()
+    }
+
+    pub(super) fn text(&self) -> String {
+        match *self {}
+    }
+
+    pub(super) fn runs(&self) -> Vec<DrawnRun> {
+        match *self {}
+    }
+}

@@ -8,15 +8,14 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{bail, ensure};
-use clap::{Args, Subcommand};
+use anyhow::bail;
 use glam::{Quat, Vec3};
 
 use super::{
-    Outcome, numbers,
+    Outcome,
     output::{complain, say},
-    rig_args::{RigArgs, room_parser},
-    shared_args::{self, ServerArgs},
+    server,
+    wall_args::{WallArgs, WayArgs, What},
     wall_text::{counts_text, text},
 };
 use crate::{
@@ -30,109 +29,12 @@ use crate::{
 /// How long a node without a display waits for something to do, at most.
 const NAP: Duration = Duration::from_millis(20);
 
-/// Show a shared session on a wall of several machines, each frame on all screens at once.
-///
-/// A hub says which moment of the session is shown, and a node on each machine shows it on one screen of the rig. The hub
-/// waits until every node that is in has drawn a frame, then has all of them show it. It has the model, too, and names a
-/// node that shows something else. A node that misses three frames in a row is out: the hub no longer waits for it, until it
-/// has answered 20 frames in time.
-#[derive(Args, Debug)]
-#[command(
-    args_conflicts_with_subcommands = true,
-    subcommand_negates_reqs = true,
-    after_help = "Examples:
-  nats-server -js -a 127.0.0.1 -sd sessions
-  osp wall --hub nats://127.0.0.1/house --rig cave4
-  osp wall --node front nats://127.0.0.1/house --rig cave4
-  osp wall --node left nats://127.0.0.1/house --rig cave4 --headless
-  osp wall status nats://127.0.0.1/house
-
-The session is one that several people may draw in (osp sketch --join, osp join). A recording is put into one
-by osp join ADDRESS --play FILE.
-The rig is the same on all machines, but for its outputs: each machine has monitors of its own.
-The screens show what the head of the session's artist sees (the first author who has recorded one), or with
---tracker what the head in the hub's room sees.
-The displays are not locked to each other: that all show their picture at the same refresh is for the
-graphics driver (genlock)."
-)]
-pub(super) struct WallArgs {
-    #[command(subcommand)]
-    what: Option<What>,
-    /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
-    // Parsed later: what is wrong with it is said without the password in it.
-    #[arg(value_name = "ADDRESS", required = true)]
-    address: Option<String>,
-    /// Be the hub: say what is shown, and when.
-    #[arg(long, required_unless_present = "node", conflicts_with = "node")]
-    hub: bool,
-    /// Be a node: show this screen of the rig.
-    #[arg(long, value_name = "SCREEN")]
-    node: Option<String>,
-    #[command(flatten)]
-    rig: RigArgs,
-    /// What the hub's room does: `follows`: it goes along with the head of the session's artist; `stands`: the room's space is
-    /// the world's, and the artist's head walks in it. With --tracker it stands.
-    #[arg(long, value_name = "HOW", default_value = "follows", conflicts_with = "node", value_parser = room_parser())]
-    room: RoomMotion,
-    /// Most frames a second of the hub.
-    #[arg(long, default_value_t = 90.0, value_name = "FRAMES", conflicts_with = "node", value_parser = rate)]
-    rate: f64,
-    /// The longest that a frame waits for a node, milliseconds: a node that takes longer is left out, so that it does not slow
-    /// the others down.
-    #[arg(long, default_value_t = 1000.0, value_name = "MS", conflicts_with = "node", value_parser = patience)]
-    patience: f64,
-    #[cfg(feature = "window")]
-    #[command(flatten)]
-    tracker: super::tracker_args::TrackerArgs,
-    /// A node that draws nothing: it culls its screen's views and answers.
-    #[arg(long, conflicts_with = "hub")]
-    headless: bool,
-    /// End after so many seconds.
-    #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
-    for_secs: Option<f64>,
-    #[command(flatten)]
-    way: WayArgs,
-}
-
-/// How to reach the server, and what is printed.
-#[derive(Args, Debug)]
-struct WayArgs {
-    #[command(flatten)]
-    server: ServerArgs,
-    /// Print what there was as one JSON object.
-    #[arg(long)]
-    json: bool,
-}
-
-#[derive(Subcommand, Debug)]
-enum What {
-    /// Ask the hub of a wall for its nodes, frames a second, skew and lag; exit code 1 if a screen has no node that is in, or
-    /// one that shows something else than the hub has.
-    Status {
-        /// The session.
-        #[arg(value_name = "ADDRESS")]
-        address: String,
-        #[command(flatten)]
-        way: WayArgs,
-    },
-}
-
-fn patience(text: &str) -> Result<f64, String> {
-    let ms = text.parse().ok().filter(|ms| (1.0..=10_000.0).contains(ms));
-    ms.ok_or_else(|| "expected 1 to 10000 milliseconds".to_owned())
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    let rate = text.parse().ok().filter(|rate| (1.0..=1000.0).contains(rate));
-    rate.ok_or_else(|| "expected 1 to 1000 frames a second".to_owned())
-}
-
 pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
     if let Some(What::Status { address, way }) = &args.what {
         return status(address, way);
     }
     #[cfg(feature = "window")]
-    ensure!(
+    anyhow::ensure!(
         args.hub || args.tracker.tracker.is_none(),
         "--tracker: expected --hub, which tells the nodes where the head is"
     );
@@ -143,7 +45,7 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
     };
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
-    shared_args::end_on_signals(&ending, Duration::from_secs(2));
+    server::end_on_signals(&ending, Duration::from_secs(2));
     match &args.node {
         Some(screen) => args.show(&address, rig, stereo, screen, &ending),
         None => args.lead(&address, rig, stereo, &ending),
@@ -222,7 +124,8 @@ impl WallArgs {
             false => crate::app::show_node(address, &options, || self.is_over(started, ending), complain)?,
             #[cfg(not(feature = "window"))]
             false => {
-                bail!("this build opens no windows (it has not the feature `window`): expected --headless")
+                let needed = [super::built::Feature::Window];
+                super::built::refuse("osp wall --node without --headless", &needed)?
             }
         };
         say(&if self.way.json { serde_json::to_string_pretty(&counts)? } else { counts_text(&counts) })?;

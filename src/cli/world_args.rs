@@ -7,14 +7,7 @@ use clap::Args;
 use super::numbers;
 
 /// The other options of a replay are about sessions that are played, not about finished ones.
-#[cfg(not(feature = "render"))]
-const NOT_OF_WORLDS: [&str; 14] = OF_SESSIONS;
-#[cfg(all(feature = "render", not(feature = "window")))]
-const NOT_OF_WORLDS: [&str; 15] = with(OF_SESSIONS, ["draw"]);
-#[cfg(feature = "window")]
-const NOT_OF_WORLDS: [&str; 16] = with(OF_SESSIONS, ["draw", "window"]);
-
-const OF_SESSIONS: [&str; 14] = [
+const NOT_OF_WORLDS: [&str; 16] = [
     "index",
     "budget",
     "occlusion",
@@ -29,21 +22,9 @@ const OF_SESSIONS: [&str; 14] = [
     "pvs",
     "rig",
     "stereo",
+    "draw",
+    "window",
 ];
-
-#[cfg(feature = "render")]
-const fn with<const N: usize, const M: usize, const ALL: usize>(
-    a: [&'static str; N],
-    b: [&'static str; M],
-) -> [&'static str; ALL] {
-    let mut all = [""; ALL];
-    let mut i = 0;
-    while i < ALL {
-        all[i] = if i < N { a[i] } else { b[i - N] };
-        i += 1;
-    }
-    all
-}
 
 /// A world in place of sessions.
 #[derive(Args, Clone, Debug)]

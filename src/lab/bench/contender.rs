@@ -16,6 +16,10 @@ pub enum Contender {
 }
 
 impl Contender {
+    /// The names of the other crates' structures, which builds with the feature `peers` have.
+    pub const PEERS: [&'static str; 6] =
+        ["parry3d", "parry3d-rebuilt", "obvhs", "obvhs-rebuilt", "rstar", "bvh-crate"];
+
     /// All of them, our own first.
     pub fn all() -> Vec<Self> {
         let own = IndexKind::ALL.iter().copied().map(Self::Own);
@@ -47,5 +51,15 @@ impl Contender {
             #[cfg(feature = "peers")]
             Self::Peer(kind) => kind.create(config),
         }
+    }
+}
+
+#[cfg(all(test, feature = "peers"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_names_are_those_of_the_peers() {
+        assert!(PeerKind::ALL.iter().map(|kind| kind.name()).eq(Contender::PEERS));
     }
 }
