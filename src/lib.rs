@@ -130,8 +130,10 @@
 //!   that is cut off replays up to the cut.
 //! * **Deterministic.** Same recording, same settings: the same fingerprint of every frame on every machine. Every
 //!   box test is the same `f32` expression (see [`math`]), so all indexes agree bit for bit.
-//! * **No allocation** in a frame once the lists have grown to what the view shows.
-//! * **Errors** name the file, the line or byte, and what was expected. No input makes the library panic.
+//! * **No allocation** in a frame once the lists have grown to what the view shows, as long as the
+//!   [capacity](index::IndexConfig::capacity) of the index suffices.
+//! * **Errors** name the file, the line or byte, and what was expected. No input makes the library panic: boxes and numbers that
+//!   there cannot be are refused, a capacity and a root are hints within [stated bounds](index::IndexConfig).
 //!
 //! # References
 //!

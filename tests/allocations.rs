@@ -1,8 +1,12 @@
 //! Frames allocate nothing as long as the capacity given at creation suffices: no index that grows in place, and no list of
 //! what is in view, whatever is in view.
 
+#[path = "support/boxes.rs"]
+mod boxes;
 #[path = "support/counting.rs"]
 mod counting;
+
+use boxes::{Rng, drawn, root, shuffled};
 
 use counting::allocations;
 use glam::Vec3;
@@ -11,7 +15,7 @@ use osp::{
     index::{DrawList, IndexConfig},
     math::{Aabb, Frustum},
     occlusion::Occlusion,
-    polygon::PolygonId,
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId},
     recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
     rivals::IndexKind,
     scene::Scene,
@@ -161,5 +165,115 @@ fn a_query_that_finds_no_more_than_there_is_room_for_does_not_allocate() {
             assert_eq!(allocations() - before, 0, "{}, {count} polygons", kind.name());
             assert_eq!(list.len(), count as usize);
         }
+    }
+}
+
+/// Polygons that are known by their boxes; where there is none, the box is empty.
+struct Crowd(Vec<Aabb>);
+
+impl Geometry for Crowd {
+    fn id_end(&self) -> usize {
+        self.0.len()
+    }
+
+    fn is_present(&self, id: PolygonId) -> bool {
+        !self.bounds(id).is_empty()
+    }
+
+    fn bounds(&self, id: PolygonId) -> Aabb {
+        self.0.get(id.index()).copied().unwrap_or(Aabb::EMPTY)
+    }
+
+    fn polygon(&self, _id: PolygonId) -> Option<ConvexPolygon> {
+        None
+    }
+
+    fn may_occlude(&self, _id: PolygonId) -> bool {
+        false
+    }
+}
+
+/// How the polygons of a crowd move in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Moves {
+    /// Neighbours in number, a centimetre.
+    Together,
+    /// From everywhere, a centimetre.
+    Alone,
+    /// From everywhere, to anywhere.
+    Far,
+}
+
+/// A hundred thousand polygons fill the room that was asked for. In each frame some move, some go, and as many come: with the
+/// numbers of those that went before, or with new ones.
+fn crowd_that_comes_and_goes(moves: Moves, has_new_numbers: bool, is_drawn: bool) -> Vec<u64> {
+    const POLYGONS: usize = 100_000;
+    const FRAMES: usize = 1980;
+    let boxes = drawn(POLYGONS, 91);
+    let boxes = if is_drawn { boxes } else { shuffled(boxes, 92) };
+    let index = IndexKind::Osp.create(&IndexConfig { root: root(), capacity: POLYGONS });
+    let mut pipeline = Pipeline::new(index, POLYGONS, StageClock::default());
+    let mut rng = Rng(93);
+    let mut crowd = Crowd(boxes);
+    crowd.0.reserve(50 * FRAMES);
+    let projection = Projection::symmetric(60.0, 1.5, 0.05, 50.0);
+    let view = View::look_at(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO, projection);
+    pipeline.load(&crowd);
+    pipeline.frame(&crowd, &[], &view);
+    let mut there: Vec<u32> = (0..POLYGONS as u32).collect();
+    let mut gone: Vec<u32> = Vec::new();
+    let mut changes = Vec::new();
+    let mut frame = || {
+        changes.clear();
+        let first = rng.below(there.len() - 500);
+        for i in 0..500 {
+            let at = if moves == Moves::Together { first + i } else { rng.below(there.len()) };
+            let id = there[at];
+            let Aabb { min, max } = crowd.0[id as usize];
+            let by = match moves {
+                Moves::Together => Vec3::X * 0.01,
+                Moves::Alone => rng.direction() * 0.01,
+                Moves::Far => rng.point(&root()) - min,
+            };
+            crowd.0[id as usize] = Aabb::new(min + by, max + by);
+            changes.push(Change::Update(PolygonId(id)));
+        }
+        for _ in 0..50 {
+            let id = there.swap_remove(rng.below(there.len()));
+            crowd.0[id as usize] = Aabb::EMPTY;
+            gone.push(id);
+            changes.push(Change::Remove(PolygonId(id)));
+        }
+        for _ in 0..50 {
+            let bounds = Aabb::cube(rng.point(&root()), 0.02);
+            let id = if has_new_numbers {
+                crowd.0.push(bounds);
+                crowd.0.len() as u32 - 1
+            } else {
+                gone.swap_remove(rng.below(gone.len()))
+            };
+            crowd.0[id as usize] = bounds;
+            there.push(id);
+            changes.push(Change::Insert(PolygonId(id)));
+        }
+        let before = allocations();
+        pipeline.frame(&crowd, &changes, &view);
+        allocations() - before
+    };
+    let made = (0..FRAMES).map(|_| frame()).collect();
+    pipeline.index().validate().expect("valid");
+    made
+}
+
+/// Numbers that become free are used again, or are not: then more blocks of sixteen numbers hold something.
+#[test]
+fn no_frame_allocates_when_as_many_polygons_come_and_go_as_there_is_room_for() {
+    let drawn =
+        [Moves::Together, Moves::Alone, Moves::Far].map(|moves| [(moves, false, true), (moves, true, true)]);
+    let from_everywhere = [(Moves::Far, true, false), (Moves::Alone, false, false)];
+    for (moves, has_new_numbers, is_drawn) in drawn.into_iter().flatten().chain(from_everywhere) {
+        let made = crowd_that_comes_and_goes(moves, has_new_numbers, is_drawn);
+        let frames: Vec<(usize, u64)> = made.into_iter().enumerate().filter(|&(_, n)| n > 0).collect();
+        assert!(frames.is_empty(), "{moves:?}, new numbers {has_new_numbers}, drawn {is_drawn}: {frames:?}");
     }
 }

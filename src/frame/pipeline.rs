@@ -8,7 +8,7 @@ use crate::{
         FrameRecord, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass, StageClock,
         spaces::Spaces,
     },
-    index::{IndexError, SpatialIndex, WorkCounts},
+    index::{IndexConfig, IndexError, SpatialIndex, WorkCounts},
     math::{Aabb, Frustum, Ray, Sphere},
     occlusion::Occlusion,
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
@@ -39,7 +39,7 @@ pub struct Pipeline {
     frusta: Vec<Frustum>,
     /// What it may see.
     in_view: Vec<VisibleBlocks>,
-    /// Polygons that each of these has room for.
+    /// The numbers that each of these has room for lie below.
     capacity: usize,
     pass: Option<Box<dyn Pass>>,
     /// Whether the last frame was culled by occlusion.
@@ -70,13 +70,16 @@ impl std::fmt::Debug for Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline around an empty index. `capacity` is the number of polygons that the lists have room for: as long as there
-    /// are no more, no list grows after the first frame with its view. More are taken all the same. The clock measures the
-    /// stages of a frame; [`StageClock::default`] is what most callers want.
+    /// A pipeline around an empty index. `capacity` is the number of polygons that the lists have room for, at most
+    /// [`IndexConfig::MOST_RESERVED`]: as long as all numbers lie below twice of it, no list grows after the first frame with
+    /// its view. More are taken all the same. The clock measures the stages of a frame; [`StageClock::default`] is what most
+    /// callers want.
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
+        // Where polygons come and go, some numbers are of none.
+        let capacity = 2 * capacity.min(IndexConfig::MOST_RESERVED);
         Self {
             index,
-            spaces: Spaces::default(),
+            spaces: Spaces::new(),
             in_spaces: Vec::new(),
             frusta: Vec::with_capacity(1),
             in_view: vec![VisibleBlocks::with_capacity(capacity)],

@@ -17,7 +17,8 @@ use crate::{
     index::{IndexConfig, IndexError, Osp, SpatialIndex, WorkCounts, admission::admit, groups::Mesh},
     math::{Aabb, Containment, Frustum, Plane, Ray},
     polygon::{
-        BLOCK, Geometry, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, VisibleBlocks, abs_matrix, ids_of,
+        BLOCK, ById, Geometry, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, VisibleBlocks, abs_matrix,
+        ids_of,
     },
 };
 
@@ -133,20 +134,31 @@ struct Scratch {
 }
 
 /// All spaces of a pipeline, beside its index.
-#[derive(Default)]
 pub(super) struct Spaces {
     spaces: Vec<Space>,
     numbers: HashMap<SpaceId, u32>,
     /// The spaces by their boxes in the world.
     tops: Option<Osp>,
     /// For each polygon, one more than the number of the space that it is filed in; 0 if in none.
-    filed: Vec<u32>,
+    filed: ById<u32>,
     polygons: usize,
     changed: Vec<u32>,
     scratch: Scratch,
 }
 
 impl Spaces {
+    pub(super) fn new() -> Self {
+        Self {
+            spaces: Vec::new(),
+            numbers: HashMap::new(),
+            tops: None,
+            filed: ById::new(0),
+            polygons: 0,
+            changed: Vec::new(),
+            scratch: Scratch::default(),
+        }
+    }
+
     /// Polygons in spaces.
     pub(super) fn len(&self) -> usize {
         self.polygons
@@ -159,7 +171,7 @@ impl Spaces {
 
     /// Whether a polygon is in a space.
     pub(super) fn holds(&self, id: PolygonId) -> bool {
-        self.filed.get(id.index()).is_some_and(|filed| *filed != 0)
+        self.filed.get(id) != 0
     }
 
     /// Files a polygon in a space by its box there, or anew.
@@ -170,7 +182,7 @@ impl Spaces {
         space: SpaceId,
     ) -> Result<(), IndexError> {
         let number = self.number_of(geometry, space);
-        if self.holds(id) && self.filed[id.index()] != number + 1 {
+        if self.holds(id) && self.filed.get(id) != number + 1 {
             self.remove(id)?;
         }
         let filed = &mut self.spaces[number as usize];
@@ -181,11 +193,8 @@ impl Spaces {
         let outcome = filed.set(id, &geometry.bounds_in_space(id));
         match outcome {
             Ok(()) => {
-                if id.index() >= self.filed.len() {
-                    self.filed.resize(id.index() + 1, 0);
-                }
-                self.polygons += usize::from(self.filed[id.index()] == 0);
-                self.filed[id.index()] = number + 1;
+                self.polygons += usize::from(!self.holds(id));
+                self.filed.set(id, number + 1);
                 self.note_changed(number);
             }
             // At its old place it would be found where it no longer is.
@@ -196,8 +205,8 @@ impl Spaces {
     }
 
     pub(super) fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        let filed = self.filed.get_mut(id.index()).filter(|filed| **filed != 0);
-        let number = std::mem::take(filed.ok_or(IndexError::Unknown(id))?) - 1;
+        let number = self.filed.get(id).checked_sub(1).ok_or(IndexError::Unknown(id))?;
+        self.filed.set(id, 0);
         self.polygons -= 1;
         self.note_changed(number);
         self.spaces[number as usize].remove(id)
@@ -350,7 +359,7 @@ impl Spaces {
             size_of::<Space>() + space.mesh.bytes() + space.blocks.capacity() * 6 + space.slots.capacity() * 8
         };
         self.spaces.iter().map(of_space).sum::<usize>()
-            + self.filed.capacity() * 4
+            + self.filed.bytes()
             + self.tops.as_ref().map_or(0, SpatialIndex::bytes)
     }
 }

@@ -47,9 +47,11 @@ impl DrawList {
         self.ids.clear();
     }
 
-    /// Makes room for this many more, however they are written: a query that finds no more does not allocate.
+    /// Makes room for this many more, or for all below [`PolygonId::LIMIT`] if those are fewer, however they are written: a
+    /// query that finds no more does not allocate.
     pub fn reserve(&mut self, additional: usize) {
-        self.ids.reserve(additional.saturating_add(ROOM_BEHIND));
+        let additional = additional.min(PolygonId::LIMIT as usize);
+        self.ids.reserve(additional + ROOM_BEHIND);
         self.masks.reserve(additional / BLOCK + ROOM_BEHIND);
     }
 

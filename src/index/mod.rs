@@ -9,6 +9,7 @@ pub(crate) mod admission;
 mod brute_force;
 mod config;
 mod draw_list;
+pub(crate) mod filed_boxes;
 pub mod groups;
 pub(crate) mod mask_writer;
 mod osp;

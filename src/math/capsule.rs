@@ -16,8 +16,8 @@ pub struct Capsule {
 }
 
 impl Capsule {
-    /// A capsule around some points, along the longest of their principal axes: not the smallest. `None` where an [`Obb`]
-    /// is none. O(n).
+    /// A capsule around some points, along the longest of their principal axes: not the smallest, but never wider than the
+    /// sphere around them, which it is where that is narrower. `None` where an [`Obb`] is none. O(n).
     pub fn from_points(points: &[Vec3]) -> Option<Self> {
         let obb = Obb::from_points(points)?;
         let axis = obb.axes()[obb.half_sides_m().max_position()].as_dvec3();
@@ -38,10 +38,18 @@ impl Capsule {
             (low, high) = ((low + high) * 0.5, (low + high) * 0.5);
         }
         let end = |along: f64| (center + axis * along).as_vec3();
-        let line = Self { from: end(low), to: end(high), radius_m: 0.0 };
-        // The ends are rounded: their distance to the points counts.
+        let along_axis = Self::around(end(low), end(high), points);
+        // Few points can lie evenly about the middle of their box and all to one side of its axis.
+        let middle = Sphere::from_points(points).center;
+        let ball = Self::around(middle, middle, points);
+        Some(if ball.radius_m < along_axis.radius_m { ball } else { along_axis })
+    }
+
+    /// The capsule about a segment that just holds some points. The ends are rounded before: their distance counts.
+    fn around(from: Vec3, to: Vec3, points: &[Vec3]) -> Self {
+        let line = Self { from, to, radius_m: 0.0 };
         let far = points.iter().map(|p| line.distance(*p)).fold(0.0, f64::max);
-        Some(Self { radius_m: far as f32 * (1.0 + 4.0 * f32::EPSILON), ..line })
+        Self { radius_m: far as f32 * (1.0 + 4.0 * f32::EPSILON), ..line }
     }
 
     /// From a point to the segment, metres.

@@ -7,6 +7,7 @@
     allow(dead_code, reason = "sets and arrays that layers above use")
 )]
 pub(crate) mod bits;
+mod by_id;
 mod change;
 mod convex;
 mod geometry;
@@ -16,6 +17,7 @@ mod paged;
 mod space;
 mod visible_blocks;
 
+pub(crate) use by_id::ById;
 pub use change::Change;
 pub use convex::{ConvexPolygon, FLATNESS};
 pub use geometry::Geometry;

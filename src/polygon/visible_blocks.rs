@@ -9,6 +9,9 @@ const PAGE: usize = 256;
 /// Blocks of 64 polygons; divides [`PAGE`].
 const WORD: usize = 4;
 
+/// Numbers that a list has room for from the start, at most. More: a stray large number takes more memory.
+const MOST_LISTED: usize = 1 << 22;
+
 /// Entries that an index may write behind a list.
 const BEHIND: usize = 512;
 
@@ -36,10 +39,10 @@ impl VisibleBlocks {
         Self { masks: Vec::new(), begin: 0, end: 0, len: 0, listed: Vec::new() }
     }
 
-    /// An empty set with room for numbers below `ids`.
+    /// An empty set with room for numbers below `ids`, or [`PolygonId::LIMIT`] if that is less.
     pub fn with_capacity(ids: usize) -> Self {
         let mut set = Self::new();
-        set.masks_for(ids);
+        set.masks_for(ids.min(PolygonId::LIMIT as usize));
         set
     }
 
@@ -80,20 +83,22 @@ impl VisibleBlocks {
         self.masks.get(block).copied().unwrap_or(0)
     }
 
-    /// Adds a polygon. Whether it was not there before. Panics beyond [`PolygonId::LIMIT`].
+    /// Adds a polygon. Whether it was not there before and is now: no number beyond [`PolygonId::LIMIT`] is taken.
     pub fn insert(&mut self, id: PolygonId) -> bool {
         let before = self.len;
         self.insert_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
         self.len > before
     }
 
-    /// Adds polygons of a block. Panics beyond [`PolygonId::LIMIT`].
+    /// Adds polygons of a block; none of a block beyond [`PolygonId::LIMIT`].
     pub fn insert_block(&mut self, block: usize, mask: u16) {
         if mask == 0 {
             return;
         }
         if block >= self.masks.len() {
-            assert!(block < PolygonId::LIMIT as usize / BLOCK, "numbers are below PolygonId::LIMIT");
+            if block >= PolygonId::LIMIT as usize / BLOCK {
+                return;
+            }
             self.masks_for((block + 1) * BLOCK);
         }
         self.note_span(block, block + 1);
@@ -146,7 +151,8 @@ impl VisibleBlocks {
     pub(crate) fn masks_for(&mut self, ids: usize) -> &mut [u16] {
         let blocks = ids.div_ceil(BLOCK);
         if blocks > self.masks.len() {
-            let room = blocks.max(self.masks.len() + self.masks.len() / 2);
+            let more = (self.masks.len() + self.masks.len() / 2).min(PolygonId::LIMIT as usize / BLOCK);
+            let room = blocks.max(more);
             self.masks.resize(room.next_multiple_of(PAGE), 0);
         }
         &mut self.masks
@@ -164,7 +170,7 @@ impl VisibleBlocks {
     pub(crate) fn fill_by_list<R>(&mut self, list: impl FnOnce(&mut Vec<PolygonId>) -> R) -> R {
         let mut ids = std::mem::take(&mut self.listed);
         ids.clear();
-        ids.reserve(self.masks.len() * BLOCK + BEHIND);
+        ids.reserve((self.masks.len() * BLOCK).min(MOST_LISTED) + BEHIND);
         let result = list(&mut ids);
         self.set_all(&ids);
         self.listed = ids;
@@ -175,6 +181,11 @@ impl VisibleBlocks {
     fn set_all(&mut self, ids: &[PolygonId]) {
         let (low, high) = ids.iter().fold((u32::MAX, 0), |(low, high), id| (low.min(id.0), high.max(id.0)));
         if ids.is_empty() {
+            return;
+        }
+        if high >= PolygonId::LIMIT {
+            // Of an index that takes what no other does.
+            self.extend(ids.iter().copied());
             return;
         }
         let masks = self.masks_for(high as usize + 1);

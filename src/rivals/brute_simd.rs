@@ -23,7 +23,7 @@ pub struct BruteSimd {
 impl BruteSimd {
     /// An empty index.
     pub fn new(config: &IndexConfig) -> Self {
-        let blocks = config.capacity.div_ceil(16);
+        let blocks = config.room().div_ceil(16);
         Self {
             backend: Backend::detect(),
             blocks: Vec::with_capacity(blocks),

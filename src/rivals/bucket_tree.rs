@@ -109,14 +109,14 @@ pub(super) struct BucketTree<P: Partition> {
 impl<P: Partition> BucketTree<P> {
     pub(super) fn new(partition: P, leaf_capacity: usize, index: &IndexConfig) -> Self {
         let mut spot = ById::new(NOWHERE);
-        spot.reserve(index.capacity);
+        spot.reserve(index.room());
         let mut tree = Self {
             partition,
             leaf_capacity: leaf_capacity.clamp(1, 1 << 20) as u32,
             nodes: Vec::new(),
             first_free: NONE,
-            buckets: Buckets::with_capacity(index.capacity),
-            filed: FiledBoxes::with_capacity(index.capacity),
+            buckets: Buckets::with_capacity(index.room()),
+            filed: FiledBoxes::with_capacity(index.room()),
             spot,
             items: Vec::new(),
             pending: Vec::new(),

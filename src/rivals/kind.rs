@@ -3,10 +3,7 @@ use super::{
     OctreeConfig, OctreePaper, OctreePaperConfig, OspPaper, QuadtreeConfig, TimeOrder, TwoLevelConfig, bvh,
     kd_tree, octree_rebuild, quadtree,
 };
-use crate::{
-    index::{BruteForce, IndexConfig, Osp, SpatialIndex},
-    polygon::PolygonId,
-};
+use crate::index::{BruteForce, IndexConfig, Osp, SpatialIndex};
 
 /// The indexes, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -110,9 +107,8 @@ impl IndexKind {
 
     /// An empty index of this kind.
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
-        let config = &IndexConfig { capacity: config.capacity.min(PolygonId::LIMIT as usize), ..*config };
         match self {
-            Self::BruteForce => Box::new(BruteForce::with_capacity(config.capacity)),
+            Self::BruteForce => Box::new(BruteForce::with_capacity(config.room())),
             Self::BruteSimd => Box::new(BruteSimd::new(config)),
             Self::TimeOrder => Box::new(TimeOrder::new(config)),
             Self::OspPaper => Box::new(OspPaper::from_config(config)),
@@ -128,7 +124,7 @@ impl IndexKind {
             Self::BvhTwoLevel => Box::new(BvhTwoLevel::new(TwoLevelConfig::default(), config)),
             Self::DynamicBvh => Box::new(DynamicBvh::new(config)),
             Self::LooseOctree => {
-                Box::new(LooseOctree::new(LooseOctreeConfig::for_capacity(config.capacity), config))
+                Box::new(LooseOctree::new(LooseOctreeConfig::for_capacity(config.room()), config))
             }
             Self::KdTree => kd_tree(&KdTreeConfig::default(), config),
             Self::Quadtree => quadtree(&QuadtreeConfig::default(), config),

@@ -27,7 +27,7 @@ pub struct TimeOrder {
 impl TimeOrder {
     /// An empty index.
     pub fn new(config: &IndexConfig) -> Self {
-        let blocks = config.capacity.div_ceil(16);
+        let blocks = config.room().div_ceil(16);
         let mut spare: Vec<Vec<Boxes<16>>> = Vec::new();
         let mut groups = blocks;
         while groups > 1 || spare.is_empty() {

@@ -5,6 +5,7 @@ mod batches;
 mod boxes;
 mod check;
 mod life_cycles;
+mod limits;
 mod osp_paper;
 #[cfg(feature = "peers")]
 mod peers;
@@ -16,7 +17,7 @@ mod subjects;
 use check::{BruteForceTwin, check};
 use glam::Vec3;
 use osp::{
-    index::{IndexConfig, IndexError, SpatialIndex},
+    index::{IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     polygon::PolygonId,
     rivals::IndexKind,

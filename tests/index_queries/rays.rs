@@ -4,7 +4,7 @@
 use super::boxes::{Rng, root};
 use glam::{DVec3, Vec3};
 use osp::{
-    index::{IndexConfig, SpatialIndex},
+    index::{IndexConfig, Osp, SpatialIndex},
     math::{Aabb, Ray},
     polygon::PolygonId,
     rivals::IndexKind,
@@ -356,4 +356,58 @@ fn triangles_are_met_along_directions_of_any_length() {
     let close = triangle.map(|p| p.with_z(1.0e-39));
     let met = Ray::new(Vec3::ZERO, Vec3::Z * 2.0e-39).meet_triangle(close).expect("it is met");
     assert!((met - 0.5).abs() < 1.0e-5, "{met}");
+}
+
+/// There the ray leaves where it enters, and rounding decides which comes first.
+#[test]
+fn rays_at_the_corners_of_boxes_find_what_the_plain_test_finds() {
+    let mut rng = Rng(47);
+    let boxes: Vec<Aabb> = (0..300).map(|_| Aabb::cube(rng.point(&root()), rng.range(0.01, 0.3))).collect();
+    for linear_blocks in [0, usize::MAX] {
+        let config = IndexConfig { root: root(), capacity: boxes.len() };
+        let mut osp = Osp::new(&config).with_linear_blocks(linear_blocks);
+        for (i, bounds) in boxes.iter().enumerate() {
+            osp.insert(PolygonId(i as u32), bounds).expect("a good box");
+        }
+        osp.commit();
+        let mut entered = 0;
+        for (i, bounds) in boxes.iter().enumerate() {
+            for corner in 0..8 {
+                let at =
+                    |axis: usize| if corner >> axis & 1 == 1 { bounds.max[axis] } else { bounds.min[axis] };
+                let origin = rng.point(&Aabb::cube(Vec3::ZERO, 8.0));
+                let ray = Ray::new(origin, Vec3::new(at(0), at(1), at(2)) - origin);
+                let Some(expected) = ray.enter_box(bounds, f32::INFINITY) else { continue };
+                entered += 1;
+                let id = PolygonId(i as u32);
+                let picked = osp.ray_nearest(&ray, f32::INFINITY, &mut |of| (of == id).then_some(expected));
+                assert_eq!(picked, Some((id, expected)), "{ray:?} {bounds:?}");
+            }
+        }
+        assert!(entered > 1000, "{entered}");
+    }
+}
+
+/// An exact test of the caller's own may round more than a box test does: by a part of ten thousand, a hit may come before the
+/// polygon's box is entered. A polygon in between must not end the search.
+#[test]
+fn a_hit_that_is_rounded_to_before_its_box_is_still_the_nearest() {
+    let mut rng = Rng(48);
+    for _ in 0..50 {
+        let (origin, corner) = (rng.point(&root()) * 3.0, rng.point(&root()));
+        let ray = Ray::new(origin, (corner - origin).normalize_or(Vec3::X));
+        let bounds = Aabb::cube(corner, 0.01);
+        let entered = ray.enter_box(&bounds, f32::INFINITY).expect("it is aimed at");
+        let (rounded, between) = (entered * (1.0 - 4.0e-5), entered * (1.0 - 2.0e-5));
+        let (wide, narrow) = (PolygonId(0), PolygonId(1));
+        for kind in IndexKind::ALL {
+            let mut index = kind.create(&IndexConfig { root: root(), capacity: 2 });
+            index.insert(wide, &Aabb::cube(corner, 0.5)).expect("a good box");
+            index.insert(narrow, &bounds).expect("a good box");
+            index.commit();
+            let mut hit = |id: PolygonId| Some(if id == wide { between } else { rounded });
+            let picked = index.ray_nearest(&ray, f32::INFINITY, &mut hit);
+            assert_eq!(picked, Some((narrow, rounded)), "{}: {entered}", index.name());
+        }
+    }
 }

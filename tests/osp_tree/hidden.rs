@@ -8,7 +8,7 @@ use crate::{
 use glam::Vec3;
 use osp::{
     index::{BruteForce, DrawList, IndexConfig, Osp, SpatialIndex},
-    math::{Aabb, Frustum},
+    math::{Aabb, Frustum, Plane},
     polygon::{PolygonId, VisibleBlocks},
 };
 
@@ -150,5 +150,31 @@ fn scattered_polygons_give_room_back_in_small_steps() {
         let each = osp.bytes() as f64 / POLYGONS as f64;
         assert!(each <= f64::from(most_bytes), "{each} bytes a polygon");
         osp.validate().expect("valid");
+    }
+}
+
+/// Six octants are filled, two of them lie before the near plane: each is an inner node that is hidden as a whole.
+#[test]
+fn inner_nodes_before_the_near_plane_are_not_seen() {
+    let octants = [0, 1, 3, 5, 6, 7];
+    let mut rng = Rng(82);
+    let boxes: Vec<Aabb> = (0..octants.len() * 600)
+        .map(|i| {
+            let octant = octants[i % octants.len()];
+            let middle = Vec3::from([0, 1, 2].map(|bit| if octant >> bit & 1 == 1 { 1.0 } else { -1.0 }));
+            Aabb::cube(rng.point(&Aabb::cube(middle, 1.8)), 0.01)
+        })
+        .collect();
+    let slab = |axis: Vec3| [Plane { normal: axis, d: 9.0 }, Plane { normal: -axis, d: 9.0 }];
+    let [[_, far], [left, right], [below, above]] = [Vec3::X, Vec3::Y, Vec3::Z].map(slab);
+    let near = Plane { normal: Vec3::X, d: 0.0 };
+    let frustum = Frustum::new([left, right, below, above, near, far]);
+    for backend in backends() {
+        let osp = Osp::with_backend(&IndexConfig { root: root(), capacity: boxes.len() }, backend);
+        let (osp, reference) = filled(|i| i, &boxes, osp);
+        let (mut list, mut blocks) = (DrawList::new(), VisibleBlocks::new());
+        let (_, ids) = ask(&osp, &frustum, &mut list, &mut blocks);
+        assert_eq!(ids.len(), 4 * 600, "{}", backend.name());
+        assert_eq!(ids, cull(&reference, &frustum), "{}", backend.name());
     }
 }

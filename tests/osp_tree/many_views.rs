@@ -162,3 +162,61 @@ fn every_index_answers_for_several_views() {
     osp.frustum_cull_views(&frusta[..2], &mut sets);
     assert!(sets[2].contains(PolygonId(7)));
 }
+
+/// The frustum of a window that looks at all of a box and at nothing beside it.
+fn window(bounds: &Aabb) -> Frustum {
+    let slab = |axis: Vec3| {
+        [Plane { normal: axis, d: -axis.dot(bounds.min) }, Plane { normal: -axis, d: axis.dot(bounds.max) }]
+    };
+    let [[a, b], [c, d], [e, f]] = [Vec3::X, Vec3::Y, Vec3::Z].map(slab);
+    Frustum::new([a, b, c, d, e, f])
+}
+
+/// A box in each corner of the cube, and a window that just holds all of them for one eye and not for the other.
+#[test]
+fn what_one_eye_sees_as_a_whole_the_other_need_not() {
+    let corner = |i: u32| Vec3::from([0, 1, 2].map(|bit| if i >> bit & 1 == 1 { 1.9 } else { -1.9 }));
+    let all = window(&Aabb::cube(Vec3::ZERO, 3.84));
+    let some = window(&Aabb::cube(Vec3::X * 0.064, 3.84));
+    for polygons in [300, 6000] {
+        for backend in backends() {
+            let mut osp = tree(backend).with_linear_blocks(0);
+            for i in 0..polygons {
+                osp.insert(PolygonId(i), &Aabb::cube(corner(i), 0.02)).expect("a sound box");
+            }
+            osp.commit();
+            for frusta in [[all, some], [some, all], [all, all]] {
+                let seen = assert_as_one_by_one(&osp, &frusta);
+                let halves = frusta.iter().map(|of| 1 + usize::from(*of == all)).sum::<usize>();
+                assert_eq!(seen, halves * polygons as usize / 2);
+            }
+        }
+    }
+}
+
+/// In dense places boxes as long as a cell stay at small inner nodes, which lie wholly inside a plane of one eye and behind that of
+/// the other.
+#[test]
+fn each_of_two_eyes_far_apart_gets_its_own_straddlers() {
+    let mut rng = Rng(95);
+    let mut osp = tree(Backend::detect()).with_linear_blocks(0);
+    let places: Vec<Vec3> = (0..8).map(|_| rng.point(&root())).collect();
+    for i in 0..24_000 {
+        let center = rng.point(&Aabb::cube(places[i % 8], 0.25));
+        let half = rng.direction().abs() * [0.005, 0.005, 0.005, 0.1][i / 8 % 4];
+        osp.insert(PolygonId(i as u32), &Aabb::new(center - half, center + half)).expect("a sound box");
+    }
+    osp.commit();
+    let mut reported = 0;
+    for i in 0..200 {
+        let eye = rng.point(&root()) * 1.5;
+        let head = View::look_at(eye, rng.point(&root()), Projection::symmetric(50.0, 1.0, 0.05, 100.0));
+        let apart_m = 0.2 + 2.3 * (i % 24) as f32 / 23.0;
+        let frusta = [-0.5, 0.5].map(|aside| {
+            let eye_in_world = head.eye_in_world + head.world_from_view * Vec3::X * (apart_m * aside);
+            View { eye_in_world, ..head }.frustum()
+        });
+        reported += assert_as_one_by_one(&osp, &frusta);
+    }
+    assert!(reported > 100_000, "{reported}");
+}

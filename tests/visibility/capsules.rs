@@ -86,7 +86,7 @@ proptest! {
             Containment::Intersects => {}
         }
         let sphere = Sphere::from_points(&points);
-        prop_assert!(capsule.radius_m <= sphere.size_m() * 1.001 + 1.0e-5);
+        prop_assert!(capsule.radius_m <= sphere.size_m() * (1.0 + 8.0 * f32::EPSILON));
     }
 }
 

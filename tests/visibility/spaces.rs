@@ -267,3 +267,94 @@ fn a_space_that_has_shrunk_to_a_plane_is_seen_and_met_and_numbers_beyond_the_lim
     pipeline.box_query(&flat, &Aabb::cube(Vec3::new(3.5, 0.0, 0.0), 0.1), &mut found);
     assert_eq!(found, [PolygonId(3)]);
 }
+
+/// Polygons in one space whose corners are computed less exactly than its matrix: each lies beside its place.
+struct Displaced {
+    place: SpacePlace,
+    boxes: Vec<[Aabb; 2]>,
+}
+
+impl Displaced {
+    fn new(random: &mut Random) -> Self {
+        let mut place = SpacePlace::from(Affine3A::from_rotation_z(0.3));
+        place.rounding_per_m = 0.01;
+        let boxes = (0..400).map(|_| {
+            let in_space = Aabb::cube(random.vector(8.0), 0.02);
+            let center = place.world_from_space.transform_point3(in_space.center().as_dvec3()).as_vec3();
+            let most_m = 0.009 * in_space.center().length();
+            let by = random.vector(1.0).normalize_or(Vec3::X) * most_m;
+            [in_space, Aabb::cube(center + by, 0.03)]
+        });
+        Self { boxes: boxes.collect(), place }
+    }
+}
+
+impl Geometry for Displaced {
+    fn id_end(&self) -> usize {
+        self.boxes.len()
+    }
+
+    fn is_present(&self, id: PolygonId) -> bool {
+        id.index() < self.boxes.len()
+    }
+
+    fn bounds(&self, id: PolygonId) -> Aabb {
+        self.boxes[id.index()][1]
+    }
+
+    fn polygon(&self, _: PolygonId) -> Option<ConvexPolygon> {
+        None
+    }
+
+    fn may_occlude(&self, _: PolygonId) -> bool {
+        false
+    }
+
+    fn space(&self, _: PolygonId) -> Option<SpaceId> {
+        Some(SpaceId(0))
+    }
+
+    fn bounds_in_space(&self, id: PolygonId) -> Aabb {
+        self.boxes[id.index()][0]
+    }
+
+    fn place(&self, _: SpaceId) -> SpacePlace {
+        self.place
+    }
+}
+
+#[test]
+fn polygons_that_lie_beside_their_place_in_a_space_are_seen_where_they_are() {
+    let mut random = Random(Pcg64::new(5, 7));
+    let (mut seen, mut hidden) = (0, 0);
+    for _ in 0..20 {
+        let scene = Displaced::new(&mut random);
+        let mut pipeline = pipeline();
+        let changes: Vec<Change> = (0..400).map(|id| Change::Insert(PolygonId(id))).collect();
+        pipeline.frame(&scene, &changes, &random.view());
+        for _ in 0..50 {
+            let view = random.view();
+            pipeline.frame(&scene, &[], &view);
+            let frustum = view.frustum();
+            let expected: Vec<PolygonId> =
+                (0..400).map(PolygonId).filter(|&id| frustum.may_see(&scene.bounds(id))).collect();
+            (seen, hidden) = (seen + expected.len(), hidden + 400 - expected.len());
+            assert_eq!(pipeline.in_view().to_vec(), expected);
+        }
+    }
+    assert!(seen > 10_000 && hidden > 10_000, "{seen} {hidden}");
+}
+
+#[test]
+fn the_last_number_costs_no_more_in_a_space_than_the_first() {
+    let flat = Flat { place: Affine3A::IDENTITY.into() };
+    let view = View::look_at(Vec3::Z * 5.0, Vec3::ZERO, Projection::symmetric(60.0, 1.5, 0.1, 50.0));
+    let bytes = |id: u32| {
+        let mut pipeline = pipeline();
+        pipeline.frame(&flat, &[Change::Insert(PolygonId(id))], &view);
+        assert_eq!((pipeline.polygon_count(), pipeline.refused()), (1, 0));
+        pipeline.bytes()
+    };
+    let (first, last) = (bytes(0), bytes(PolygonId::LIMIT - 1));
+    assert!(last < first + (8 << 20), "{last} bytes, {first} for the first");
+}

@@ -1,7 +1,7 @@
 use crate::{
     index::{BruteForce, IndexConfig, IndexError, Osp, SpatialIndex},
     math::Aabb,
-    polygon::PolygonId,
+    polygon::{ById, PolygonId},
 };
 
 /// Polygons that a mesh keeps as a list. More are worth a tree, whose upper levels are there from the first polygon on.
@@ -9,8 +9,8 @@ const MOST_LISTED: usize = 512;
 
 /// Polygons by their boxes in a space of their own.
 pub(crate) struct Mesh {
-    /// By id; [`Aabb::EMPTY`] where there is none.
-    boxes: Vec<Aabb>,
+    /// [`Aabb::EMPTY`] where there is none.
+    boxes: ById<Aabb>,
     index: Box<dyn SpatialIndex>,
     is_tree: bool,
     /// Around all polygons; too large after some were taken out.
@@ -25,7 +25,7 @@ pub(crate) struct Mesh {
 impl Mesh {
     pub(crate) fn new() -> Self {
         Self {
-            boxes: Vec::new(),
+            boxes: ById::new(Aabb::EMPTY),
             index: Box::new(BruteForce::new()),
             is_tree: false,
             bounds: Aabb::EMPTY,
@@ -44,16 +44,13 @@ impl Mesh {
     }
 
     pub(crate) fn set(&mut self, id: PolygonId, bounds: Option<&Aabb>) -> Result<(), IndexError> {
-        let is_there = self.boxes.get(id.index()).is_some_and(|filed| !filed.is_empty());
+        let is_there = !self.boxes.get(id).is_empty();
         match bounds {
             Some(bounds) if is_there => self.index.update(id, bounds)?,
             Some(bounds) => self.index.insert(id, bounds)?,
             None => self.index.remove(id)?,
         }
-        if id.index() >= self.boxes.len() {
-            self.boxes.resize(id.index() + 1, Aabb::EMPTY);
-        }
-        self.boxes[id.index()] = bounds.copied().unwrap_or(Aabb::EMPTY);
+        self.boxes.set(id, bounds.copied().unwrap_or(Aabb::EMPTY));
         self.is_loose |= is_there;
         if let Some(bounds) = bounds {
             self.bounds = self.bounds.union(bounds);
@@ -66,15 +63,15 @@ impl Mesh {
     pub(crate) fn commit(&mut self) {
         self.has_changed = false;
         if std::mem::take(&mut self.is_loose) {
-            self.bounds = self.boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
+            self.bounds = self.boxes.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(bounds));
         }
         if self.index.len() > MOST_LISTED && !std::mem::replace(&mut self.is_tree, true) {
             let side = self.bounds.extent().max_element().max(f32::MIN_POSITIVE);
             let root = Aabb::cube(self.bounds.center(), side);
-            let mut tree = Osp::new(&IndexConfig { root, capacity: self.boxes.len() });
-            for (bounds, number) in self.boxes.iter().zip(0..) {
-                // What is not there has an empty box, which is refused.
-                let _ = tree.insert(PolygonId(number), bounds);
+            let mut tree = Osp::new(&IndexConfig { root, capacity: self.index.len() });
+            for (id, bounds) in self.boxes.iter() {
+                // The list has taken each of them.
+                let _ = tree.insert(id, bounds);
             }
             self.index = Box::new(tree);
         }
@@ -82,6 +79,6 @@ impl Mesh {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.index.bytes() + self.boxes.capacity() * size_of::<Aabb>() + self.shown_by.capacity() * 4
+        self.index.bytes() + self.boxes.bytes() + self.shown_by.capacity() * 4
     }
 }

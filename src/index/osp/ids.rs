@@ -104,14 +104,15 @@ impl Pooled for Exact {
 }
 
 impl IdMap {
-    pub(super) fn with_room_for(polygons: usize) -> Self {
+    /// Room for so many polygons with numbers side by side, and for so many blocks in all.
+    pub(super) fn with_room_for(polygons: usize, most_blocks: usize) -> Self {
         let shelves = polygons.div_ceil(IDS_A_SHELF);
         Self {
             directory: Vec::with_capacity(shelves.max(1024)),
             shelves: Pool::with_room_for(shelves),
             // A stroke whose last polygons are replaced as it grows spreads nearly every block over several places.
-            details: Pool::with_room_for(polygons / 16 + polygons.min(4096) / 16),
-            stores: Pool::with_room_for(polygons / 16),
+            details: Pool::with_room_for(polygons / 16 + polygons.min(4096) / 16).and_room_for(most_blocks),
+            stores: Pool::with_room_for(polygons / 16).and_room_for(most_blocks),
             blocks: 0,
         }
     }

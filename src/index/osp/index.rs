@@ -78,8 +78,10 @@ impl Osp {
     /// answers do not depend on it.
     pub fn with_backend(config: &IndexConfig, backend: Backend) -> Self {
         // What a drawn session of that size takes, and what `make_room` asks for on top.
-        let polygons = config.capacity.min(MOST_AT_ONCE) + AHEAD;
+        let polygons = config.room() + AHEAD;
         let runs = polygons / 8;
+        // What the same polygons take when they have been moved one by one, and others have come for some of them.
+        let most_runs = config.room().min(MOST_SCATTERED);
         let mut osp = Self {
             backend,
             linear: Linear::with_room_for(LINEAR_BLOCKS),
@@ -88,10 +90,10 @@ impl Osp {
             grid: Grid::new(&config.root),
             flat: vec![0; grid::flat_entries(tuning::flat_levels(config.capacity))],
             flat_levels: tuning::flat_levels(config.capacity),
-            nodes: Pool::with_room_for(runs / 64 + NODES_AHEAD),
-            buckets: Pool::with_room_for(runs / 32 + NODES_AHEAD),
-            pages: Pages::with_room_for(runs / 6 + AHEAD / 16),
-            ids: IdMap::with_room_for(polygons),
+            nodes: Pool::with_room_for(runs / 64 + NODES_AHEAD).and_room_for(most_runs / 128 + NODES_AHEAD),
+            buckets: Pool::with_room_for(runs / 32 + NODES_AHEAD).and_room_for(most_runs / 32 + NODES_AHEAD),
+            pages: Pages::with_room_for(runs / 6 + AHEAD / 16, most_runs / RUNS_A_PAGE + AHEAD / 16),
+            ids: IdMap::with_room_for(polygons, most_runs / POLYGONS_A_BLOCK + AHEAD / 16),
             open: OpenBlock::new(),
             top: NONE,
             is_flat: true,
@@ -407,8 +409,15 @@ pub(super) const CHANGES_BETWEEN: u32 = 64;
 /// Polygons that there is always room for, so that growing falls between two frames.
 const AHEAD: usize = 4096;
 
-/// Polygons that room is made for at once at most, whatever the configuration says; beyond, the tree grows in steps.
-const MOST_AT_ONCE: usize = 1 << 24;
+/// Polygons that there is room for at most however they lie: each a run of its own, in pages that are half full.
+const MOST_SCATTERED: usize = 1 << 20;
+
+/// Runs of a page, at least, on the average: upkeep joins pages of no more.
+const RUNS_A_PAGE: usize = 8;
+
+/// Polygons of a block of sixteen numbers on the average, of those that stay when others are taken out here and there, and new
+/// numbers are given to what comes.
+const POLYGONS_A_BLOCK: usize = 4;
 
 /// Nodes and buckets that there is always room for.
 const NODES_AHEAD: usize = 64;

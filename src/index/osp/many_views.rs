@@ -1,3 +1,4 @@
+#![expect(unsafe_code, reason = "numbers found in the tree are looked up without a check")]
 //! The frustum query of two eyes in one walk.
 //!
 //! It goes down as `query` does. A node, bucket, page or run is read once and tested for both eyes together, against the
@@ -130,7 +131,7 @@ impl WithKernel for Pair<'_> {
     }
 }
 
-/// A node, bucket or page by its number: the eyes that may see it, and the planes that cut it of either.
+/// A node, bucket or page by its number, which was found in the tree: the eyes that may see it, and the planes that cut it of either.
 #[derive(Clone, Copy)]
 struct Below {
     number: u32,
@@ -138,7 +139,7 @@ struct Below {
     eyes: u8,
 }
 
-/// A page inside every plane of its eyes.
+/// A page inside every plane of its eyes, found in the tree.
 #[derive(Clone, Copy)]
 struct Whole {
     number: u32,
@@ -217,7 +218,8 @@ impl<'a, K: Kernel> Walk<'a, K> {
     fn all(&mut self) {
         self.open_block();
         let mut nodes: List<Below, STACK> = List::new();
-        let top = self.osp.known_node(self.osp.top);
+        // SAFETY: it is the top.
+        let top = unsafe { self.osp.known_node(self.osp.top) };
         let is_dense = self.osp.ids.entries() <= self.osp.len;
         let [first, second] = self.planes;
         if is_dense
@@ -329,7 +331,8 @@ impl<'a, K: Kernel> Walk<'a, K> {
 
     #[inline(always)]
     fn node(&mut self, Below { number, planes, eyes }: Below, nodes: &mut List<Below, STACK>) {
-        let node = self.osp.known_node(number);
+        // SAFETY: what waits was found in the tree.
+        let node = unsafe { self.osp.known_node(number) };
         self.work.nodes += 1;
         let seen = self.look(planes, eyes, std::slice::from_ref(&node.boxes), 0xFF);
         count(&mut self.work, 8 * eyes.count_ones(), planes);
@@ -342,7 +345,8 @@ impl<'a, K: Kernel> Walk<'a, K> {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes, eyes }),
                 Target::Node(number) => {
-                    prefetch_lines::<4, _>(self.osp.known_node(number));
+                    // SAFETY: it hangs at what was found in the tree.
+                    prefetch_lines::<4, _>(unsafe { self.osp.known_node(number) });
                     nodes.push(Below { number, planes, eyes });
                 }
             }
@@ -354,7 +358,8 @@ impl<'a, K: Kernel> Walk<'a, K> {
 
     #[inline(always)]
     fn wait_for_bucket(&mut self, below: Below) {
-        let bucket: *const Bucket = self.osp.known_bucket(below.number);
+        // SAFETY: the caller has found it in the tree.
+        let bucket: *const Bucket = unsafe { self.osp.known_bucket(below.number) };
         prefetch_lines::<3, _>(bucket);
         if below.planes != 0 {
             prefetch_lines::<6, _>(bucket.cast::<[u8; 192]>().wrapping_add(1));
@@ -365,7 +370,8 @@ impl<'a, K: Kernel> Walk<'a, K> {
     #[inline(always)]
     fn next_bucket(&mut self) {
         let Below { number, planes, eyes } = self.buckets.pop();
-        let bucket = self.osp.known_bucket(number);
+        // SAFETY: what waits was found in the tree.
+        let bucket = unsafe { self.osp.known_bucket(number) };
         self.work.nodes += 1;
         if bucket.next != NONE {
             self.wait_for_bucket(Below { number: bucket.next, planes, eyes });
@@ -390,7 +396,8 @@ impl<'a, K: Kernel> Walk<'a, K> {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         self.work.nodes += pages.len() as u64;
         for (&number, &runs) in pages.iter().zip(&bucket.counts) {
-            let page: *const Page = self.osp.known_page(number);
+            // SAFETY: it hangs at what was found in the tree.
+            let page: *const Page = unsafe { self.osp.known_page(number) };
             prefetch_lines::<2, _>(page);
             self.whole.push(Whole { number, runs, eyes });
         }
@@ -402,14 +409,17 @@ impl<'a, K: Kernel> Walk<'a, K> {
     #[inline(always)]
     fn next_whole(&mut self) {
         let Whole { number, runs, eyes } = self.whole.pop();
-        self.answers.add_page(eyes, self.osp.known_page(number), u32::from(runs));
+        // SAFETY: what waits was found in the tree.
+        self.answers.add_page(eyes, unsafe { self.osp.known_page(number) }, u32::from(runs));
     }
 
     #[inline(always)]
     fn wait_for_page(&mut self, below: Below) {
-        prefetch_lines::<2, Page>(self.osp.known_page(below.number));
+        // SAFETY: the caller has found it in the tree.
+        prefetch_lines::<2, Page>(unsafe { self.osp.known_page(below.number) });
         if below.planes != 0 {
-            prefetch_lines::<7, PageBoxes>(self.osp.known_page_boxes(below.number));
+            // SAFETY: as above.
+            prefetch_lines::<7, PageBoxes>(unsafe { self.osp.known_page_boxes(below.number) });
         }
         self.pages.push(below);
     }
@@ -417,13 +427,15 @@ impl<'a, K: Kernel> Walk<'a, K> {
     #[inline(always)]
     fn next_page(&mut self) {
         let Below { number, planes, eyes } = self.pages.pop();
-        let page = self.osp.known_page(number);
+        // SAFETY: what waits was found in the tree.
+        let page = unsafe { self.osp.known_page(number) };
         self.work.nodes += 1;
         if planes == 0 {
             self.answers.add_page(eyes, page, u32::from(page.runs));
             return;
         }
-        let boxes = self.osp.known_page_boxes(number);
+        // SAFETY: as above.
+        let boxes = unsafe { self.osp.known_page_boxes(number) };
         let seen = self.look(planes, eyes, &boxes.boxes.0, page.used());
         count(&mut self.work, u32::from(page.runs) * eyes.count_ones(), planes);
         // A run of one has its polygon's own box: it has had its test.
@@ -441,7 +453,8 @@ impl<'a, K: Kernel> Walk<'a, K> {
             let i = left.trailing_zeros() as usize & 15;
             left &= left - 1;
             let (planes, eyes) = (seen.planes(planes, i), seen.eyes(i));
-            let boxes = store_of(self.osp, boxes.store[i]);
+            // SAFETY: `i` is a run of several of a page in the tree.
+            let boxes = unsafe { store_of(self.osp, boxes.store[i]) };
             let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes, eyes };
             let list = if planes.is_power_of_two() { planes.trailing_zeros() as usize } else { SEVERAL };
             if list < SEVERAL && self.same >> list & 1 == 1 {

@@ -23,8 +23,12 @@ pub(super) struct Pages {
 }
 
 impl Pages {
-    pub(super) fn with_room_for(pages: usize) -> Self {
-        Self { heads: Pool::with_room_for(pages), boxes: Pool::with_room_for(pages) }
+    /// Room for so many pages, and for so many in all if runs are short.
+    pub(super) fn with_room_for(pages: usize, most: usize) -> Self {
+        Self {
+            heads: Pool::with_room_for(pages).and_room_for(most),
+            boxes: Pool::with_room_for(pages).and_room_for(most),
+        }
     }
 
     pub(super) fn make_room(&mut self, more: usize) {

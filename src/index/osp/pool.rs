@@ -36,6 +36,8 @@ pub(super) struct Pool<T> {
     len: u32,
     /// Entries in use.
     live: u32,
+    /// Chunks that were written to before they are used.
+    touched: usize,
 }
 
 impl<T: Pooled> Pool<T> {
@@ -46,13 +48,20 @@ impl<T: Pooled> Pool<T> {
     /// A pool with room for so many entries. Memory is only had once it is written to, and a frame should not have to wait
     /// for it, so that of the first [`TOUCHED_CHUNKS`] is written to here.
     pub(super) fn with_room_for(entries: usize) -> Self {
-        let mut pool = Self { chunks: Vec::new(), free: NONE, len: 0, live: 0 };
+        let mut pool = Self { chunks: Vec::new(), free: NONE, len: 0, live: 0, touched: 0 };
         pool.reserve_chunks(entries.div_ceil(Self::CHUNK));
         for chunk in pool.chunks.iter_mut().take(TOUCHED_CHUNKS) {
             chunk.resize(Self::CHUNK, T::BLANK);
             std::hint::black_box(&mut *chunk).clear();
         }
+        pool.touched = pool.chunks.len().min(TOUCHED_CHUNKS);
         pool
+    }
+
+    /// The pool with room for so many entries in all. The memory beyond is not written to: few need it.
+    pub(super) fn and_room_for(mut self, entries: usize) -> Self {
+        self.reserve_chunks(entries.div_ceil(Self::CHUNK));
+        self
     }
 
     /// Makes room for at least this many entries beyond those in use. If there is too little, it becomes more by an
@@ -136,16 +145,22 @@ impl<T: Pooled> Pool<T> {
         self.live
     }
 
+    /// Chunks whose memory was written to.
+    fn held_chunks(&self) -> usize {
+        self.touched.max((self.len as usize).div_ceil(Self::CHUNK)).min(self.chunks.len())
+    }
+
     pub(super) fn clear(&mut self) {
+        self.touched = self.held_chunks();
         for chunk in &mut self.chunks {
             chunk.clear();
         }
         (self.free, self.len, self.live) = (NONE, 0, 0);
     }
 
-    /// Memory reserved, bytes.
+    /// Memory held, bytes: without room that nobody has written to yet, which the system has not given.
     pub(super) fn bytes(&self) -> usize {
-        self.chunks.len() * Self::CHUNK * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
+        self.held_chunks() * Self::CHUNK * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
     }
 }
 

@@ -25,7 +25,7 @@ use crate::index::{
 /// A walk that finds what is seen or, if the answer [is told that](Answer::IS_HIDDEN), what is hidden.
 pub(super) struct Cull<'a, A> {
     pub(super) osp: &'a Osp,
-    /// The node that everything is below.
+    /// The node that everything is below: of the tree, which unchecked reads begin at.
     pub(super) top: u32,
     pub(super) planes: &'a PlaneSet,
     pub(super) answer: A,
@@ -61,28 +61,36 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
     }
 }
 
-/// What numbers stand for, without a check: only for numbers that were found in the tree.
+/// What numbers stand for, without a check.
 impl Osp {
+    /// # Safety
+    /// The bucket hangs in the tree, or in the chain of one that does.
     #[inline(always)]
-    pub(super) fn known_bucket(&self, number: u32) -> &Bucket {
+    pub(super) unsafe fn known_bucket(&self, number: u32) -> &Bucket {
         // SAFETY: every number that hangs in the tree is of a bucket in use; `validate` checks it.
         unsafe { self.buckets.known(number) }
     }
 
+    /// # Safety
+    /// The page is one of the first `page_count` of a bucket that hangs in the tree.
     #[inline(always)]
-    pub(super) fn known_page(&self, number: u32) -> &Page {
+    pub(super) unsafe fn known_page(&self, number: u32) -> &Page {
         // SAFETY: as for buckets.
         unsafe { self.pages.known(number) }
     }
 
+    /// # Safety
+    /// As of [`Osp::known_page`].
     #[inline(always)]
-    pub(super) fn known_page_boxes(&self, number: u32) -> &PageBoxes {
+    pub(super) unsafe fn known_page_boxes(&self, number: u32) -> &PageBoxes {
         // SAFETY: as for buckets.
         unsafe { self.pages.known_boxes(number) }
     }
 
+    /// # Safety
+    /// The node is the top, or hangs in the tree.
     #[inline(always)]
-    pub(super) fn known_node(&self, number: u32) -> &Node {
+    pub(super) unsafe fn known_node(&self, number: u32) -> &Node {
         // SAFETY: as for buckets.
         unsafe { self.nodes.known(number) }
     }
@@ -169,14 +177,14 @@ impl<T: Copy, const N: usize> List<T, N> {
     }
 }
 
-/// A node, bucket or page by its number, and the planes that cut it.
+/// A node, bucket or page by its number, which was found in the tree, and the planes that cut it.
 #[derive(Clone, Copy)]
 pub(super) struct Below {
     pub(super) number: u32,
     pub(super) planes: u8,
 }
 
-/// A page inside every plane.
+/// A page inside every plane, found in the tree.
 #[derive(Clone, Copy)]
 struct Whole {
     number: u32,
@@ -237,7 +245,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
         let mut nodes = List::new();
         let top = Below { number: top, planes: PlaneSet::ALL };
-        let own = self.osp.known_node(top.number).own;
+        // SAFETY: `top` is of the tree; see `Cull`.
+        let own = unsafe { self.osp.known_node(top.number) }.own;
         if !self.osp.is_flat {
             nodes.push(top);
         } else if own != NONE {
@@ -276,7 +285,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn node(&mut self, Below { number, planes: mask }: Below, nodes: &mut List<Below, STACK>) {
-        let node = self.osp.known_node(number);
+        // SAFETY: what waits was found in the tree.
+        let node = unsafe { self.osp.known_node(number) };
         self.work.nodes += 1;
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
         count(&mut self.work, 8, mask);
@@ -289,7 +299,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes }),
                 Target::Node(number) => {
-                    prefetch_lines::<4, _>(self.osp.known_node(number));
+                    // SAFETY: it hangs at what was found in the tree.
+                    prefetch_lines::<4, _>(unsafe { self.osp.known_node(number) });
                     nodes.push(Below { number, planes });
                 }
             }
@@ -312,10 +323,12 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_bucket(&mut self, below: Below) {
-        let bucket: *const Bucket = self.osp.known_bucket(below.number);
+        // SAFETY: the caller has found it in the tree.
+        let bucket: *const Bucket = unsafe { self.osp.known_bucket(below.number) };
         prefetch_lines::<3, _>(bucket);
         if below.planes != 0 {
-            prefetch_lines::<6, _>(&raw const self.osp.known_bucket(below.number).boxes);
+            // SAFETY: as above.
+            prefetch_lines::<6, _>(unsafe { &raw const self.osp.known_bucket(below.number).boxes });
         }
         self.buckets.push(below);
     }
@@ -323,7 +336,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_bucket(&mut self) {
         let Below { number, planes } = self.buckets.pop();
-        let bucket = self.osp.known_bucket(number);
+        // SAFETY: what waits was found in the tree.
+        let bucket = unsafe { self.osp.known_bucket(number) };
         self.work.nodes += 1;
         if bucket.next != NONE {
             self.wait_for_bucket(Below { number: bucket.next, planes });
@@ -351,7 +365,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         self.work.nodes += pages.len() as u64;
         for (i, &number) in pages.iter().enumerate() {
             let single = bucket.single >> i & 1 == 1;
-            let page: *const Page = self.osp.known_page(number);
+            // SAFETY: it hangs at what was found in the tree.
+            let page: *const Page = unsafe { self.osp.known_page(number) };
             if single {
                 prefetch_lines::<1, _>(page)
             } else {
@@ -367,7 +382,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_whole(&mut self) {
         let Whole { number, runs, single } = self.whole.pop();
-        let page = self.osp.known_page(number);
+        // SAFETY: what waits was found in the tree.
+        let page = unsafe { self.osp.known_page(number) };
         if single {
             self.answer.single(self.kernel, page, u32::from(runs));
         } else {
@@ -377,9 +393,11 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_page(&mut self, below: Below) {
-        prefetch_lines::<2, Page>(self.osp.known_page(below.number));
+        // SAFETY: the caller has found it in the tree.
+        prefetch_lines::<2, Page>(unsafe { self.osp.known_page(below.number) });
         if below.planes != 0 {
-            prefetch_lines::<7, PageBoxes>(self.osp.known_page_boxes(below.number));
+            // SAFETY: as above.
+            prefetch_lines::<7, PageBoxes>(unsafe { self.osp.known_page_boxes(below.number) });
         }
         self.pages.push(below);
     }
@@ -387,13 +405,15 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_page(&mut self) {
         let Below { number, planes } = self.pages.pop();
-        let page = self.osp.known_page(number);
+        // SAFETY: what waits was found in the tree.
+        let page = unsafe { self.osp.known_page(number) };
         self.work.nodes += 1;
         if planes == 0 {
             self.answer.page(self.kernel, page, u32::from(page.runs));
             return;
         }
-        let boxes = self.osp.known_page_boxes(number);
+        // SAFETY: as above.
+        let boxes = unsafe { self.osp.known_page_boxes(number) };
         let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
         count(&mut self.work, u32::from(page.runs), planes);
         let seen = page.used() & !sides.behind;
@@ -427,7 +447,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         while left != 0 {
             let i = left.trailing_zeros() as usize & 15;
             left &= left - 1;
-            let boxes = store_of(self.osp, of.store[i]);
+            // SAFETY: `i` is a run of several of a page in the tree.
+            let boxes = unsafe { store_of(self.osp, of.store[i]) };
             prepared.prefetch(boxes);
             list.push(CutRun { boxes, first: page.first[i], mask: page.masks[i], planes: 0 });
         }
@@ -436,7 +457,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_several(&mut self, page: &Page, of: &PageBoxes, i: usize, planes: u8) {
-        let boxes = store_of(self.osp, of.store[i]);
+        // SAFETY: `i` is a run of several of a page in the tree.
+        let boxes = unsafe { store_of(self.osp, of.store[i]) };
         prefetch_lines::<6, _>(boxes);
         let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes };
         let list = &mut self.cut[SEVERAL];
@@ -512,8 +534,11 @@ pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
 }
 
 /// The exact boxes of a run of several.
+///
+/// # Safety
+/// `number` is the store of a run of several that is in the tree.
 #[inline(always)]
-pub(super) fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
-    // SAFETY: only runs of several are cut, and theirs is in use; `validate` checks it.
+pub(super) unsafe fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
+    // SAFETY: the store of a run of several is in use; `validate` checks it.
     unsafe { osp.ids.known_boxes(number) }
 }

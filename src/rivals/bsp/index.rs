@@ -22,7 +22,7 @@ pub struct Bsp(Rebuilt<BspBuilder>);
 impl Bsp {
     /// An empty tree.
     pub fn new(config: BspConfig, index: &IndexConfig) -> Self {
-        Self(Rebuilt::new(BspBuilder::new(config), index.capacity))
+        Self(Rebuilt::new(BspBuilder::new(config), index.room()))
     }
 
     /// Hands over the pieces of all polygons as of the last commit, the farthest from `eye` first: no piece hides any

@@ -32,30 +32,30 @@ pub(super) const LEAF_CAPACITY: usize = 64;
 
 /// A hierarchy halved in the middle of space.
 pub fn bvh_midpoint(config: &MidpointConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    Box::new(Rebuilt::new(midpoint::MidpointBuilder::new(*config), index.capacity))
+    Box::new(Rebuilt::new(midpoint::MidpointBuilder::new(*config), index.room()))
 }
 
 /// A hierarchy halved by number of polygons.
 pub fn bvh_median(config: &MedianConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    Box::new(Rebuilt::new(median::MedianBuilder::new(*config), index.capacity))
+    Box::new(Rebuilt::new(median::MedianBuilder::new(*config), index.room()))
 }
 
 /// A hierarchy split where the surface area heuristic over a few buckets says.
 pub fn bvh_sah(config: &SahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    Box::new(Rebuilt::new(BinnedSahBuilder::new(*config), index.capacity))
+    Box::new(Rebuilt::new(BinnedSahBuilder::new(*config), index.room()))
 }
 
 /// A hierarchy split where the surface area heuristic over all places says.
 pub fn bvh_sah_sweep(config: &SweepSahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    Box::new(Rebuilt::new(sweep_sah::SweepSahBuilder::new(*config), index.capacity))
+    Box::new(Rebuilt::new(sweep_sah::SweepSahBuilder::new(*config), index.room()))
 }
 
 /// A hierarchy along the Morton curve.
 pub fn lbvh(config: &LbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    Box::new(Rebuilt::new(lbvh::LbvhBuilder::new(*config), index.capacity))
+    Box::new(Rebuilt::new(lbvh::LbvhBuilder::new(*config), index.room()))
 }
 
 /// A hierarchy along the Morton curve below, by the surface area heuristic on top.
 pub fn hlbvh(config: &HlbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    Box::new(Rebuilt::new(hlbvh::HlbvhBuilder::new(*config), index.capacity))
+    Box::new(Rebuilt::new(hlbvh::HlbvhBuilder::new(*config), index.room()))
 }

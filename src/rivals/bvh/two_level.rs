@@ -72,16 +72,16 @@ impl BvhTwoLevel {
     /// An empty index.
     pub fn new(config: TwoLevelConfig, index: &IndexConfig) -> Self {
         let mut place = ById::new(Place::Nowhere);
-        place.reserve(index.capacity);
+        place.reserve(index.room());
         Self {
             config,
             builder: BinnedSahBuilder::new(config.sah),
-            filed: FiledBoxes::with_capacity(index.capacity),
+            filed: FiledBoxes::with_capacity(index.room()),
             place,
             fixed: FlatTree::default(),
             dynamic: BoxTree::with_capacity(config.min_changed),
             waiting: Vec::new(),
-            items: Vec::with_capacity(index.capacity),
+            items: Vec::with_capacity(index.room()),
             rebuilt: Upkeep::default(),
         }
     }

@@ -38,11 +38,11 @@ impl DynamicBvh {
     /// An empty tree.
     pub fn new(config: &IndexConfig) -> Self {
         let mut leaf = ById::new(tree::NONE);
-        leaf.reserve(config.capacity);
+        leaf.reserve(config.room());
         Self {
-            filed: FiledBoxes::with_capacity(config.capacity),
+            filed: FiledBoxes::with_capacity(config.room()),
             leaf,
-            tree: BoxTree::with_capacity(config.capacity),
+            tree: BoxTree::with_capacity(config.room()),
         }
     }
 }

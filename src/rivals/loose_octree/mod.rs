@@ -80,12 +80,12 @@ impl LooseOctree {
     pub fn new(config: LooseOctreeConfig, index: &IndexConfig) -> Self {
         let grid = LooseGrid::new(&index.root, config.max_depth.min(MAX_MAX_DEPTH));
         let mut spot = ById::new(NOWHERE);
-        spot.reserve(index.capacity);
+        spot.reserve(index.room());
         Self {
             grid,
             slots: vec![Slot::EMPTY; grid.cell_count() + 1],
-            buckets: Buckets::with_capacity(2 * index.capacity),
-            filed: FiledBoxes::with_capacity(index.capacity),
+            buckets: Buckets::with_capacity(2 * index.room()),
+            filed: FiledBoxes::with_capacity(index.room()),
             spot,
             upkeep: Upkeep::default(),
         }

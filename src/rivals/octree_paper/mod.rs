@@ -98,7 +98,7 @@ impl OctreePaper {
                 ..config
             },
             cut_nodes: CutNodes::default(),
-            filed: FiledBoxes::with_capacity(index.capacity),
+            filed: FiledBoxes::with_capacity(index.room()),
             is_due: false,
             nodes: Vec::new(),
             items: Vec::new(),

@@ -16,5 +16,5 @@ use build::OctreeBuilder;
 
 /// An octree that is rebuilt in every commit that follows a change.
 pub fn octree_rebuild(config: &OctreeConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    Box::new(Rebuilt::new(OctreeBuilder::new(*config), index.capacity))
+    Box::new(Rebuilt::new(OctreeBuilder::new(*config), index.room()))
 }

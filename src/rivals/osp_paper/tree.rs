@@ -86,7 +86,7 @@ impl OspPaper {
 
     /// The tree over the root of `config`, 15 levels deep.
     pub fn from_config(config: &IndexConfig) -> Self {
-        Self::new(OspGrid::from_config(config), config.capacity)
+        Self::new(OspGrid::from_config(config), config.room())
     }
 
     /// Where its planes lie.

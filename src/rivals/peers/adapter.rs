@@ -30,7 +30,7 @@ pub(super) struct Adapted<T> {
 
 impl<T: PeerTree> Adapted<T> {
     pub(super) fn new(name: &'static str, config: &IndexConfig) -> Self {
-        let filed = FiledBoxes::with_capacity(config.capacity);
+        let filed = FiledBoxes::with_capacity(config.room());
         Self { name, tree: T::default(), filed, is_due: false }
     }
 }

@@ -1,0 +1,149 @@
+//! Configurations and numbers that nobody can mean: no panic, and no more memory than is stated.
+
+use osp::{
+    frame::{Pipeline, StageClock},
+    glam::Affine3A,
+    index::{BruteForce, DrawList, Osp, groups::GroupIndex},
+    polygon::VisibleBlocks,
+};
+
+use super::*;
+
+/// Bytes of the room that is stated, at most: a hundred for each polygon.
+const MOST_BYTES: usize = 100 * IndexConfig::MOST_RESERVED;
+
+#[test]
+fn a_set_takes_no_number_beyond_the_limit() {
+    let mut set = VisibleBlocks::with_capacity(usize::MAX);
+    let last = PolygonId(PolygonId::LIMIT - 1);
+    for id in [PolygonId::LIMIT, u32::MAX - 1, u32::MAX].map(PolygonId) {
+        assert!(!set.insert(id) && !set.contains(id));
+    }
+    for block in [PolygonId::LIMIT as usize / 16, usize::MAX] {
+        set.insert_block(block, u16::MAX);
+        set.remove_block(block, u16::MAX);
+        assert_eq!(set.mask(block), 0);
+    }
+    assert!(set.is_empty());
+    // Room grows by half, and not beyond the limit either.
+    let mut grown = VisibleBlocks::with_capacity(PolygonId::LIMIT as usize / 4 * 3);
+    assert!(grown.insert(last) && !grown.insert(PolygonId(PolygonId::LIMIT)));
+    assert!(set.insert(last) && set.contains(last));
+    assert_eq!(set.to_vec(), [last]);
+    let ids = [3, u32::MAX].map(PolygonId);
+    assert_eq!(ids.into_iter().collect::<VisibleBlocks>().to_vec(), [PolygonId(3)]);
+}
+
+/// An index of somebody else, which reports numbers that there cannot be.
+#[test]
+fn a_list_of_any_numbers_becomes_a_set_of_those_below_the_limit() {
+    struct Any(BruteForce);
+
+    impl SpatialIndex for Any {
+        fn frustum_cull(&self, _: &Frustum, list: &mut DrawList) -> WorkCounts {
+            list.extend_from_slice(&[7, u32::MAX].map(PolygonId));
+            WorkCounts::default()
+        }
+
+        fn name(&self) -> &'static str {
+            self.0.name()
+        }
+
+        fn len(&self) -> usize {
+            self.0.len()
+        }
+
+        fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+            self.0.insert(id, bounds)
+        }
+
+        fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+            self.0.remove(id)
+        }
+
+        fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+            self.0.update(id, bounds)
+        }
+
+        fn commit(&mut self) {}
+
+        fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+            self.0.traverse(frustum, visitor)
+        }
+
+        fn validate(&self) -> Result<(), String> {
+            self.0.validate()
+        }
+
+        fn bytes(&self) -> usize {
+            self.0.bytes()
+        }
+
+        fn clear(&mut self) {
+            self.0.clear();
+        }
+    }
+
+    let mut set = VisibleBlocks::new();
+    Any(BruteForce::new()).frustum_cull_blocks(&Frustum::everything(), &mut set);
+    assert_eq!(set.to_vec(), [PolygonId(7)]);
+}
+
+#[test]
+fn a_capacity_of_all_numbers_reserves_what_is_stated() {
+    let room = DrawList::with_capacity(usize::MAX);
+    assert!(room.is_empty());
+    let pipeline =
+        Pipeline::new(Box::new(BruteForce::with_capacity(usize::MAX)), usize::MAX, StageClock::default());
+    assert!(pipeline.bytes() <= MOST_BYTES);
+    let config = IndexConfig { capacity: usize::MAX, ..IndexConfig::default() };
+    assert!(Osp::new(&config).bytes() <= MOST_BYTES);
+    for subject in &subjects() {
+        let mut index = (subject.make)(&config);
+        assert!(index.bytes() <= 4 * MOST_BYTES, "{}: {} bytes", subject.name, index.bytes());
+        index.insert(PolygonId(9), &Aabb::cube(Vec3::ONE, 0.1)).expect("a good box");
+        index.commit();
+        assert_eq!(index.len(), 1, "{}", subject.name);
+    }
+}
+
+#[test]
+fn a_root_that_is_no_cube_is_one_like_any_other() {
+    let roots = [
+        Aabb::new(Vec3::NAN, Vec3::NAN),
+        Aabb::EMPTY,
+        Aabb::new(Vec3::NEG_INFINITY, Vec3::INFINITY),
+        Aabb::new(Vec3::splat(f32::MIN), Vec3::splat(f32::MAX)),
+        Aabb::new(Vec3::ONE, Vec3::ONE),
+        Aabb::cube(Vec3::splat(3.0e38), 1.0e30),
+        Aabb::new(Vec3::new(0.0, f32::NAN, 0.0), Vec3::ONE),
+    ];
+    let boxes: Vec<Aabb> =
+        (0..600).map(|i| Aabb::cube(Vec3::new((i % 20) as f32, (i / 20) as f32, 1.0) * 0.1, 0.05)).collect();
+    let frusta = frusta(&boxes);
+    for root in roots {
+        let config = IndexConfig { root, capacity: 100 };
+        // Some are made with a root of their own.
+        for subject in subjects().iter().filter(|subject| subject.name != "osp-paper, 7 levels") {
+            let mut pair = Pair::new(subject, &config, &frusta, format!("{}, {root:?}", subject.name));
+            for (id, bounds) in boxes.iter().enumerate() {
+                pair.insert(id, bounds);
+            }
+            pair.check("filled");
+        }
+    }
+}
+
+#[test]
+fn the_last_number_costs_no_more_in_a_mesh_than_the_first() {
+    let bytes = |id: u32| {
+        let mut groups = GroupIndex::default();
+        let mesh = groups.add_mesh();
+        groups.set_polygon(mesh, PolygonId(id), Some(&Aabb::cube(Vec3::ONE, 0.1))).expect("a good box");
+        groups.add_node(None, Affine3A::IDENTITY, Some(mesh)).expect("a finite transform");
+        groups.commit();
+        groups.bytes()
+    };
+    let (first, last) = (bytes(0), bytes(PolygonId::LIMIT - 1));
+    assert!(last < first + (16 << 20), "{last} bytes, {first} for the first");
+}
