@@ -24,7 +24,7 @@ pub use opening::{Access, OpenError, Opened, Opening};
 pub(super) use reader::DocumentReader;
 
 /// Events of a file that the model takes at once.
-const PIECE: usize = 1024;
+pub(super) const PIECE: usize = 1024;
 /// Bytes of their lines: more than ordinary lines take.
 const PIECE_BYTES: usize = 1 << 18;
 /// So many such pieces may wait for the journal, and for the model.
@@ -150,13 +150,22 @@ impl Document {
     /// Writes the next events of a session of several people, and applies them.
     #[cfg(feature = "live")]
     pub(super) fn take_ordered(&mut self, events: &[Event]) {
+        self.write_ordered(events);
+        self.drawn.apply(events);
+    }
+
+    /// Writes the next events of a session of several people.
+    #[cfg(feature = "live")]
+    pub(super) fn write_ordered(&mut self, events: &[Event]) {
+        if events.is_empty() {
+            return;
+        }
         for event in events {
             if let Err(error) = self.journal.push(event) {
                 self.news.push(error.to_string());
             }
         }
         self.journal.write_pending();
-        self.drawn.apply(events);
     }
 
     /// The first limit that a reader of its file will find passed, and its name.
@@ -360,6 +369,14 @@ impl Document {
         return self.shared.as_ref().map_or(0, Shared::waiting);
         #[cfg(not(feature = "live"))]
         0
+    }
+
+    /// Whether more of a session of several people has come than the model has taken.
+    pub(super) fn is_behind(&self) -> bool {
+        #[cfg(feature = "live")]
+        return self.shared.as_ref().is_some_and(Shared::is_behind);
+        #[cfg(not(feature = "live"))]
+        false
     }
 
     /// Whether it is a session of several people. Such a one cannot be discarded.

@@ -302,7 +302,7 @@ impl Studio {
     fn look_after_session(&mut self) -> bool {
         let Subject::Sketch(document) = &mut self.subject else { return false };
         #[cfg(feature = "live")]
-        document.follow_session();
+        document.follow_session_for(self.works.turn());
         document.tend(Instant::now());
         let news = document.take_news();
         let is_news = !news.is_empty();
@@ -344,7 +344,8 @@ impl Studio {
     /// How long the window may sleep at most: shorter while something may come from elsewhere.
     pub fn tend_within(&self) -> Duration {
         let is_shared = matches!(&self.subject, Subject::Sketch(document) if document.is_shared());
-        if self.works_in_turns() {
+        let is_behind = matches!(&self.subject, Subject::Sketch(document) if document.is_behind());
+        if self.works_in_turns() || is_behind {
             return Duration::ZERO;
         }
         Duration::from_millis(if is_shared || self.is_working() { 20 } else { 500 })
