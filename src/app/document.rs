@@ -4,7 +4,7 @@ mod reader;
 
 use std::{collections::BTreeSet, io, path::Path, sync::Arc};
 
-use super::journal::{Journal, Lines, SaveError, Unwritten};
+use super::journal::{Autosave, Journal, Lines, SaveError, Unwritten};
 #[cfg(feature = "live")]
 use super::shared::Shared;
 use crate::{
@@ -37,6 +37,8 @@ pub struct Document {
     journal: Journal,
     refused: u64,
     pub(super) news: Vec<String>,
+    /// Earlier edits of the session that this is a copy of.
+    earlier: Option<Autosave>,
     /// The session of several people that it is of.
     #[cfg(feature = "live")]
     pub(super) shared: Option<Shared>,
@@ -49,6 +51,7 @@ impl Document {
             journal,
             refused: 0,
             news: Vec::new(),
+            earlier: None,
             #[cfg(feature = "live")]
             shared: None,
         }
@@ -276,6 +279,11 @@ impl Document {
     /// Its file.
     pub fn journal_mut(&mut self) -> &mut Journal {
         &mut self.journal
+    }
+
+    /// Earlier edits of the session that this is a copy of, once.
+    pub(super) fn take_earlier(&mut self) -> Option<Autosave> {
+        self.earlier.take()
     }
 
     /// Messages since the last call.
