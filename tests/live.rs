@@ -17,6 +17,10 @@ mod cable;
 mod failing;
 
 #[cfg(feature = "window")]
+#[path = "live/flood.rs"]
+mod flood;
+
+#[cfg(feature = "window")]
 #[path = "live/names.rs"]
 mod names;
 

@@ -13,6 +13,8 @@ mod drawing;
 mod drawing_aids;
 #[path = "studio/dtrack.rs"]
 mod dtrack;
+#[path = "studio/edits.rs"]
+mod edits;
 #[path = "studio/exporting.rs"]
 mod exporting;
 #[path = "studio/fingers.rs"]

@@ -4,7 +4,7 @@ mod reader;
 
 use std::{collections::BTreeSet, io, path::Path, sync::Arc};
 
-use super::journal::{Journal, Lines, SaveError, Unwritten};
+use super::journal::{Autosave, Journal, Lines, SaveError, Unwritten};
 #[cfg(feature = "live")]
 use super::shared::Shared;
 use crate::{
@@ -24,7 +24,7 @@ pub use opening::{Access, OpenError, Opened, Opening};
 pub(super) use reader::DocumentReader;
 
 /// Events of a file that the model takes at once.
-const PIECE: usize = 1024;
+pub(super) const PIECE: usize = 1024;
 /// Bytes of their lines: more than ordinary lines take.
 const PIECE_BYTES: usize = 1 << 18;
 /// So many such pieces may wait for the journal, and for the model.
@@ -37,6 +37,8 @@ pub struct Document {
     journal: Journal,
     refused: u64,
     pub(super) news: Vec<String>,
+    /// Earlier edits of the session that this is a copy of.
+    earlier: Option<Autosave>,
     /// The session of several people that it is of.
     #[cfg(feature = "live")]
     pub(super) shared: Option<Shared>,
@@ -49,6 +51,7 @@ impl Document {
             journal,
             refused: 0,
             news: Vec::new(),
+            earlier: None,
             #[cfg(feature = "live")]
             shared: None,
         }
@@ -150,13 +153,22 @@ impl Document {
     /// Writes the next events of a session of several people, and applies them.
     #[cfg(feature = "live")]
     pub(super) fn take_ordered(&mut self, events: &[Event]) {
+        self.write_ordered(events);
+        self.drawn.apply(events);
+    }
+
+    /// Writes the next events of a session of several people.
+    #[cfg(feature = "live")]
+    pub(super) fn write_ordered(&mut self, events: &[Event]) {
+        if events.is_empty() {
+            return;
+        }
         for event in events {
             if let Err(error) = self.journal.push(event) {
                 self.news.push(error.to_string());
             }
         }
         self.journal.write_pending();
-        self.drawn.apply(events);
     }
 
     /// The first limit that a reader of its file will find passed, and its name.
@@ -269,6 +281,11 @@ impl Document {
         &mut self.journal
     }
 
+    /// Earlier edits of the session that this is a copy of, once.
+    pub(super) fn take_earlier(&mut self) -> Option<Autosave> {
+        self.earlier.take()
+    }
+
     /// Messages since the last call.
     pub fn take_news(&mut self) -> Vec<String> {
         let mut news = std::mem::take(&mut self.news);
@@ -360,6 +377,14 @@ impl Document {
         return self.shared.as_ref().map_or(0, Shared::waiting);
         #[cfg(not(feature = "live"))]
         0
+    }
+
+    /// Whether more of a session of several people has come than the model has taken.
+    pub(super) fn is_behind(&self) -> bool {
+        #[cfg(feature = "live")]
+        return self.shared.as_ref().is_some_and(Shared::is_behind);
+        #[cfg(not(feature = "live"))]
+        false
     }
 
     /// Whether it is a session of several people. Such a one cannot be discarded.

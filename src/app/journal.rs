@@ -27,7 +27,8 @@ use crate::{
 };
 use history::History;
 
-pub use autosaves::Autosaves;
+pub use autosaves::{Autosave, Autosaves};
+pub(super) use autosaves::{OURS, source_of_copy};
 pub(super) use history::Lines;
 pub use lock::OpenElsewhere;
 pub(super) use lock::{NotTaken, SessionLock};
@@ -242,6 +243,19 @@ impl Journal {
     /// Whether what was written is on the disk, too, and not only with the system.
     pub fn is_synced(&self) -> bool {
         self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
+    }
+
+    /// Where what was drawn is, if that is an autosave file: nobody has chosen its name. Of one that was opened by its name and
+    /// not drawn on, nothing is told.
+    pub(super) fn place_of_edits(&self) -> Option<String> {
+        let is_made = self.file.as_ref().is_some_and(SessionFile::is_made) && self.trouble.is_none();
+        let is_news = self.is_changed || !self.is_named;
+        let is_there = is_made && is_news && self.autosaves.has(&self.path);
+        let what = match autosaves::name_of_origin(self.header()) {
+            Some(name) => format!("the edits of {name} are"),
+            None => "the drawing without a name is".to_owned(),
+        };
+        is_there.then(|| format!("{what} in {}", self.path.display()))
     }
 
     /// Messages since the last call.

@@ -70,7 +70,7 @@ pub use drawing_aids::Aids;
 pub use fingers::Fingers;
 pub use gestures::{Button, Held, Input};
 pub use groups::Placing;
-pub use journal::{Autosaves, Journal, OpenElsewhere, SaveError, Trouble, Unwritten};
+pub use journal::{Autosave, Autosaves, Journal, OpenElsewhere, SaveError, Trouble, Unwritten};
 pub use layers::LayerChoice;
 pub use navigator::Navigator;
 pub use paint_layers::{LayerEdit, LayerRow};

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use super::{
     document::{Access, OpenError, Opening},
-    journal::{OpenElsewhere, Unwritten},
+    journal::{Autosave, OpenElsewhere, Unwritten},
     studio::Studio,
     subject::Subject,
 };
@@ -21,6 +21,8 @@ pub enum Question {
         /// Whether the window shows the session already, read-only.
         is_shown: bool,
     },
+    /// A copy of a session is open of which there are edits already.
+    Edits(Autosave),
     /// The session that is to be opened is damaged.
     Damaged {
         /// The session.
@@ -78,7 +80,7 @@ pub enum Answer {
     Replace,
     /// Choose another place first.
     SaveAs,
-    /// Go on, and lose what could not be written.
+    /// Go on: with the edits, or without what could not be written.
     GoOn,
     /// Discard what was drawn.
     Discard,
@@ -91,6 +93,7 @@ impl Question {
     pub fn title(&self) -> &'static str {
         match self {
             Self::Held { .. } => "Open in another window",
+            Self::Edits(_) => "Go on with the edits?",
             Self::Damaged { .. } => "Damaged session",
             Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => "Replace the file?",
             Self::Unwritten { .. } => "Not everything is written",
@@ -105,6 +108,12 @@ impl Question {
                 let name = held.session().file_name().unwrap_or_default().to_string_lossy();
                 format!("{name} is being drawn on: {}.", held.holder())
             }
+            Self::Edits(edits) => format!(
+                "{} has been drawn on before: the edits, of {}, are in {}. Whatever you choose, they stay there.",
+                edits.of(),
+                edits.time(),
+                edits.path().display()
+            ),
             Self::Damaged { damage, .. } => format!("{damage}. What can be read can be drawn on, as a copy."),
             Self::SaveOver(path) | Self::ExportOver(path) | Self::PictureOver(path) => {
                 format!("{} exists already.", path.display())
@@ -133,6 +142,9 @@ impl Question {
                 (Answer::TryAgain, "Try again"),
                 (Answer::Cancel, "Cancel"),
             ],
+            Self::Edits(_) => {
+                &[(Answer::GoOn, "Go on with the edits"), (Answer::Cancel, "Open the original")]
+            }
             Self::Damaged { .. } => &[(Answer::Lenient, "Open what can be read"), (Answer::Cancel, "Cancel")],
             Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => {
                 &[(Answer::Replace, "Replace"), (Answer::Cancel, "Cancel")]
@@ -169,6 +181,15 @@ impl Studio {
     /// Makes the window show a question.
     pub fn ask(&mut self, question: Question) {
         self.question = Some(question);
+    }
+
+    /// Asks whether to go on with earlier edits of the session that the window shows a copy of.
+    pub(super) fn offer_edits(&mut self) {
+        if let Subject::Sketch(document) = &mut self.subject
+            && let Some(edits) = document.take_earlier()
+        {
+            self.ask(Question::Edits(edits));
+        }
     }
 
     /// Whether a person has asked for the end, and nothing keeps it.
@@ -295,12 +316,18 @@ impl Studio {
 
     /// Takes a person's answer to the question that is asked.
     pub(super) fn answer(&mut self, answer: Answer) {
-        if matches!(self.question, Some(Question::Held { .. } | Question::Damaged { .. })) && self.is_busy() {
+        let may_open = |question: &Question| {
+            matches!(question, Question::Held { .. } | Question::Edits(_) | Question::Damaged { .. })
+        };
+        if self.question.as_ref().is_some_and(may_open) && self.is_busy() {
             return;
         }
         let Some(question) = self.question.take() else { return };
         match (question, answer) {
             (Question::Held { held, is_shown }, _) => self.answer_held(&held, is_shown, answer),
+            (Question::Edits(edits), Answer::GoOn) => {
+                self.leave(Then::Open(edits.path().to_owned(), Opening::default()));
+            }
             (Question::Damaged { path, .. }, Answer::Lenient) => {
                 self.leave(Then::Open(path, Opening { lenient: true, ..Opening::with(Access::Copy) }));
             }

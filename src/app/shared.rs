@@ -2,6 +2,7 @@
 //! counts for all; until then they are shown over the model.
 
 mod continued;
+mod inbox;
 mod overlay;
 
 use std::{
@@ -18,6 +19,7 @@ use glam::Vec3;
 use super::{
     document::Document,
     journal::{Autosaves, Journal, Unwritten},
+    working::Turns,
 };
 use crate::{
     live::{Address, Connection, Link, LinkOptions, LiveError, ME, News, Role, Status, header},
@@ -27,10 +29,13 @@ use crate::{
 };
 use continued::Known;
 pub use continued::Unjoined;
+use inbox::Inbox;
 pub use overlay::Overlay;
 
 /// Events of the session that a frame takes at most: a long one comes in beside the window.
 const EVENTS_A_FRAME: usize = 8192;
+/// Once they have changed so many polygons, the frame takes no more.
+const CHANGES_A_FRAME: usize = 1 << 16;
 /// How often the files are looked after.
 const TEND: Duration = Duration::from_millis(500);
 /// How long a window that closes waits until all that was drawn is in the session.
@@ -52,6 +57,10 @@ pub struct Shared {
     has_news: Arc<AtomicBool>,
     /// Something was taken after the panels of that frame were laid out.
     was_taken: bool,
+    /// What has come and is not in the model.
+    inbox: Inbox,
+    /// How long a frame takes of it.
+    turns: Turns,
     session: String,
     is_watcher: bool,
     /// Own events that are not in the session, the oldest first.
@@ -97,6 +106,8 @@ impl Shared {
             link: Link::open(address, options, move || of_link.store(true, Relaxed))?,
             has_news,
             was_taken: false,
+            inbox: Inbox::default(),
+            turns: Turns::default(),
             own: Journal::unnamed(autosaves, &name, header).expect("a header without numbers is sound"),
             session,
             is_watcher: options.role == Role::Watcher,
@@ -203,38 +214,67 @@ impl Shared {
         self.link.hand().send(events.to_vec());
     }
 
-    /// Appends the session's next events, up to a frame's worth. Returns what people should read.
-    pub(super) fn take(&mut self, out: &mut Vec<Event>) -> Vec<String> {
-        let mut said = Vec::new();
+    /// Whether something has come that is not in the model.
+    pub(super) fn is_behind(&self) -> bool {
+        !self.inbox.is_empty()
+    }
+
+    /// Puts the session's next piece into `out`, but for what the file has already, and adds to `said` what people should
+    /// read. Returns whether there was one.
+    fn take_piece(&mut self, out: &mut Vec<Event>, said: &mut Vec<String>) -> bool {
+        if self.inbox.is_empty() {
+            self.fetch(said);
+        }
+        if self.ended.is_some() || self.inbox.is_empty() {
+            return false;
+        }
         let Status { author, has_caught_up, .. } = self.link.status();
-        let mut taken = 0;
-        while taken < EVENTS_A_FRAME && self.ended.is_none() {
+        self.was_taken = true;
+        out.clear();
+        let own = self.inbox.take_piece(out);
+        self.settle(own);
+        out.iter().for_each(|event| self.note(event));
+        if has_caught_up {
+            said.extend(out.iter().filter_map(|event| coming_or_going(event, author)));
+        }
+        self.pass_over_known(out, said);
+        true
+    }
+
+    /// Takes those events away that the file has. If it has others, all are, and nothing comes any more.
+    fn pass_over_known(&mut self, events: &mut Vec<Event>, said: &mut Vec<String>) {
+        let Some(known) = &mut self.known else { return };
+        if let Err(why) = known.pass_over(events) {
+            events.clear();
+            self.inbox.take_all();
+            self.refuse(why, said);
+            return;
+        }
+        self.known.take_if(|known| known.is_over());
+    }
+
+    /// All that has come and is not in the model, for the file of a session that is left.
+    fn take_rest(&mut self, said: &mut Vec<String>) -> Vec<Event> {
+        let mut rest = self.inbox.take_all();
+        self.pass_over_known(&mut rest, said);
+        rest
+    }
+
+    /// Puts the next events into the inbox, if some have come, and takes all that comes before them.
+    fn fetch(&mut self, said: &mut Vec<String>) {
+        let has_caught_up = self.link.status().has_caught_up;
+        while self.inbox.is_empty() && self.ended.is_none() {
             match self.link.news() {
                 Ok(None) => {
                     // All that the server has was read, and the file has more.
                     if has_caught_up && let Some(known) = &self.known {
                         let why = known.is_other();
-                        self.refuse(why, &mut said);
+                        self.refuse(why, said);
                     }
                     break;
                 }
-                Ok(Some(News::Events { mut events, own })) => {
-                    self.was_taken = true;
-                    taken += events.len();
-                    self.settle(own);
-                    events.iter().for_each(|event| self.note(event));
-                    if has_caught_up {
-                        said.extend(events.iter().filter_map(|event| coming_or_going(event, author)));
-                    }
-                    if let Some(known) = &mut self.known {
-                        if let Err(why) = known.pass_over(&mut events) {
-                            self.refuse(why, &mut said);
-                            break;
-                        }
-                        self.known.take_if(|known| known.is_over());
-                    }
-                    out.extend(events);
-                }
+                Ok(Some(News::Events { events, own })) if events.is_empty() => self.settle(own),
+                Ok(Some(News::Events { events, own })) => self.inbox.add(events, own),
                 Ok(Some(News::Refused { why, own })) => {
                     self.settle(own);
                     (self.refused, self.was_taken) = (self.refused + own, true);
@@ -251,7 +291,6 @@ impl Shared {
                 }
             }
         }
-        said
     }
 
     /// Counts own strokes that the model does not have although the session does: their layer was closed before they were heard
@@ -399,17 +438,38 @@ impl Document {
         self.shared.as_mut()
     }
 
-    /// Takes what the others, and the order of the session, have made of it.
-    pub(super) fn follow_session(&mut self) {
+    /// Takes what the others, and the order of the session, have made of it: a slice, as of a file that is read between frames.
+    /// It takes `least`, longer where frames are slow, and at least a piece.
+    pub(super) fn follow_session_for(&mut self, least: Duration) {
+        if let Some(shared) = &mut self.shared {
+            shared.turns.set_least(least);
+            self.follow_session();
+        }
+    }
+
+    fn follow_session(&mut self) {
         let Some(shared) = &mut self.shared else { return };
-        let mut events = Vec::new();
-        self.news.append(&mut shared.take(&mut events));
-        if !events.is_empty() {
+        let since = Instant::now();
+        let turn = shared.turns.next(since);
+        let (mut events, mut taken, changes) = (Vec::new(), 0, self.changes().len());
+        while let Some(shared) = &mut self.shared
+            && shared.take_piece(&mut events, &mut self.news)
+        {
+            taken += events.len();
             self.take_ordered(&events);
+            if let Some(shared) = &mut self.shared {
+                self.news.extend(shared.note_left_out(&events, self.drawn.scene()));
+            }
+            if taken >= EVENTS_A_FRAME
+                || self.changes().len() - changes >= CHANGES_A_FRAME
+                || since.elapsed() >= turn
+            {
+                break;
+            }
         }
         if let Some(shared) = &mut self.shared {
-            self.news.extend(shared.note_left_out(&events, self.drawn.scene()));
             shared.show_own(self.drawn.scene());
+            shared.turns.end();
         }
     }
 
@@ -423,6 +483,13 @@ impl Document {
             Some(shared) if shared.is_waiting() => shared.own.settle(),
             _ => Ok(()),
         }
+    }
+
+    /// Writes what has come and is not in the model. Own events in it count as missing: they are kept elsewhere, too.
+    fn write_rest(&mut self) {
+        let Some(shared) = &mut self.shared else { return };
+        let rest = shared.take_rest(&mut self.news);
+        self.write_ordered(&rest);
     }
 
     /// Leaves the session: waits a little until all that was drawn is in it. Returns what to tell of the rest.
@@ -446,6 +513,7 @@ impl Document {
             platform::pause(Duration::from_millis(5));
         }
         self.follow_session();
+        self.write_rest();
         let is_kept = self.journal_mut().settle().is_ok();
         let mut said = std::mem::take(&mut self.news);
         let Some(Shared { own, waiting, refused, .. }) = self.shared.take() else { return Ok(said) };

@@ -34,7 +34,7 @@ use crate::{
     platform::time::Instant,
     polygon::{Change, PolygonId, VisibleBlocks},
     recording::{Event, Limits, StrokeId, Tool},
-    render::{DrawnCounts, LineBatch, PassTimes},
+    render::{DrawnCounts, LineBatch, PassTimes, quoted},
     rivals::IndexKind,
     scene::Stroke,
     view::View,
@@ -225,6 +225,7 @@ impl Studio {
             unwritten: None,
         };
         studio.meet_subject(None);
+        studio.offer_edits();
         studio
     }
 
@@ -264,9 +265,8 @@ impl Studio {
                     self.unwritten.get_or_insert(unwritten);
                 }
             }
-            let journal = old.journal();
-            if !journal.is_named() && journal.is_changed() && journal.trouble().is_none() {
-                self.say(format!("the drawing without a name is in {}", journal.path().display()));
+            if let Some(place) = old.journal().place_of_edits() {
+                self.say(place);
             }
             if let Err(unwritten) = old.close() {
                 self.say(unwritten.to_string());
@@ -275,6 +275,7 @@ impl Studio {
         }
         self.take_up_time();
         self.meet_subject(indexed);
+        self.offer_edits();
     }
 
     /// The session's time goes on from its last event.
@@ -302,7 +303,7 @@ impl Studio {
     fn look_after_session(&mut self) -> bool {
         let Subject::Sketch(document) = &mut self.subject else { return false };
         #[cfg(feature = "live")]
-        document.follow_session();
+        document.follow_session_for(self.works.turn());
         document.tend(Instant::now());
         let news = document.take_news();
         let is_news = !news.is_empty();
@@ -344,7 +345,8 @@ impl Studio {
     /// How long the window may sleep at most: shorter while something may come from elsewhere.
     pub fn tend_within(&self) -> Duration {
         let is_shared = matches!(&self.subject, Subject::Sketch(document) if document.is_shared());
-        if self.works_in_turns() {
+        let is_behind = matches!(&self.subject, Subject::Sketch(document) if document.is_behind());
+        if self.works_in_turns() || is_behind {
             return Duration::ZERO;
         }
         Duration::from_millis(if is_shared || self.is_working() { 20 } else { 500 })
@@ -541,7 +543,13 @@ impl Studio {
                 }
                 Err(unwritten) => _ = self.unwritten.get_or_insert(unwritten),
             }
+            let (place, path) = (document.journal().place_of_edits(), document.journal().path().to_owned());
             document.close()?;
+            if let Some(place) = place {
+                let path = quoted(&path.to_string_lossy());
+                // As above.
+                let _ = writeln!(io::stderr().lock(), "{place}; `osp sketch {path}` goes on there");
+            }
         }
         self.unwritten.map_or(Ok(()), Err)
     }

@@ -76,6 +76,17 @@ pub(super) enum Way {
     Turns(Duration),
 }
 
+impl Way {
+    /// How long to go on at a time with what is done between frames.
+    #[cfg(feature = "live")]
+    pub(super) fn turn(self) -> Duration {
+        match self {
+            Self::Turns(turn) => turn,
+            Self::AtOnce | Self::Thread => TURN,
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     /// A session is read; how many events it has is not known before.
@@ -90,17 +101,28 @@ enum By {
     Turns(Turns, Box<dyn Task>),
 }
 
-/// How long it is worked on at a time.
-#[derive(Debug)]
-struct Turns {
+/// How long something is worked on at a time.
+#[derive(Debug, Default)]
+pub(super) struct Turns {
     least: Duration,
     /// When the last turn ended.
     ended: Option<Instant>,
 }
 
 impl Turns {
+    /// Takes so long at least from now on.
+    #[cfg(feature = "live")]
+    pub(super) fn set_least(&mut self, least: Duration) {
+        self.least = least;
+    }
+
+    /// A turn has ended.
+    pub(super) fn end(&mut self) {
+        self.ended = Some(Instant::now());
+    }
+
     /// As long as the frame before took: where frames are slow, the session is not to wait for all of them.
-    fn next(&self, now: Instant) -> Duration {
+    pub(super) fn next(&self, now: Instant) -> Duration {
         let frame = self.ended.map_or(Duration::ZERO, |ended| now.saturating_duration_since(ended));
         frame.clamp(self.least, self.least * MOST_TURNS)
     }
@@ -161,7 +183,7 @@ impl Working {
                         return Ok(done);
                     }
                     if since.elapsed() >= turn {
-                        turns.ended = Some(Instant::now());
+                        turns.end();
                         return Err(TryRecvError::Empty);
                     }
                 }

@@ -67,4 +67,6 @@ pub use surface::{Acquired, WindowSurface};
 pub use target::{SAMPLES, Target};
 pub use timer::{GpuTimer, PassTimes};
 pub use video::ffmpeg_command;
+#[cfg(feature = "window")]
+pub(crate) use video::quoted;
 pub use view_slot::ViewSlot;

@@ -23,7 +23,8 @@ pub fn ffmpeg_command(folder: &Path, ending: &str, frames_a_second: u32) -> Stri
     )
 }
 
-fn quoted(text: &str) -> String {
+/// A text as a shell takes it for one word.
+pub(crate) fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }
 

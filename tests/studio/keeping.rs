@@ -407,10 +407,16 @@ fn every_question(folder: &Path) -> Vec<Question> {
     let (holder, _) = Document::open(&path, &autosaves).expect("free");
     let Err(OpenError::Held(held)) = Document::open(&path, &autosaves) else { panic!("held") };
     holder.close().expect("unchanged");
+    let edits = "A sketch with a name of some length-20261124-172500.ron";
+    let header = "Header(format:1,name:\"a\",source:\"osp sketch 0.1.0\")\n";
+    fs::write(folder.join("autosaves").join(edits), header).expect("written");
+    let edits = autosaves.last(1).remove(0);
+    assert_eq!(edits.of(), "A sketch with a name of some length");
     let long = PathBuf::from("/a/very/long/way/to/a/folder/of/many/sessions/with/a/long/name.ron");
     vec![
         Question::Held { held: held.clone(), is_shown: true },
         Question::Held { held, is_shown: false },
+        Question::Edits(edits),
         Question::Damaged {
             path: long.clone(),
             damage: format!("{}, line 3: expected a whole value", long.display()),

@@ -228,3 +228,40 @@ fn a_trace_on_a_full_disk_is_given_up_and_nothing_else() {
     let said = fs::read_to_string(stderr).expect("text");
     assert_eq!(said.matches("no trace from here on").count(), 1, "{said}");
 }
+
+/// Edits of another program's model end with the window, and both the terminal and the model lead back to them.
+#[test]
+fn edits_of_a_copy_lead_back_to_it_after_the_window_has_closed() {
+    let Some(desk) = Desk::new() else { return };
+    let model = desk.folder().join("their model.obj");
+    fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
+    let model = model.to_str().expect("a path");
+    let mut window = desk.open(&["sketch", model, "--window", "1280x800"]);
+    draw(&mut window, 300);
+    let (events, stderr) = (window.number("events"), window.stderr_file());
+    window.key("ctrl+q");
+    assert!(window.wait().success());
+    let [edits] = &sessions_in(&desk.folder().join("data/osp/sketches"))[..] else { panic!("one file") };
+    assert_eq!(events_in(edits), events);
+    let said = fs::read_to_string(stderr).expect("text");
+    let edits = edits.to_str().expect("a path");
+    let expected =
+        format!("the edits of their model.obj are in {edits}; `osp sketch '{edits}'` goes on there");
+    assert!(said.lines().any(|line| line == expected), "{said}");
+
+    // The question has the keyboard at the answer that changes nothing; the one before it goes on.
+    let mut window = desk.open(&["sketch", model, "--window", "1280x800"]);
+    window.until_last("a question", |frame| frame["question"] == "Go on with the edits?");
+    window.settle();
+    window.keep_picture("edits.png");
+    slowly(&mut window, &["Tab", "Return"]);
+    window.until_last("the edits", |frame| frame["question"].is_null() && frame["events"] == events);
+    window.settle();
+    // Under *File*, *Open recent*.
+    window.click(20, 12);
+    window.settle();
+    window.keep_picture("edits-opened.png");
+    window.key("Escape");
+    assert!(window.close().success());
+    assert_eq!(sessions_in(&desk.folder().join("data/osp/sketches")).len(), 1);
+}

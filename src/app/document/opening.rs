@@ -8,16 +8,15 @@ use thiserror::Error;
 
 use super::{Document, reader::DocumentReader};
 use crate::{
-    app::journal::{Autosaves, Journal, NotTaken, OpenElsewhere, SessionFile, SessionLock, Trouble},
+    app::journal::{
+        Autosaves, Journal, NotTaken, OURS, OpenElsewhere, SessionFile, SessionLock, Trouble, source_of_copy,
+    },
     atomic_file::Destination,
     platform::fs,
     recording::{
         self, AUTHORS_FORMAT, Header, Limits, ONE_AUTHOR_FORMAT, OpenOptions, RecordingError, Session,
     },
 };
-
-/// How the source in the header of a session begins if osp drew it.
-const OURS: &str = "osp sketch ";
 
 /// What a session is opened for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -233,7 +232,12 @@ impl Document {
             _ => why_not_itself(&session, path, how.lenient),
         };
         let reader = match why_copied {
-            Some(why) => Self::to_copy(session, path, why, autosaves)?,
+            Some(why) => {
+                // Who wants another copy has one.
+                let is_asked_for = how.access == Access::Copy && !how.lenient;
+                let earlier = if is_asked_for { None } else { autosaves.edits_of(path) };
+                Self::to_copy(session, path, why, autosaves)?.offering(earlier)
+            }
             None => {
                 // One that a crash left open stays marked if it is not opened now.
                 let was_left_open = fs::is_there(&SessionLock::mark_of(path));
@@ -361,7 +365,7 @@ impl Document {
         autosaves: &Autosaves,
     ) -> Result<DocumentReader, RecordingError> {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let source = format!("{}, from {}: {}", our_header("").source, path.display(), session.header.source);
+        let source = source_of_copy(path, &session.header.source);
         let format = session.header.format.max(ONE_AUTHOR_FORMAT);
         let header = Header { source, format, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
@@ -386,7 +390,7 @@ fn of_several(header: Header) -> Header {
 }
 
 fn our_header(name: &str) -> Header {
-    let source = concat!("osp sketch ", env!("CARGO_PKG_VERSION"));
+    let source = format!("{OURS}{}", env!("CARGO_PKG_VERSION"));
     Header { format: ONE_AUTHOR_FORMAT, ..Header::new(name, source) }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Document, Opened, read_piece};
 use crate::{
-    app::journal::{Journal, Lines, SessionFile},
+    app::journal::{Autosave, Journal, Lines, SessionFile},
     recording::{RecordingError, Session},
 };
 
@@ -39,6 +39,12 @@ impl DocumentReader {
     pub(super) fn remarking(mut self, before: Option<String>, after: Option<String>) -> Self {
         self.opened.remarks.extend(before);
         self.remark = after;
+        self
+    }
+
+    /// Offers to go on with earlier edits of the same session instead.
+    pub(super) fn offering(mut self, earlier: Option<Autosave>) -> Self {
+        self.document.earlier = earlier;
         self
     }
 

@@ -17,7 +17,7 @@ impl Moment {
     }
 
     /// The date from the number of days: Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms", 2013.
-    fn of(time: SystemTime) -> Self {
+    pub(super) fn of(time: SystemTime) -> Self {
         let secs = time.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs());
         // Eras of 400 years that begin in March, so that the leap day is the last of a year.
         let shifted = secs / 86_400 + 719_468;

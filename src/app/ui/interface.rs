@@ -20,7 +20,9 @@ use super::{
     menu,
     numbers::{self, Measured},
     paint_layers::LayerList,
-    questions, replay_bar, room,
+    questions,
+    recent::RecentList,
+    replay_bar, room,
     selected::SelectionPanel,
     tools,
     wishes::Wishes,
@@ -66,6 +68,7 @@ pub struct Interface {
     asked: Option<Question>,
     /// Whether something was drawn: then the first hint is not shown any more.
     has_drawn: bool,
+    recent: RecentList,
     brushes: BrushList,
     groups: GroupList,
     layers: LayerList,
@@ -152,7 +155,7 @@ impl Interface {
                 if is_narrow {
                     ui.toggle_value(&mut self.shows_tools, "Tools");
                 }
-                menu::show(ui, studio, &mut self.settings, &mut wishes);
+                menu::show(ui, studio, &mut self.settings, &mut self.recent, &mut wishes);
             });
         });
         Panel::bottom("status").resizable(false).show(ui, |ui| {
@@ -286,8 +289,8 @@ impl Interface {
         };
         if named != self.shown {
             named.clone_into(&mut self.shown);
-            // A name that is no text cannot be kept in one.
-            if named.to_str().is_some_and(|name| !name.is_empty()) {
+            // A name that is no text cannot be kept in one. An autosave file is listed as such.
+            if named.to_str().is_some_and(|name| !name.is_empty()) && !studio.autosaves.has(named) {
                 self.settings.note_recent(named);
             }
         }

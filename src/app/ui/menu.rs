@@ -1,39 +1,39 @@
-use std::path::PathBuf;
-
 use egui::{Button, MenuBar, Ui};
 
 use super::{
     actions::Action,
     keys::{LARGER, SHORTCUTS, SMALLER, TURN_LEFT, TURN_RIGHT},
+    recent::RecentList,
     wishes::Wishes,
 };
-use crate::{
-    app::{
-        altering::Altering,
-        command::Command,
-        paint_layers::LayerEdit,
-        settings::{Settings, Theme},
-        studio::Studio,
-    },
-    platform::fs,
+use crate::app::{
+    altering::Altering,
+    command::Command,
+    paint_layers::LayerEdit,
+    settings::{Settings, Theme},
+    studio::Studio,
 };
 
 /// The menus above everything else.
-pub(super) fn show(ui: &mut Ui, studio: &Studio, settings: &mut Settings, wishes: &mut Wishes) {
+pub(super) fn show(
+    ui: &mut Ui,
+    studio: &Studio,
+    settings: &mut Settings,
+    recent: &mut RecentList,
+    wishes: &mut Wishes,
+) {
     MenuBar::new().ui(ui, |ui| {
-        ui.menu_button("File", |ui| file(ui, studio, settings, wishes));
+        ui.menu_button("File", |ui| file(ui, studio, settings, recent, wishes));
         ui.menu_button("Edit", |ui| edit(ui, studio, wishes));
         ui.menu_button("View", |ui| view(ui, studio, settings, wishes));
         ui.menu_button("Help", |ui| entry(ui, "Keys and pointer", Action::ToggleHelp, studio, wishes));
     });
 }
 
-fn file(ui: &mut Ui, studio: &Studio, settings: &Settings, wishes: &mut Wishes) {
+fn file(ui: &mut Ui, studio: &Studio, settings: &Settings, recent: &mut RecentList, wishes: &mut Wishes) {
     entry(ui, "New", Action::Do(Command::New), studio, wishes);
     entry(ui, "Open…", Action::AskOpen, studio, wishes);
-    ui.add_enabled_ui(!settings.recent.is_empty(), |ui| {
-        ui.menu_button("Open recent", |ui| recent(ui, &settings.recent, studio, wishes));
-    });
+    recent.show(ui, settings, studio, wishes);
     ui.separator();
     entry(ui, "Save", Action::Save, studio, wishes);
     entry(ui, "Save as…", Action::AskSaveAs, studio, wishes);
@@ -46,19 +46,6 @@ fn file(ui: &mut Ui, studio: &Studio, settings: &Settings, wishes: &mut Wishes) 
     entry(ui, "Discard…", Action::Do(Command::Discard), studio, wishes)
         .on_hover_text("throw away everything drawn since the session was opened or saved under a name");
     entry(ui, "Quit", Action::Do(Command::Quit), studio, wishes);
-}
-
-fn recent(ui: &mut Ui, recent: &[PathBuf], studio: &Studio, wishes: &mut Wishes) {
-    for path in recent {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let action = Action::Do(Command::Open(path.clone()));
-        // One that is gone would begin as an empty session.
-        ui.add_enabled_ui(fs::is_there(path), |ui| {
-            entry(ui, &name, action, studio, wishes)
-                .on_hover_text(path.display().to_string())
-                .on_disabled_hover_text(format!("{}: the file is gone", path.display()));
-        });
-    }
 }
 
 fn edit(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
@@ -134,7 +121,13 @@ fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, wishes: &mut Wish
 }
 
 /// A line of a menu with its key.
-fn entry(ui: &mut Ui, name: &str, action: Action, studio: &Studio, wishes: &mut Wishes) -> egui::Response {
+pub(super) fn entry(
+    ui: &mut Ui,
+    name: &str,
+    action: Action,
+    studio: &Studio,
+    wishes: &mut Wishes,
+) -> egui::Response {
     let mut button = Button::new(name);
     if let Some(shortcut) = SHORTCUTS.iter().find(|shortcut| shortcut.action == action) {
         button = button.shortcut_text(ui.ctx().format_shortcut(&shortcut.keys));

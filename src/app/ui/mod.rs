@@ -18,6 +18,7 @@ mod others;
 mod paint_layers;
 mod plot;
 mod questions;
+mod recent;
 mod replay_bar;
 mod room;
 mod selected;
