@@ -1,16 +1,31 @@
 //! Names the commit that the program is built from, for reports of measurements.
 
-use std::process::Command;
+use std::{env, fs, path::Path, process::Command};
 
 fn git(args: &[&str]) -> Option<String> {
-    let output = Command::new("git").args(args).output().ok().filter(|output| output.status.success())?;
+    let mut command = Command::new("git");
+    // Hooks of git name the repository that they run for, which need not be this one.
+    command.args(args).env_remove("GIT_DIR").env_remove("GIT_WORK_TREE");
+    let output = command.output().ok().filter(|output| output.status.success())?;
     String::from_utf8(output.stdout).ok().map(|text| text.trim().to_owned())
+}
+
+/// Whether the folder of this package is the top of a repository. A copy within another's repository has neither that one's
+/// commit nor is it built anew after each of its commits.
+fn is_repository() -> bool {
+    let real = |path: &Path| fs::canonicalize(path).ok();
+    let package = env::var_os("CARGO_MANIFEST_DIR").and_then(|folder| real(Path::new(&folder)));
+    let top = git(&["rev-parse", "--show-toplevel"]).and_then(|folder| real(Path::new(&folder)));
+    package.is_some() && package == top
 }
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=src");
     // A package without its history has no commit to name.
+    if !is_repository() {
+        return;
+    }
     let Some(folder) = git(&["rev-parse", "--absolute-git-dir"]) else { return };
     // Written at every commit and checkout.
     println!("cargo::rerun-if-changed={folder}/logs/HEAD");

@@ -378,7 +378,12 @@ impl Shared {
             Connection::Reading { read, of } => format!("reading {read} of {of}"),
             Connection::Live => "live".to_owned(),
             Connection::Silent => "the server does not answer: you draw on, it is sent later".to_owned(),
-            Connection::Full => "the session is full: nothing more is taken".to_owned(),
+            Connection::Crowded => {
+                "too many have joined at once: you draw on, and join once there is room".to_owned()
+            }
+            Connection::Full => {
+                "the session is full, nothing more is taken: begin one of another name".to_owned()
+            }
         };
         let connection = match (status.connection, status.trouble) {
             (Connection::Live, _) | (_, None) => connection,

@@ -111,8 +111,8 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
         Ok(played) => played,
         Err(error) => {
             let undelivered = link.status().pending as u64 + member.refused;
-            if undelivered > 0 {
-                complain(&format!("error: {} own events are not in the session", thousands(undelivered)));
+            if let Some(problem) = unheard(undelivered) {
+                complain(&format!("error: {problem}"));
             }
             return Err(error);
         }
@@ -247,6 +247,7 @@ impl Member<'_> {
     fn report(self, played: Option<u64>) -> anyhow::Result<Outcome> {
         let status = self.link.status();
         let undelivered = status.pending as u64 + self.refused;
+        let shut_out = if self.args.watch { None } else { shut_out(self.address, &status) };
         let report = Report {
             address: self.address.to_string(),
             latency: self.link.latency(),
@@ -261,10 +262,30 @@ impl Member<'_> {
             true => report.print_json()?,
             false => say(&report.text())?,
         }
-        if undelivered > 0 {
-            complain(&format!("error: {} own events are not in the session", thousands(undelivered)));
+        let problems = [unheard(undelivered), shut_out];
+        problems.iter().flatten().for_each(|problem| complain(&format!("error: {problem}")));
+        Ok(if problems.iter().any(Option::is_some) { Outcome::CheckFailed } else { Outcome::Done })
+    }
+}
+
+/// What is wrong if own events are not in the session.
+fn unheard(events: u64) -> Option<String> {
+    (events > 0).then(|| format!("{} own events are not in the session", thousands(events)))
+}
+
+/// Why an author is not in the session, and what it can do.
+fn shut_out(address: &Address, status: &Status) -> Option<String> {
+    match (&status.connection, status.author) {
+        (Connection::Crowded, _) => Some(format!(
+            "this member has not joined {address}: too many have joined before it; try again later"
+        )),
+        (Connection::Full, None) => Some(format!(
+            "{address} is full, nobody can join it: watch it with --watch, or begin a session of another name"
+        )),
+        (Connection::Full, Some(_)) => {
+            Some(format!("{address} is full, nothing more is taken: go on in a session of another name"))
         }
-        Ok(if undelivered > 0 { Outcome::CheckFailed } else { Outcome::Done })
+        _ => None,
     }
 }
 
@@ -281,6 +302,9 @@ pub(super) fn described(address: &Address, status: &Status) -> String {
         }
         Connection::Live => format!("connected to {address}"),
         Connection::Silent => format!("{address} does not answer; it goes on here and is sent later"),
+        Connection::Crowded => {
+            format!("{address}: too many have joined before this member, which joins once there is room")
+        }
         Connection::Full => format!("{address} holds as much as a session may: nothing more is taken"),
     };
     if let Some(trouble) = &status.trouble {
@@ -288,4 +312,30 @@ pub(super) fn described(address: &Address, status: &Status) -> String {
         let _ = write!(text, " ({})", one_line(trouble));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Author;
+
+    #[test]
+    fn who_is_shut_out_is_told_what_to_do() {
+        let address: Address = "nats://127.0.0.1/house".parse().expect("an address");
+        let told = |connection: Connection, author: Option<u32>| {
+            let status = Status { connection, author: author.map(Author), ..Status::default() };
+            shut_out(&address, &status).unwrap_or_default()
+        };
+        let newcomer = told(Connection::Full, None);
+        assert!(
+            newcomer.contains("house is full, nobody can join it") && newcomer.contains("--watch"),
+            "{newcomer}"
+        );
+        let author = told(Connection::Full, Some(7));
+        assert!(author.contains("house is full") && author.contains("another name"), "{author}");
+        assert!(told(Connection::Crowded, None).contains("has not joined"));
+        for connection in [Connection::Live, Connection::Silent, Connection::Connecting] {
+            assert_eq!((told(connection.clone(), None), told(connection, Some(7))), Default::default());
+        }
+    }
 }

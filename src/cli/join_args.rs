@@ -32,7 +32,8 @@ The connection is not encrypted on this machine (nats://127.0.0.1, nats://localh
 has to be (tls://), unless --unencrypted is given.
 Credentials: nats://TOKEN@HOST/NAME, nats://USER:PASSWORD@HOST/NAME, or --credentials with a file of one
 line, TOKEN or USER:PASSWORD, which no list of processes shows.
-Ctrl-C leaves the session.")]
+Ctrl-C leaves the session.
+Exit code 1: own events are not in the session, or the session was full or too crowded to join.")]
 pub(super) struct JoinArgs {
     /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
     // Parsed later: what is wrong with it is said without the password in it.

@@ -83,6 +83,7 @@ impl Report {
             Connection::Reading { .. } => "reading",
             Connection::Live => "live",
             Connection::Silent => "silent",
+            Connection::Crowded => "crowded",
             Connection::Full => "full",
         }
     }

@@ -443,12 +443,19 @@ impl Talk<'_> {
         }
     }
 
+    /// How long a server that answers may take. One that has answered that too many have joined is spoken to again only later.
+    fn silence(&self) -> Duration {
+        if self.member.is_crowded() { GIVE_UP } else { Duration::from_secs(1) }
+    }
+
     fn update(&mut self, server: &Server, now: Duration) {
         self.has_caught_up |= !self.is_reading();
-        let is_silent = !server.is_connected()
-            || self.member.waits_for(now).is_some_and(|waits| waits > Duration::from_secs(1));
+        let is_silent =
+            !server.is_connected() || self.member.waits_for(now).is_some_and(|waits| waits > self.silence());
         self.state = if is_silent {
             Connection::Silent
+        } else if self.member.is_crowded() {
+            Connection::Crowded
         } else if self.member.is_full() {
             Connection::Full
         } else if self.is_reading() {

@@ -91,7 +91,10 @@ pub enum Connection {
     Live,
     /// The server does not answer. What is drawn is kept and sent once it does.
     Silent,
-    /// The session holds as much as one may: what is drawn is not taken any more.
+    /// More authors have joined than a session takes at once: this member tries again until it may join, too. What is drawn is
+    /// kept until then.
+    Crowded,
+    /// The session holds as much as one may: what is drawn is not taken any more, and nobody may join.
     Full,
 }
 

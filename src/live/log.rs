@@ -1,7 +1,10 @@
 //! The log of a session, as the server keeps it: which of its messages count. Every member judges alike: by what stands in
 //! the log and by the server's times in it, and by nothing of its own.
 
-use super::{ME, packet, rate::Rates};
+use super::{
+    ME, packet,
+    rate::{JoinRate, Rates},
+};
 use crate::recording::{Author, Event, Limits, Message, Reduced, Reducer, Sender, Tally};
 
 /// What has become of a message.
@@ -24,6 +27,8 @@ pub(super) enum Passed {
     Gap,
     Stranger,
     TooFast,
+    /// Too many have joined before it: a later one counts.
+    Crowded,
     /// The session holds as much as one may.
     Full,
 }
@@ -33,6 +38,7 @@ pub(super) enum Passed {
 pub(super) struct Log {
     reducer: Reducer,
     rates: Rates,
+    joins: JoinRate,
     tally: Tally,
     /// Authors that have joined.
     joined: u32,
@@ -47,6 +53,7 @@ impl Default for Log {
         Self {
             reducer: Reducer::default(),
             rates: Rates::default(),
+            joins: JoinRate::default(),
             tally: Tally::default(),
             joined: 0,
             limits,
@@ -70,9 +77,13 @@ impl Log {
             return Judged::PassedOver(sender, Passed::TooFast);
         }
         let joins = matches!(message.events.first(), Some(Event::Join { .. }));
+        let is_new = joins && self.reducer.author_of(sender).is_none();
         // The numbers of the last author are those that members give their own strokes.
-        if joins && self.reducer.author_of(sender).is_none() && self.joined + 1 >= ME.0 {
+        if is_new && self.joined + 1 >= ME.0 {
             return Judged::PassedOver(sender, Passed::Full);
+        }
+        if is_new && is_next && !self.joins.allow(stamp_nanos) {
+            return Judged::PassedOver(sender, Passed::Crowded);
         }
         let is_known = self.reducer.author_of(sender).is_some() || joins;
         let counted = self.tally.clone();
@@ -91,7 +102,10 @@ impl Log {
         }
         match reduced {
             Reduced::Taken => {
-                self.joined += u32::from(joins);
+                if joins {
+                    self.joined += 1;
+                    self.joins.note(stamp_nanos);
+                }
                 Judged::Taken(message)
             }
             Reduced::Duplicate => Judged::PassedOver(sender, Passed::Duplicate),
@@ -129,7 +143,10 @@ impl Log {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::StrokeId;
+    use crate::{
+        live::rate::{JOINS_AT_ONCE, SECS_A_JOIN},
+        recording::StrokeId,
+    };
     use glam::Vec3;
 
     fn bytes(sender: u64, number: u64, events: &[Event]) -> Vec<u8> {
@@ -200,13 +217,40 @@ mod tests {
     #[test]
     fn the_last_number_of_an_author_is_not_given_away() {
         let (mut log, mut out) = (Log::default(), Vec::new());
+        let at = |sender: u64| sender * SECS_A_JOIN * 1_000_000_000;
         for sender in 1..u64::from(ME.0) {
-            let judged = log.take(&bytes(sender, 0, &[join()]), 0, &mut out);
+            let judged = log.take(&bytes(sender, 0, &[join()]), at(sender), &mut out);
             assert!(matches!(judged, Judged::Taken(_)), "{sender}");
         }
-        let last = log.take(&bytes(9999, 0, &[join()]), 0, &mut out);
+        let last = log.take(&bytes(9999, 0, &[join()]), at(9999), &mut out);
         assert_eq!(last, Judged::PassedOver(Sender(9999), Passed::Full));
         assert!(matches!(out.last(), Some(Event::Join { author: Author(4094), .. })));
+    }
+
+    #[test]
+    fn who_joins_again_and_again_does_not_fill_the_room() {
+        let (mut log, mut out) = (Log::default(), Vec::new());
+        let second = 1_000_000_000;
+        let mut joined = 0;
+        for sender in 1..=u64::from(ME.0) {
+            match log.take(&bytes(sender, 0, &[join()]), sender * second / 5000, &mut out) {
+                Judged::Taken(_) => joined += 1,
+                passed => assert_eq!(passed, Judged::PassedOver(Sender(sender), Passed::Crowded)),
+            }
+        }
+        assert_eq!(joined, JOINS_AT_ONCE);
+        // Who was passed over says it again, under the same number.
+        let again = log.take(&bytes(4000, 0, &[join()]), (SECS_A_JOIN + 1) * second, &mut out);
+        assert!(matches!(again, Judged::Taken(_)), "{again:?}");
+        let at_once = log.take(&bytes(5000, 0, &[join()]), (SECS_A_JOIN + 1) * second, &mut out);
+        assert_eq!(at_once, Judged::PassedOver(Sender(5000), Passed::Crowded));
+        // Those who are there already are not held up.
+        let drawn = log.take(
+            &bytes(1, 1, &[Event::Undo { t: 0.0, author: Author(1) }]),
+            (SECS_A_JOIN + 1) * second,
+            &mut out,
+        );
+        assert!(matches!(drawn, Judged::Taken(_)), "{drawn:?}");
     }
 
     #[test]

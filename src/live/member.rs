@@ -55,6 +55,8 @@ pub(super) struct Member {
     is_leaving: bool,
     has_left: bool,
     is_full: bool,
+    /// Whether the last answer to joining was that too many have joined.
+    is_crowded: bool,
     /// Since when an answer is awaited, or the last one came.
     progress: Duration,
     said: Duration,
@@ -78,6 +80,7 @@ impl Member {
             is_leaving: false,
             has_left: false,
             is_full: false,
+            is_crowded: false,
             progress: Duration::ZERO,
             said: Duration::ZERO,
             last_passed: None,
@@ -105,6 +108,11 @@ impl Member {
 
     pub(super) fn is_full(&self) -> bool {
         self.is_full
+    }
+
+    /// Whether this member waits until it may join.
+    pub(super) fn is_crowded(&self) -> bool {
+        self.is_crowded
     }
 
     /// Whether this member draws.
@@ -264,6 +272,10 @@ impl Member {
             }
             Judged::PassedOver(sender, passed) => {
                 let is_next = self.is_own(sender, bytes);
+                if is_next && passed == Passed::Crowded {
+                    // That is an answer, too.
+                    (self.is_crowded, self.progress) = (true, now);
+                }
                 self.pass_over(sequence, Some(sender) == me_sender, is_next, passed);
             }
             Judged::Refused(sender, why) => {
@@ -289,6 +301,7 @@ impl Member {
             Passed::Gap => (&mut self.counts.gaps, "one of its sender's is missing before it"),
             Passed::Stranger => (&mut self.counts.strangers, "its sender has not joined, or has left"),
             Passed::TooFast => (&mut self.counts.beyond_limits, "its sender says too much at once"),
+            Passed::Crowded => (&mut self.counts.beyond_limits, "too many have joined before its sender"),
             Passed::Full => (&mut self.counts.beyond_limits, "the session holds as much as one may"),
         };
         *count += 1;
@@ -297,10 +310,9 @@ impl Member {
         }
         if let (true, Some(outbox)) = (is_own, &mut self.outbox) {
             match passed {
-                Passed::Gap | Passed::TooFast => outbox.passed_over(),
+                Passed::Gap | Passed::TooFast | Passed::Crowded => outbox.passed_over(),
                 // Somebody else may say something under this member's number.
                 Passed::Full => self.is_full |= is_next,
-
                 Passed::Duplicate | Passed::Stranger => {}
             }
         }
@@ -311,7 +323,7 @@ impl Member {
         let Some(outbox) = &mut self.outbox else { return 0 };
         let had_joined = outbox.author().is_some();
         let answered = outbox.taken(author);
-        self.progress = now;
+        (self.progress, self.is_crowded) = (now, false);
         self.counts.own_messages += 1;
         if !had_joined {
             let session_secs = stamp_nanos.saturating_sub(first_nanos) as f64 / 1.0e9;
@@ -335,7 +347,7 @@ impl Member {
         if let Some(outbox) = &mut self.outbox {
             outbox.set_later_secs(self.later_secs);
             outbox.join_again(new_sender());
-            self.progress = now;
+            (self.progress, self.is_crowded) = (now, false);
         }
         self.note_done();
     }

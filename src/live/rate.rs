@@ -1,4 +1,4 @@
-//! How much an author may say, judged by the server's clock, so that all members judge alike.
+//! How much an author may say, and how many may join, judged by the server's clock, so that all members judge alike.
 
 use std::collections::BTreeMap;
 
@@ -10,23 +10,30 @@ pub(super) const BYTES_A_SECOND: u64 = 4 << 20;
 /// Bytes that an author may say at once: what was drawn while there was no connection.
 pub(super) const BURST_BYTES: u64 = 64 << 20;
 
+/// Joins that a session takes at once: a class, or all of it again after the network was out.
+pub(super) const JOINS_AT_ONCE: u64 = 128;
+
+/// Seconds until it takes one more. A sender is a number that anybody chooses anew, and numbers of authors are not given
+/// twice: this is what keeps whoever joins again and again from using them up, for eleven hours.
+pub(super) const SECS_A_JOIN: u64 = 10;
+
 /// A vessel that fills up as time goes by, and that what is said takes from.
 #[derive(Clone, Copy, Debug)]
 struct Allowance {
-    bytes: u64,
+    amount: u64,
     at_nanos: u64,
 }
 
 impl Allowance {
     /// What there is at a time; time that goes back gives nothing.
-    fn at(self, now_nanos: u64, bytes_a_second: u64, burst_bytes: u64) -> Self {
+    fn at(self, now_nanos: u64, a_second: u64, most: u64) -> Self {
         let elapsed = u128::from(now_nanos.saturating_sub(self.at_nanos));
-        let more = elapsed * u128::from(bytes_a_second) / 1_000_000_000;
+        let more = elapsed * u128::from(a_second) / 1_000_000_000;
         if more == 0 {
             return self;
         }
-        let bytes = (u128::from(self.bytes) + more).min(burst_bytes.into());
-        Self { bytes: u64::try_from(bytes).unwrap_or(burst_bytes), at_nanos: now_nanos }
+        let amount = (u128::from(self.amount) + more).min(most.into());
+        Self { amount: u64::try_from(amount).unwrap_or(most), at_nanos: now_nanos }
     }
 }
 
@@ -39,17 +46,46 @@ pub(super) struct Rates {
 impl Rates {
     /// Whether a sender may say so much at a time. Call [`Rates::note`] once it counts.
     pub(super) fn allow(&self, sender: Sender, bytes: usize, now_nanos: u64) -> bool {
-        let full = Allowance { bytes: BURST_BYTES, at_nanos: now_nanos };
+        let full = Allowance { amount: BURST_BYTES, at_nanos: now_nanos };
         let allowance = self.of.get(&sender).map_or(full, |a| a.at(now_nanos, BYTES_A_SECOND, BURST_BYTES));
-        allowance.bytes >= bytes as u64
+        allowance.amount >= bytes as u64
     }
 
     /// Takes what a sender has said.
     pub(super) fn note(&mut self, sender: Sender, bytes: usize, now_nanos: u64) {
-        let full = Allowance { bytes: BURST_BYTES, at_nanos: now_nanos };
+        let full = Allowance { amount: BURST_BYTES, at_nanos: now_nanos };
         let allowance = self.of.entry(sender).or_insert(full);
         *allowance = allowance.at(now_nanos, BYTES_A_SECOND, BURST_BYTES);
-        allowance.bytes = allowance.bytes.saturating_sub(bytes as u64);
+        allowance.amount = allowance.amount.saturating_sub(bytes as u64);
+    }
+}
+
+/// A join in nanoseconds that were waited for.
+const JOIN_NANOS: u64 = SECS_A_JOIN * 1_000_000_000;
+
+/// How many may join.
+#[derive(Clone, Debug, Default)]
+pub(super) struct JoinRate {
+    /// Nanoseconds that were waited for and not used by a join; none before the first one.
+    waited: Option<Allowance>,
+}
+
+impl JoinRate {
+    fn at(&self, now_nanos: u64) -> Allowance {
+        let most = JOINS_AT_ONCE * JOIN_NANOS;
+        let full = Allowance { amount: most, at_nanos: now_nanos };
+        self.waited.map_or(full, |waited| waited.at(now_nanos, 1_000_000_000, most))
+    }
+
+    /// Whether one more may join at a time. Call [`JoinRate::note`] once it counts.
+    pub(super) fn allow(&self, now_nanos: u64) -> bool {
+        self.at(now_nanos).amount >= JOIN_NANOS
+    }
+
+    /// Takes a join that counts.
+    pub(super) fn note(&mut self, now_nanos: u64) {
+        let waited = self.at(now_nanos);
+        self.waited = Some(Allowance { amount: waited.amount.saturating_sub(JOIN_NANOS), ..waited });
     }
 }
 
@@ -59,7 +95,7 @@ pub(super) struct OwnRate(Allowance);
 
 impl Default for OwnRate {
     fn default() -> Self {
-        Self(Allowance { bytes: BURST_BYTES / 2, at_nanos: 0 })
+        Self(Allowance { amount: BURST_BYTES / 2, at_nanos: 0 })
     }
 }
 
@@ -67,9 +103,9 @@ impl OwnRate {
     /// Takes so many bytes, if there are as many.
     pub(super) fn take(&mut self, bytes: usize, now_nanos: u64) -> bool {
         self.0 = self.0.at(now_nanos, BYTES_A_SECOND / 2, BURST_BYTES / 2);
-        let is_enough = self.0.bytes >= bytes as u64;
+        let is_enough = self.0.amount >= bytes as u64;
         if is_enough {
-            self.0.bytes -= bytes as u64;
+            self.0.amount -= bytes as u64;
         }
         is_enough
     }
@@ -101,6 +137,26 @@ mod tests {
         }
         let more = said - BURST_BYTES;
         assert!((BYTES_A_SECOND - 2048..=BYTES_A_SECOND).contains(&more), "{more}");
+    }
+
+    #[test]
+    fn many_join_at_once_and_then_one_after_the_other() {
+        let (mut rate, second) = (JoinRate::default(), 1_000_000_000);
+        let join = |rate: &mut JoinRate, now: u64| {
+            let may = rate.allow(now);
+            if may {
+                rate.note(now);
+            }
+            may
+        };
+        let start = 5_000 * second;
+        assert_eq!((0..1000).filter(|_| join(&mut rate, start)).count() as u64, JOINS_AT_ONCE);
+        assert!(!join(&mut rate, 0), "time that goes back gives nothing");
+        // However often it is tried meanwhile.
+        let tries = (1..=1000).map(|step| start + step * second * 7 / 10);
+        assert_eq!(tries.filter(|&now| join(&mut rate, now)).count() as u64, 700 / SECS_A_JOIN);
+        let rested = start + 100 * JOINS_AT_ONCE * SECS_A_JOIN * second;
+        assert_eq!((0..1000).filter(|_| join(&mut rate, rested)).count() as u64, JOINS_AT_ONCE);
     }
 
     #[test]

@@ -314,6 +314,41 @@ fn who_speaks_under_anothers_number_takes_nothing_away() {
     assert_eq!(points_of(&ann.events)["Ann"], (0..100).collect::<Vec<_>>());
 }
 
+/// Joins of so many senders that nobody knows, at one time.
+fn flood(server: &mut Server, joins: u64, now: Duration) {
+    for sender in 0..joins {
+        let event = Event::Join { t: 0.0, author: ME, name: String::new(), color: None };
+        let mut text = super::packet::head(Sender(1 << 32 | sender), 0);
+        assert!(super::packet::push(&mut text, &event));
+        server.publish(&Outgoing { id: format!("flood {sender}"), bytes: text.into_bytes() }, now);
+    }
+}
+
+#[test]
+fn who_comes_into_a_crowd_draws_on_and_joins_once_there_is_room() {
+    let (mut server, mut now) = (Server::default(), STEP);
+    flood(&mut server, 4094, now);
+    let mut ann = Client::new("Ann", 1);
+    let mut joined = None;
+    for frame in 0..1500u32 {
+        now += STEP;
+        ann.draw(if frame == 0 { vec![begin(0)] } else { vec![point(0, frame)] }, now);
+        ann.publish(&mut server, now, &mut || false);
+        ann.read(&server, now);
+        assert!(!ann.member.is_full());
+        match ann.member.author() {
+            Some(_) => _ = joined.get_or_insert(now),
+            None => assert!(ann.member.is_crowded(), "frame {frame}"),
+        }
+    }
+    // One joins every ten seconds.
+    let joined = joined.expect("she has joined").as_secs_f64();
+    assert!((10.0..12.0).contains(&joined), "{joined}");
+    assert!(!ann.member.is_crowded());
+    assert_eq!((ann.own, ann.refused, ann.member.pending()), (ann.drawn, 0, 0));
+    assert_eq!(points_of(&ann.events)["Ann"], (1..1500).collect::<Vec<_>>());
+}
+
 #[test]
 fn a_watcher_says_nothing_and_learns_all() {
     let mut server = Server::default();

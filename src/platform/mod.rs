@@ -31,6 +31,18 @@ pub(crate) mod fs {
         found
     }
 
+    /// Whether a file lies in a folder or below it, wherever symbolic links lead.
+    #[cfg(feature = "formats")]
+    pub(crate) fn lies_within(path: &Path, folder: &Path) -> std::io::Result<bool> {
+        // The folder of a file without one.
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        #[cfg(not(target_arch = "wasm32"))]
+        return Ok(canonicalize(path)?.starts_with(canonicalize(folder)?));
+        // There are no links in memory.
+        #[cfg(target_arch = "wasm32")]
+        return Ok(without_dots(path).starts_with(without_dots(folder)));
+    }
+
     /// As [`Path::is_file`].
     pub(crate) fn is_file(path: &Path) -> bool {
         metadata(path).is_ok_and(|data| data.is_file())

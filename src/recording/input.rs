@@ -103,6 +103,16 @@ impl<'a> Input<'a> {
         }
     }
 
+    /// Whether it lies in a folder or below it, wherever symbolic links lead.
+    #[cfg(feature = "formats")]
+    pub(in crate::recording) fn lies_within(self, folder: &Path) -> io::Result<bool> {
+        match self.files {
+            Files::Disk => fs::lies_within(self.path, folder),
+            // There are no links in memory.
+            Files::Memory(_) => Ok(true),
+        }
+    }
+
     pub(in crate::recording) fn is_file(self) -> bool {
         match self.files {
             Files::Disk => fs::is_file(self.path),

@@ -107,6 +107,41 @@ fn buffers_lie_in_the_file_beside_it_or_in_its_text() {
     assert_eq!(read_sound(&write(folder.path(), "d", &small_glb())), expected);
 }
 
+/// A symbolic link beside a model leads no further than a URI does.
+#[cfg(unix)]
+#[test]
+fn a_link_out_of_the_folder_is_not_followed() {
+    use std::os::unix::fs::symlink;
+
+    let folder = tempfile::tempdir().unwrap();
+    let (json, buffer) = small_gltf();
+    let secret = write(folder.path(), "elsewhere/secret.bin", &buffer);
+    let inside = write(folder.path(), "models/parts/own.bin", &buffer);
+    let models = folder.path().join("models");
+    symlink(&secret, models.join("file.bin")).unwrap();
+    symlink(secret.parent().unwrap(), models.join("folder")).unwrap();
+    symlink(&inside, models.join("own.bin")).unwrap();
+    let model = |uri: &str| {
+        let json = json.replace("{\"byteLength\":124}", &format!("{{\"byteLength\":124,\"uri\":\"{uri}\"}}"));
+        write(&models, "a.gltf", json.as_bytes())
+    };
+    for uri in ["file.bin", "folder/secret.bin"] {
+        let path = model(uri);
+        let error = read(&path, false).error.unwrap_or_else(|| panic!("{uri} was followed")).to_string();
+        let expected = "expected the URI of a buffer in the same folder or below";
+        let found = format!("`{uri}`, a link that leads out of the folder");
+        assert_eq!(error, format!("{}: {expected}; found {found}", path.display()));
+        // Who reads damaged files gets nothing of it either.
+        let lenient = read(&path, true);
+        assert!(!lenient.events.iter().any(|event| matches!(event, Event::Polygon { .. })), "{uri}");
+    }
+    // Within the folder links lead anywhere; so does the way to the folder.
+    let expected = read_sound(&write(folder.path(), "a.glb", &small_glb()));
+    assert_eq!(read_sound(&model("own.bin")), expected);
+    symlink(&models, folder.path().join("way")).unwrap();
+    assert_eq!(read_sound(&folder.path().join("way/a.gltf")), expected);
+}
+
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();

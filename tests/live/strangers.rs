@@ -1,7 +1,12 @@
 //! Who may write, who may not, and what is not understood.
 
+use std::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
+
 use super::{
-    members::{Member, assert_same, drawn, places, recording},
+    members::{LONGEST, Member, assert_same, drawn, places, recording},
     server::Server,
 };
 
@@ -65,6 +70,68 @@ fn garbage_strangers_and_duplicates_are_counted_and_change_nothing() {
         assert!(member.count("duplicates") >= 20);
         assert!(member.said.contains("count for nothing"), "{}", member.said);
     }
+}
+
+/// Ends a thread, also where the test fails.
+struct Over<'a>(&'a AtomicBool);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A sender is whoever chooses a number: one connection can be thousands of them.
+#[test]
+fn one_that_joins_thousands_of_times_does_not_fill_the_room() {
+    let Some(server) = Server::start() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let (address, class) = (server.session("class"), recording("class.ron"));
+    let play = |name: &str, author: &str, more: &[&str]| {
+        let args = ["--play", &class, "--play-author", author, "--name", name, "--speed", "100"];
+        Member::join(folder.path(), &format!("{name}.ron"), &address, &[&args[..], more].concat())
+    };
+    play("Ann", "1", &[]).end_well();
+    let is_over = AtomicBool::new(false);
+    let mut wire = server.wire();
+    let (flooded, all_joined) = std::sync::mpsc::channel();
+    std::thread::scope(|scope| {
+        let (is_over, over) = (&is_over, Over(&is_over));
+        scope.spawn(move || {
+            for sender in 1u64.. {
+                let join = format!("osp-live-1 {sender:016x} 0\nJoin(t:1,author:1,name:\"\")\n");
+                wire.publish("osp.class", join.as_bytes());
+                if sender == 4094 {
+                    wire.settle();
+                    let _ = flooded.send(());
+                }
+                // Then so many that hardly ever another one is the first when one more may join.
+                if sender > 4094 && sender % 8 == 0 {
+                    wire.settle();
+                    std::thread::sleep(Duration::from_millis(4));
+                }
+                if is_over.load(Ordering::Relaxed) {
+                    return;
+                }
+            }
+        });
+        all_joined.recv_timeout(LONGEST).expect("the server takes them");
+        // Who comes meanwhile is told that it is not in the session, and why; nothing that it has drawn is lost sight of.
+        let eve = play("Eve", "2", &["--for", "4"]).end();
+        let idle = Member::join(folder.path(), "idle.ron", &address, &["--for", "2"]).end();
+        drop(over);
+        for member in [eve, idle] {
+            assert_eq!(member.code, Some(1), "{}", member.said);
+            assert!(member.said.contains("too many have joined"), "{}", member.said);
+            assert_eq!(member.summary["connection"], "crowded", "{}", member.said);
+            assert!(member.summary["author"].is_null(), "{}", member.said);
+        }
+    });
+    // And afterwards there is room.
+    let bob = play("Bob", "2", &[]).end_well();
+    assert_eq!(places(&folder.path().join("Bob.ron"))["Bob"], drawn(&class, Some(2)));
+    let joined = bob.summary["author"].as_u64().expect("a number");
+    assert!((128..200).contains(&joined), "{joined} have joined");
 }
 
 /// Users of a server: one may do all, one may only look.

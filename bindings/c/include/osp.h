@@ -4,7 +4,8 @@
  * inside of osp is answered, too; only if the system has no memory left the program ends.
  *
  * Lifetimes. A handle (OspIndex, OspScene) lives from osp_..._new to osp_..._free. osp keeps no pointer of the caller's after a
- * call, and gives out none but handles and messages. An id lives from insert to remove; afterwards it may be given again.
+ * call, and gives out none but handles and messages. An id lives from insert to remove; afterwards it may be given again. A message
+ * has one place in each thread, as long as the thread lives; the next failure there overwrites it.
  *
  * What cannot be checked: a pointer that is not NULL points to as much memory as the function says, which nobody else writes during
  * the call; a handle is one that osp_..._new gave and that was not freed. Whatever else is wrong is answered by a status.
@@ -38,6 +39,11 @@
  * Views of a frame, at most.
  */
 #define OSP_MAX_VIEWS 64
+
+/**
+ * Bytes of a message at most, its zero byte included; what is longer is cut off.
+ */
+#define OSP_MESSAGE_BYTES 1024
 
 /**
  * The version of this header: major * 65536 + minor * 256 + patch.
@@ -275,7 +281,7 @@ typedef struct {
     int32_t occlusion;
     /**
      * What it costs to draw one box or triangle, nanoseconds; more than 0. 10 for the triangles of a stroke; what a mesh costs
-     * where boxes stand for meshes (10000, say). From 640 on each of them is tested for itself; at 10, only groups of 64 and more.
+     * where boxes stand for meshes (10000, say). From 400 on each of them is tested for itself; at 10, only groups of 40 and more.
      */
     float draw_ns;
 } OspSceneConfig;
@@ -320,7 +326,8 @@ extern "C" {
 
 /**
  * The message of the last call on this thread that did not answer OSP_STATUS_OK; empty if there was none, never NULL. It ends with a
- * zero byte, is plain ASCII, and stays until another call on this thread fails, or the thread ends.
+ * zero byte and is plain ASCII, OSP_MESSAGE_BYTES at most. The pointer is the same for every call on one thread and is valid until
+ * the thread ends; the next failure on this thread writes its message into the same place. Copy what has to stay.
  */
 const char *osp_last_error(void);
 

@@ -14,7 +14,7 @@ pub(crate) fn border(call: impl FnOnce() -> Outcome<()>) -> OspStatus {
     match outcome.unwrap_or_else(|panic| Err(Failure::panicked(&*panic))) {
         Ok(()) => OspStatus::Ok,
         Err(Failure { status, message }) => {
-            keep_message(message);
+            keep_message(&message);
             status
         }
     }
@@ -200,7 +200,7 @@ mod tests {
     use crate::{handle::Guarded, status::osp_last_error};
 
     fn message() -> String {
-        // SAFETY: never NULL, and valid until the next failure.
+        // SAFETY: never NULL, and of this thread.
         unsafe { CStr::from_ptr(osp_last_error()) }.to_str().expect("plain text").to_owned()
     }
 

@@ -1,10 +1,6 @@
 //! What a function answers, and the message beside it.
 
-use std::{
-    any::Any,
-    cell::RefCell,
-    ffi::{CString, c_char},
-};
+use std::{any::Any, cell::Cell, ffi::c_char};
 
 /// What a function answers: OSP_STATUS_OK, or why it has changed nothing. osp_last_error says it in words.
 #[repr(i32)]
@@ -62,23 +58,31 @@ impl Failure {
 
 pub(crate) type Outcome<T> = Result<T, Failure>;
 
+/// Bytes of a message at most, its zero byte included; what is longer is cut off.
+pub const OSP_MESSAGE_BYTES: u32 = 1024;
+
 thread_local! {
-    static LAST: RefCell<CString> = RefCell::new(CString::default());
+    /// Without a destructor: it is there until the thread's memory goes.
+    static LAST: [Cell<u8>; OSP_MESSAGE_BYTES as usize] = const { [const { Cell::new(0) }; _] };
 }
 
-/// Keeps the message of a failure for this thread.
-pub(crate) fn keep_message(message: String) {
+/// Keeps the message of a failure for this thread, in the place of the one before.
+pub(crate) fn keep_message(message: &str) {
     let ascii = |letter: char| if letter.is_ascii() && letter != '\0' { letter as u8 } else { b'?' };
-    let bytes: Vec<u8> = message.chars().map(ascii).collect();
-    // While the thread ends there may be no place left for it.
-    let _ = LAST.try_with(|last| *last.borrow_mut() = CString::new(bytes).unwrap_or_default());
+    LAST.with(|last| {
+        let (_, text) = last.split_last().expect("room for more than the end");
+        // What was there before may be longer: zeros take the rest. The last byte is never written.
+        let bytes = message.chars().map(ascii).chain(std::iter::repeat(0));
+        text.iter().zip(bytes).for_each(|(place, byte)| place.set(byte));
+    });
 }
 
 /// The message of the last call on this thread that did not answer OSP_STATUS_OK; empty if there was none, never NULL. It ends with a
-/// zero byte, is plain ASCII, and stays until another call on this thread fails, or the thread ends.
+/// zero byte and is plain ASCII, OSP_MESSAGE_BYTES at most. The pointer is the same for every call on one thread and is valid until
+/// the thread ends; the next failure on this thread writes its message into the same place. Copy what has to stay.
 #[unsafe(no_mangle)]
 pub extern "C" fn osp_last_error() -> *const c_char {
-    LAST.try_with(|last| last.borrow().as_ptr()).unwrap_or(c"".as_ptr())
+    LAST.with(|last| last.as_ptr().cast())
 }
 
 /// The version of the library that is loaded: major * 65536 + minor * 256 + patch. Compare it with OSP_VERSION, that of the
@@ -93,7 +97,25 @@ pub const OSP_VERSION: u32 = 256;
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::CStr;
+
     use super::*;
+
+    #[test]
+    fn a_message_stays_where_it_is_and_is_cut_off_at_its_end() {
+        let first = osp_last_error();
+        // SAFETY: never NULL, ends with a zero byte, and is of this thread.
+        let text = || unsafe { CStr::from_ptr(osp_last_error()) }.to_str().expect("plain text").to_owned();
+        let most = OSP_MESSAGE_BYTES as usize - 1;
+        for length in [most - 1, most, most + 1, 3 * most, 3, 0] {
+            let message: String = "an \u{e9} \u{1f600} ".chars().cycle().take(length).collect();
+            keep_message(&message);
+            let expected: String = "an ? ? ".chars().cycle().take(length.min(most)).collect();
+            assert_eq!((text(), osp_last_error()), (expected, first), "{length}");
+        }
+        let other = std::thread::spawn(|| osp_last_error().addr()).join().expect("no panic");
+        assert_ne!(other, first.addr(), "each thread has its own");
+    }
 
     #[test]
     fn the_version_is_that_of_the_package() {

@@ -120,7 +120,7 @@ pub struct OspSceneConfig {
     /// One of OspOcclusion.
     pub occlusion: i32,
     /// What it costs to draw one box or triangle, nanoseconds; more than 0. 10 for the triangles of a stroke; what a mesh costs
-    /// where boxes stand for meshes (10000, say). From 640 on each of them is tested for itself; at 10, only groups of 64 and more.
+    /// where boxes stand for meshes (10000, say). From 400 on each of them is tested for itself; at 10, only groups of 40 and more.
     pub draw_ns: f32,
 }
 

@@ -298,8 +298,24 @@ static void memory_for_a_million(void) {
     EXPECT_OK(osp_scene_free(scene));
 }
 
+/* What osp_last_error gave before a call may be read after it: C does not say which argument of printf is computed first. */
+static void a_message_that_was_asked_for_before_the_call(void) {
+    const char *message = osp_last_error();
+    const char *words[] = {"scene", "index"};
+    for (int i = 0; i < 4; i++) {
+        OspStatus status = i % 2 ? osp_index_remove(NULL, 0) : osp_scene_new(NULL, NULL);
+        EXPECT(status == OSP_STATUS_NULL_POINTER);
+        EXPECT(message == osp_last_error());
+        EXPECT(strncmp(message, words[i % 2], strlen(words[i % 2])) == 0);
+    }
+    /* What is in order leaves it as it is. */
+    EXPECT_OK(osp_index_free(NULL));
+    EXPECT(message == osp_last_error() && strncmp(message, "index", 5) == 0);
+}
+
 void run_errors(void) {
     memory_for_a_million();
+    a_message_that_was_asked_for_before_the_call();
     errors_of_index();
     errors_of_scene();
 }

@@ -140,7 +140,34 @@ static void run(int32_t method, int is_committed) {
     EXPECT_OK(osp_scene_free(scene));
 }
 
+/* Boxes close together behind the wall: how many are left where drawing one takes so long. */
+static size_t left_of(int boxes, float draw_ns) {
+    OspSceneConfig config = {{{0, 0, 0}, 16, 1024}, OSP_OCCLUSION_MSVBSP, draw_ns};
+    OspBox cluster[BEHIND];
+    uint32_t ids[BEHIND], wall[2];
+    for (int i = 0; i < boxes; i++) {
+        float x = 0.1f + 0.001f * (float)i;
+        cluster[i] = (OspBox){{x, 0.1f, -6}, {x + 0.1f, 0.2f, -5.9f}};
+    }
+    hand = 1;
+    EXPECT_OK(osp_scene_new(&config, &scene));
+    EXPECT_OK(osp_scene_insert_boxes(scene, cluster, (size_t)boxes, ids));
+    EXPECT_OK(osp_scene_insert_triangles(scene, WALL, 4, CORNERS, 2, 1, wall));
+    frames(FRAMES, 1, 1);
+    EXPECT_OK(osp_scene_free(scene));
+    return count - 2;
+}
+
+/* What the header says of OspSceneConfig.draw_ns. */
+static void what_is_tested(void) {
+    EXPECT(left_of(1, 400) == 0);
+    EXPECT(left_of(1, 399) == 1);
+    EXPECT(left_of(39, 10) == 39);
+    EXPECT(left_of(BEHIND, 10) < BEHIND);
+}
+
 void run_occlusion(void) {
+    what_is_tested();
     for (int32_t method = OSP_OCCLUSION_NONE; method <= OSP_OCCLUSION_AUTO; method++) {
         for (int i = 0; i < 4; i++) {
             hand = i < 2 ? 1 : -1;

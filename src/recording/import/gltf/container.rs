@@ -178,7 +178,7 @@ fn read_buffers(
             (Some(uri), _) => match uri::data(uri) {
                 Some(data) => data,
                 None => match uri::file(uri, path) {
-                    Ok(file) => read_beside(input.beside(&file), left, path)?,
+                    Ok(file) => read_beside(input.beside(&file), uri, left, path)?,
                     Err(fault) => Err(fault),
                 },
             },
@@ -204,14 +204,24 @@ fn read_buffers(
 /// A buffer of its own file. The inner error is one of the model.
 fn read_beside(
     file: Input<'_>,
+    uri: &str,
     left: &mut u64,
     model: &Path,
 ) -> Result<Result<Vec<u8>, Fault>, RecordingError> {
     let mut bytes = Vec::new();
-    let read = file.open().and_then(|opened| opened.take(left.saturating_add(1)).read_to_end(&mut bytes));
-    if let Err(error) = read {
-        let name = shown(&file.path.to_string_lossy());
-        return Ok(Err(Fault::new(format!("the buffer {name}"), shortened(&error.to_string()))));
+    let read = file.lies_within(uri::folder(model)).and_then(|lies_within| {
+        if lies_within {
+            file.open()?.take(left.saturating_add(1)).read_to_end(&mut bytes)?;
+        }
+        Ok(lies_within)
+    });
+    match read {
+        Ok(true) => {}
+        Ok(false) => return Ok(Err(uri::leads_out(uri))),
+        Err(error) => {
+            let name = shown(&file.path.to_string_lossy());
+            return Ok(Err(Fault::new(format!("the buffer {name}"), shortened(&error.to_string()))));
+        }
     }
     match left.checked_sub(bytes.len() as u64) {
         Some(rest) => *left = rest,
@@ -236,5 +246,8 @@ pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
     };
     let root = json.and_then(|json| parse(path, json.start, &bytes[json], &Limits::DEFAULT));
     let uris = root.into_iter().flat_map(|root| root.buffers).filter_map(|buffer| buffer.uri);
-    uris.filter(|uri| uri::data(uri).is_none()).filter_map(|uri| uri::file(&uri, path).ok()).collect()
+    let files = uris.filter(|uri| uri::data(uri).is_none()).filter_map(|uri| uri::file(&uri, path).ok());
+    let folder = uri::folder(path);
+    // One that is not there may be made by somebody else.
+    files.filter(|file| Input::on_disk(file).lies_within(folder).unwrap_or(true)).collect()
 }

@@ -34,16 +34,29 @@ pub(super) fn data(uri: &str) -> Option<Result<Vec<u8>, Fault>> {
     Some(decoded)
 }
 
-/// The file of a relative URI: one in the folder of `beside` or below it. A model does not reach further.
+const EXPECTED: &str = "the URI of a buffer in the same folder or below";
+
+/// The folder that a model reads from: its own.
+pub(super) fn folder(model: &Path) -> &Path {
+    model.parent().unwrap_or(Path::new(""))
+}
+
+/// The refusal of a URI that a symbolic link takes further than it reads.
+pub(super) fn leads_out(uri: &str) -> Fault {
+    Fault::new(EXPECTED, format!("{}, a link that leads out of the folder", shown(uri)))
+}
+
+/// The file of a relative URI: one in the folder of `beside` or below it. A model does not reach further. Whether a symbolic
+/// link does is to be looked up where the file is opened.
 pub(super) fn file(uri: &str, beside: &Path) -> Result<PathBuf, Fault> {
-    let refuse = || Fault::new("the URI of a buffer in the same folder or below", shown(uri));
+    let refuse = || Fault::new(EXPECTED, shown(uri));
     let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| refuse())?;
     let relative = Path::new(decoded.as_ref());
     let is_plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
     if decoded.is_empty() || decoded.contains(['\0', ':', '\\']) || !relative.components().all(is_plain) {
         return Err(refuse());
     }
-    Ok(beside.parent().unwrap_or(Path::new("")).join(relative))
+    Ok(folder(beside).join(relative))
 }
 
 #[cfg(test)]
