@@ -15,6 +15,7 @@ use super::{
     output::{complain, say},
     reading::ReadArgs,
     session::OpenSession,
+    tracker_args::key,
 };
 use crate::{
     app::tracker::{Message, Teller, TrackerKey, osc_keyed, osc_packet, write_line},
@@ -31,7 +32,7 @@ const PACKET_BYTES: usize = 1200;
   osp send recordings/portrait.ron --to 127.0.0.1:9327
   osp send sketch.tilt --to 127.0.0.1:9327 --speed 10
   osp send sketch.tilt --to 192.168.0.7:9000 --osc
-  osp send sketch.tilt --to 192.168.0.7:9000 --key a-word")]
+  osp send sketch.tilt --to 192.168.0.7:9000 --key-file word.txt")]
 pub(super) struct SendArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     file: PathBuf,
@@ -45,9 +46,12 @@ pub(super) struct SendArgs {
     /// How many times as fast as recorded.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     speed: f64,
-    /// The key that the window requires (`osp sketch --tracker-key`).
+    /// The key that the window requires (`osp sketch --tracker-key`). The list of processes shows it to everybody on this machine.
     #[arg(long)]
     key: Option<TrackerKey>,
+    /// Read the key from a file of one line. Without it and --key, the variable OSP_TRACKER_KEY gives the key, if it is set.
+    #[arg(long, value_name = "FILE", conflicts_with = "key")]
+    key_file: Option<PathBuf>,
     /// Send OSC messages instead of lines.
     #[arg(long)]
     osc: bool,
@@ -56,6 +60,7 @@ pub(super) struct SendArgs {
 }
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
+    let key = key(args.key.as_ref(), args.key_file.as_deref())?;
     let no_address = || format!("--to {}: expected ADDRESS:PORT, such as 127.0.0.1:9327", args.to);
     let to = args.to.to_socket_addrs().with_context(no_address)?.next().with_context(no_address)?;
     let from = if to.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
@@ -64,8 +69,7 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
 
     let session = OpenSession::open(&args.file, &args.reading)?;
     let mut pacer = Pacer::new(session, args.pace);
-    let (osc, key) = (args.osc, args.key.clone());
-    let mut sender = Sender { socket, osc, key, packet: String::new(), packets: 0, refused: 0 };
+    let mut sender = Sender { socket, osc: args.osc, key, packet: String::new(), packets: 0, refused: 0 };
     let mut teller = Teller::new();
     let (mut events, mut messages) = (Vec::new(), Vec::new());
     let mut sent = 0u64;
