@@ -89,6 +89,8 @@ mod study_measure;
 mod study_progress;
 mod study_results;
 mod synth;
+#[cfg(feature = "window")]
+mod tracker;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of commands that this build lacks"))]
 mod tracker_args;
 mod verify;

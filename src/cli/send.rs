@@ -13,6 +13,7 @@ use super::{
     output::{complain, say},
     send_args::SendArgs,
     session::OpenSession,
+    tracker::key,
 };
 use crate::{
     app::tracker::{Message, Teller, TrackerKey, osc_keyed, osc_packet, write_line},
@@ -24,6 +25,7 @@ use crate::{
 const PACKET_BYTES: usize = 1200;
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
+    let key = key(args.key.as_ref(), args.key_file.as_deref())?;
     let no_address = || format!("--to {}: expected ADDRESS:PORT, such as 127.0.0.1:9327", args.to);
     let to = args.to.to_socket_addrs().with_context(no_address)?.next().with_context(no_address)?;
     let from = if to.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
@@ -32,8 +34,7 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
 
     let session = OpenSession::open(&args.file, &args.reading)?;
     let mut pacer = Pacer::new(session, args.pace);
-    let (osc, key) = (args.osc, args.key.clone());
-    let mut sender = Sender { socket, osc, key, packet: String::new(), packets: 0, refused: 0 };
+    let mut sender = Sender { socket, osc: args.osc, key, packet: String::new(), packets: 0, refused: 0 };
     let mut teller = Teller::new();
     let (mut events, mut messages) = (Vec::new(), Vec::new());
     let mut sent = 0u64;

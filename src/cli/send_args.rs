@@ -13,7 +13,7 @@ use crate::recording::Pace;
   osp send recordings/portrait.ron --to 127.0.0.1:9327
   osp send sketch.tilt --to 127.0.0.1:9327 --speed 10
   osp send sketch.tilt --to 192.168.0.7:9000 --osc
-  osp send sketch.tilt --to 192.168.0.7:9000 --key a-word")]
+  osp send sketch.tilt --to 192.168.0.7:9000 --key-file word.txt")]
 pub(super) struct SendArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     pub(super) file: PathBuf,
@@ -27,9 +27,12 @@ pub(super) struct SendArgs {
     /// How many times as fast as recorded.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     pub(super) speed: f64,
-    /// The key that the window requires (`osp sketch --tracker-key`).
+    /// The key that the window requires (`osp sketch --tracker-key`). The list of processes shows it to everybody on this machine.
     #[arg(long)]
     pub(super) key: Option<TrackerKey>,
+    /// Read the key from a file of one line. Without it and --key, the variable OSP_TRACKER_KEY gives the key, if it is set.
+    #[arg(long, value_name = "FILE", conflicts_with = "key")]
+    pub(super) key_file: Option<PathBuf>,
     /// Send OSC messages instead of lines.
     #[arg(long)]
     pub(super) osc: bool,

@@ -130,6 +130,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     let tracker = &args.tracker.tracker;
     args.window.check_trace(args.file.as_ref(), tracker.as_ref())?;
     args.tracker.check()?;
+    let mut tracker_options = args.tracker.options()?;
     #[cfg(feature = "live")]
     anyhow::ensure!(
         args.join.is_some() || !args.server.is_given(),
@@ -177,10 +178,10 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         studio.take_over(reading);
     }
     let mut options = args.window.options(tracker.clone());
-    options.tracker_options = args.tracker.options();
     if args.tracker_authors {
-        options.tracker_options.listening = Listening::Authors;
+        tracker_options.listening = Listening::Authors;
     }
+    options.tracker_options = tracker_options;
     run_window(studio, options)?;
     Ok(Outcome::Done)
 }

@@ -1,18 +1,11 @@
 //! `--tracker` and how to listen to it.
 
-#[cfg(feature = "window")]
-use anyhow::Context;
+use std::path::PathBuf;
+
 use clap::Args;
 
 #[cfg(feature = "window")]
-use super::output::complain;
-#[cfg(feature = "window")]
-pub(super) use crate::app::tracker::TrackerKey;
-#[cfg(feature = "window")]
-use crate::{
-    app::tracker::{Listening, TrackerAddress, TrackerOptions},
-    small_file::open_regular,
-};
+pub(super) use crate::app::tracker::{TrackerAddress, TrackerKey};
 
 /// Without the window nothing listens: any word will do until the option is refused.
 #[cfg(not(feature = "window"))]
@@ -28,35 +21,16 @@ pub(super) struct TrackerArgs {
     pub(super) tracker: Option<TrackerAddress>,
     /// Accept the messages of every sender, not only of the first.
     #[arg(long, requires = "tracker")]
-    tracker_any: bool,
-    /// Accept only packets that begin with this key. The key is sent unencrypted: whoever can read the packets knows it.
+    pub(super) tracker_any: bool,
+    /// Accept only packets that begin with this key. The key is sent unencrypted: whoever can read the packets knows it. So does
+    /// everybody on this machine: the list of processes shows the word. A file or the variable OSP_TRACKER_KEY keeps it out of
+    /// there.
     #[arg(long, value_name = "KEY", requires = "tracker")]
-    tracker_key: Option<TrackerKey>,
+    pub(super) tracker_key: Option<TrackerKey>,
+    /// Read the key from a file of one line. Without it and --tracker-key, the variable OSP_TRACKER_KEY gives the key, if it is set.
+    #[arg(long, value_name = "FILE", requires = "tracker", conflicts_with = "tracker_key")]
+    pub(super) tracker_key_file: Option<PathBuf>,
     /// The room of the DTrack system that sends was calibrated with z up, not y.
     #[arg(long, requires = "tracker")]
-    tracker_z_up: bool,
-}
-
-#[cfg(feature = "window")]
-impl TrackerArgs {
-    /// Refuses a file that cannot be read, before anything else begins.
-    pub(super) fn check(&self) -> anyhow::Result<()> {
-        if let Some(TrackerAddress::File(path)) = &self.tracker {
-            open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
-        }
-        Ok(())
-    }
-
-    /// How to listen; what is dangerous about it is said.
-    pub(super) fn options(&self) -> TrackerOptions {
-        let options = TrackerOptions {
-            listening: if self.tracker_any { Listening::Everybody } else { Listening::First },
-            key: self.tracker_key.clone(),
-            z_up: self.tracker_z_up,
-        };
-        if let Some(warning) = self.tracker.as_ref().and_then(|from| from.warning(&options)) {
-            complain(&format!("warning: {warning}"));
-        }
-        options
-    }
+    pub(super) tracker_z_up: bool,
 }

@@ -172,7 +172,7 @@ impl TrackedHead {
         use crate::app::tracker::Tracker;
         let Some(address) = &args.tracker.tracker else { return Ok(None) };
         args.tracker.check()?;
-        let tracker = Tracker::open(address, &args.tracker.options(), || {})?;
+        let tracker = Tracker::open(address, &args.tracker.options()?, || {})?;
         let head = (rig.head, Quat::IDENTITY);
         Ok(Some(Self { tracker, rig: rig.clone(), head, heard: Instant::now(), is_missed: false }))
     }

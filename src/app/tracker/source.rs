@@ -75,7 +75,7 @@ impl TrackerAddress {
     pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
-            None => "--tracker-key asks for a key, udp://127.0.0.1 listens to this machine only",
+            None => "--tracker-key-file asks for a key, udp://127.0.0.1 listens to this machine only",
             Some(_) => "only who knows the key is read, but it is sent as it is",
         };
         let everybody = address.ip().is_unspecified();
