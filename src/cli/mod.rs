@@ -117,7 +117,7 @@ const EXAMPLES: &str = "Examples:
   osp import painting.apa painting.ron
   osp export sketch.tilt sketch.glb
   osp bench recordings/*.ron --quick --html bench.html
-  osp study sketches --out results.parquet
+  osp study sketches --out results.ndjson
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
   osp render recordings/room.ron room.png
