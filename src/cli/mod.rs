@@ -8,7 +8,7 @@ mod allocations;
 mod author_rows;
 mod brush_rows;
 mod new_recording;
-#[cfg(not(all(feature = "live", feature = "window", feature = "worlds")))]
+#[cfg(not(all(feature = "live", feature = "serve", feature = "window", feature = "worlds")))]
 mod not_built;
 mod numbers;
 mod occlusion_tests;
@@ -68,6 +68,10 @@ mod rig_args;
 #[cfg(feature = "window")]
 mod send;
 mod serve;
+#[cfg(feature = "serve")]
+mod serve_answer;
+#[cfg(feature = "serve")]
+mod serve_http;
 #[cfg(feature = "live")]
 mod shared_args;
 #[cfg(feature = "window")]
