@@ -8,7 +8,8 @@ use std::{
 use thiserror::Error;
 
 use crate::{
-    atomic_file::Destination, platform::fs, recording::looks_like_session, small_file::open_regular,
+    atomic_file::Destination, lab::study::TableFormat, platform::fs, recording::looks_like_session,
+    small_file::open_regular,
 };
 
 /// Bytes from the beginning of a file that decide what it is.
@@ -35,16 +36,18 @@ pub(crate) enum OutputKind {
     Pvs,
     /// A model, binary glTF.
     Glb,
-    /// The table of a study.
+    /// The table of a study: lines of JSON.
+    Study,
+    /// The table of a study as Parquet.
     Parquet,
     /// A session.
     Recording,
 }
 
-use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Svg, Trace};
+use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Study, Svg, Trace};
 
 impl OutputKind {
-    const ALL: [Self; 11] = [Png, Glb, Parquet, Pvs, Html, Svg, Dot, Pins, Trace, Csv, Recording];
+    const ALL: [Self; 12] = [Png, Glb, Parquet, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
 
     /// What it is called in messages.
     fn name(self) -> &'static str {
@@ -58,6 +61,7 @@ impl OutputKind {
             Pins => "pinned fingerprints",
             Pvs => "sets of what can be seen (.pvs)",
             Glb => "a model (.glb)",
+            Study => "a table of `osp study`",
             Parquet => "a table (Parquet)",
             Recording => "a session",
         }
@@ -75,6 +79,7 @@ impl OutputKind {
             Pins => &[".pins"],
             Pvs => &[".pvs"],
             Glb => &[".glb"],
+            Study => &[".ndjson"],
             Parquet => &[".parquet"],
             Recording => &[".ron", ".ron.zst"],
         }
@@ -82,7 +87,7 @@ impl OutputKind {
 
     /// Whether programs go by the ending; text may be called anything that does not name another kind.
     fn needs_ending(self) -> bool {
-        matches!(self, Png | Svg | Dot | Pvs | Glb | Parquet | Recording)
+        matches!(self, Png | Svg | Dot | Pvs | Glb | Study | Parquet | Recording)
     }
 
     fn is_named(self, path: &Path) -> bool {
@@ -119,7 +124,8 @@ impl OutputKind {
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Glb => start.starts_with(b"glTF"),
-            Parquet => start.starts_with(b"PAR1"),
+            Study => TableFormat::of_start(start) == Some(TableFormat::Lines),
+            Parquet => TableFormat::of_start(start) == Some(TableFormat::Parquet),
             Pvs => start.starts_with(b"osp pvs "),
             Html => starts("<!doctype html") || starts("<html"),
             Svg => starts("<svg") || (starts("<?xml") && holds(text, "<svg")),
@@ -322,6 +328,7 @@ mod tests {
             ("osp pvs 1\n", "a", Some(Pvs)),
             ("v 0 0 0\n", "a.obj", Some(Recording)),
             ("PAR1\u{15}", "a", Some(Parquet)),
+            ("{\"file\":\"a.ron\",\"file_hash\":null", "a.json", Some(Study)),
             ("PK\u{3}\u{4}", "a.zip", None),
         ] {
             assert_eq!(found(start, name), kind, "{name}: {start}");
@@ -342,6 +349,7 @@ mod tests {
             (Trace, &["a.jsonl", "a.json", "a.log"], &["a.ron", "a.csv"]),
             (Glb, &["a.glb"], &["p.obj", "a", "a.gltf"]),
             (Parquet, &["a.parquet"], &["a", "a.csv", "a.parquet.json"]),
+            (Study, &["a.ndjson", "a.NDJSON"], &["a", "a.csv", "a.json", "a.parquet"]),
             (Recording, &["a.ron", "a.ron.zst"], &["a.zst", "a.txt"]),
         ] {
             assert!(good.iter().all(|name| fits(kind, name)), "{kind:?} {good:?}");

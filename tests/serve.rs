@@ -1,11 +1,20 @@
 //! `osp serve`: what it answers, and what it does not.
 
+#[path = "serve/answers.rs"]
+mod answers;
+#[path = "serve/attacks.rs"]
+mod attacks;
+
 use std::{
     fs,
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
     process::{Child, Command, Stdio},
+    time::Duration,
 };
+
+/// How long an answer may take before a test fails; no more than a few seconds are needed.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 struct Server {
     child: Child,
@@ -33,12 +42,23 @@ impl Server {
 
     /// `more`: further headers, each with its line end.
     fn ask_with(&self, method: &str, path: &str, host: &str, more: &str) -> String {
-        let mut stream = TcpStream::connect(&self.address).expect("it listens");
-        write!(stream, "{method} {path} HTTP/1.1\r\nHost: {host}\r\n{more}Connection: close\r\n\r\n")
-            .expect("sent");
+        let request = format!("{method} {path} HTTP/1.1\r\nHost: {host}\r\n{more}Connection: close\r\n\r\n");
+        String::from_utf8_lossy(&self.send(request.as_bytes())).into_owned()
+    }
+
+    fn send(&self, request: &[u8]) -> Vec<u8> {
+        let mut stream = self.connect();
+        stream.write_all(request).expect("sent");
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).expect("answered");
-        String::from_utf8_lossy(&answer).into_owned()
+        answer
+    }
+
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(&self.address).expect("it listens");
+        stream.set_read_timeout(Some(PATIENCE)).expect("set");
+        stream.set_write_timeout(Some(PATIENCE)).expect("set");
+        stream
     }
 
     fn get(&self, path: &str) -> String {

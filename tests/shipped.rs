@@ -89,7 +89,7 @@ fn the_commands_of_the_readme_work() {
                 // As a shell does it.
                 "recordings/*.ron" => args.extend(shipped().iter().map(|name| format!("recordings/{name}"))),
                 // What is written goes into the temporary folder.
-                _ if [".png", ".svg", ".html", ".parquet"].iter().any(|ending| word.ends_with(ending)) => {
+                _ if [".png", ".svg", ".html", ".ndjson"].iter().any(|ending| word.ends_with(ending)) => {
                     args.push(folder.path().join(word).to_string_lossy().into_owned());
                 }
                 _ => args.push(word.to_owned()),

@@ -3,8 +3,13 @@
 
 #[path = "study/measuring.rs"]
 mod measuring;
+#[cfg(feature = "parquet")]
+#[path = "study/parquet.rs"]
+mod parquet_tables;
 #[path = "study/recipes.rs"]
 mod recipes;
+#[path = "study/replacing.rs"]
+mod replacing;
 #[path = "study/results.rs"]
 mod results;
 #[path = "study/resuming.rs"]

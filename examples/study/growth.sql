@@ -2,7 +2,7 @@
 -- over all of them the exponent of a power law, frame time ~ polygons ^ exponent (0: no growth, 1: proportional).
 WITH measured AS (
     SELECT index, polygons, frame_p50_us, index_bytes
-    FROM 'results.parquet'
+    FROM 'results.ndjson'
     WHERE error IS NULL AND occlusion IS NULL AND polygons > 0 AND frame_p50_us > 0 AND frames_fingerprinted = frames
 ), power_law AS (
     SELECT index, round(regr_slope(ln(frame_p50_us), ln(polygons)), 2) AS exponent

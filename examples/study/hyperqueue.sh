@@ -10,5 +10,5 @@ results=$(realpath "$results")
 # Each task gets its number in HQ_TASK_ID.
 # shellcheck disable=SC2016 # the worker's shell expands it
 hq submit --wait --cpus 1 --array "1-$shards" -- bash -c \
-  'osp study "$0" --shard "$HQ_TASK_ID/$2" --jobs 1 --out "$1/shard-$HQ_TASK_ID-of-$2.parquet"' "$sessions" "$results" "$shards"
-osp study merge "$results"/shard-*-of-"$shards".parquet --out "$results/all.parquet"
+  'osp study "$0" --shard "$HQ_TASK_ID/$2" --jobs 1 --out "$1/shard-$HQ_TASK_ID-of-$2.ndjson"' "$sessions" "$results" "$shards"
+osp study merge "$results"/shard-*-of-"$shards".ndjson --out "$results/all.ndjson"

@@ -8,5 +8,5 @@ shards=${3:-8}
 mkdir -p "$results"
 # One session at a time in each process: parallel starts as many as there are cores.
 seq "$shards" | parallel --quote "${@:4}" \
-  osp study "$sessions" --shard "{}/$shards" --jobs 1 --out "$results/shard-{}-of-$shards.parquet"
-osp study merge "$results"/shard-*-of-"$shards".parquet --out "$results/all.parquet"
+  osp study "$sessions" --shard "{}/$shards" --jobs 1 --out "$results/shard-{}-of-$shards.ndjson"
+osp study merge "$results"/shard-*-of-"$shards".ndjson --out "$results/all.ndjson"

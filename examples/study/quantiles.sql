@@ -2,7 +2,7 @@
 -- as long as `osp` it took in the same session on the same machine. Without those that were too slow for every frame.
 WITH measured AS (
     SELECT *
-    FROM 'results.parquet'
+    FROM 'results.ndjson'
     WHERE error IS NULL AND occlusion IS NULL AND frames > 0 AND frames_fingerprinted = frames
 ), beside AS (
     SELECT m.*, m.frame_p50_us / nullif(o.frame_p50_us, 0) AS times_osp

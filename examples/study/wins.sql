@@ -3,7 +3,7 @@
 WITH ranked AS (
     SELECT file, host, polygons, index, frame_p50_us,
            row_number() OVER (PARTITION BY file, file_hash, host, options, osp_commit ORDER BY frame_p50_us, index) AS place
-    FROM 'results.parquet'
+    FROM 'results.ndjson'
     WHERE error IS NULL AND occlusion IS NULL AND frames > 0 AND frames_fingerprinted = frames
 )
 SELECT file, host, polygons, index AS least_time, round(frame_p50_us, 2) AS frame_p50_us,

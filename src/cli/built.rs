@@ -9,21 +9,26 @@ use clap::{ArgMatches, parser::ValueSource};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Feature {
     Live,
+    Parquet,
     Peers,
     Render,
+    Serve,
     Window,
     Worlds,
 }
 
 impl Feature {
-    const ALL: [Self; 5] = [Self::Live, Self::Peers, Self::Render, Self::Window, Self::Worlds];
+    const ALL: [Self; 7] =
+        [Self::Live, Self::Parquet, Self::Peers, Self::Render, Self::Serve, Self::Window, Self::Worlds];
 
     /// Its name in Cargo.toml.
     const fn name(self) -> &'static str {
         match self {
             Self::Live => "live",
+            Self::Parquet => "parquet",
             Self::Peers => "peers",
             Self::Render => "render",
+            Self::Serve => "serve",
             Self::Window => "window",
             Self::Worlds => "worlds",
         }
@@ -33,8 +38,10 @@ impl Feature {
     pub(super) const fn is_built(self) -> bool {
         match self {
             Self::Live => cfg!(feature = "live"),
+            Self::Parquet => cfg!(feature = "parquet"),
             Self::Peers => cfg!(feature = "peers"),
             Self::Render => cfg!(feature = "render"),
+            Self::Serve => cfg!(feature = "serve"),
             Self::Window => cfg!(feature = "window"),
             Self::Worlds => cfg!(feature = "worlds"),
         }
@@ -76,6 +83,7 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["pack"], &[], Feature::Worlds),
     (&["render"], &[], Feature::Render),
     (&["rig", "monitors"], &[], Feature::Window),
+    (&["serve"], &[], Feature::Serve),
     (&["sketch"], &[], Feature::Window),
     (&["sketch"], &["join"], Feature::Live),
     (&["send"], &[], Feature::Window),

@@ -21,7 +21,7 @@ use super::{
     join_recording::SharedRecording,
     join_report::Report,
     output::{complain, keep_standard_output_for_a_file, one_line, say},
-    server,
+    shared,
 };
 use crate::{
     lab::report::thousands,
@@ -69,7 +69,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     let link = Link::open(&address, &args.server.options(args.watch, &args.name), || {})?;
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
-    server::end_on_signals(&ending, FAREWELL + REPORT);
+    shared::end_on_signals(&ending, FAREWELL + REPORT);
     let is_done = AtomicBool::new(false);
     let mut member = Member {
         args,

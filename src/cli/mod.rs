@@ -74,9 +74,14 @@ mod rig_args;
 mod send;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod send_args;
-mod serve;
+#[cfg(feature = "serve")]
+mod serve_answer;
+#[cfg_attr(not(feature = "serve"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod serve_args;
+#[cfg(feature = "serve")]
+mod serve_http;
 #[cfg(feature = "live")]
-mod server;
+mod shared;
 #[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of commands that this build lacks"))]
 mod shared_args;
 #[cfg(feature = "window")]
@@ -132,7 +137,7 @@ const EXAMPLES: &str = "Examples:
   osp import painting.apa painting.ron
   osp export sketch.tilt sketch.glb
   osp bench recordings/*.ron --quick --html bench.html
-  osp study sketches --out results.parquet
+  osp study sketches --out results.ndjson
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
   osp render recordings/room.ron room.png
@@ -167,7 +172,7 @@ enum Command {
     Config(config::ConfigArgs),
     Man(man::ManArgs),
     Rig(rig::RigCommand),
-    Serve(serve::ServeArgs),
+    Serve(serve_args::ServeArgs),
     Join(Box<join_args::JoinArgs>),
     Wall(Box<wall_args::WallArgs>),
     Sketch(Box<sketch_args::SketchArgs>),
@@ -208,7 +213,7 @@ impl Command {
             Self::Completions(args) => completions::run(args, Cli::command()),
             Self::Config(args) => config::run(args, Cli::command()),
             Self::Rig(args) => rig::run(args),
-            Self::Serve(args) => serve::run(args),
+            Self::Serve(args) => of_feature!("serve", serve_http::run, args),
             Self::Join(args) => of_feature!("live", join::run, args),
             Self::Wall(args) => of_feature!("live", wall::run, args),
             Self::Man(args) => man::run(args, Cli::command()),

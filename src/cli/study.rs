@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 
 use super::{Outcome, replay_args::PlayArgs, study_measure::measure, study_results, verify_all::Part};
 
-/// Measure many sessions, and keep the figures as a table (Parquet) with a row for each session and index.
+/// Measure many sessions, and keep the figures as a table (lines of JSON, or Parquet) with a row for each session and index.
 ///
 /// All cores work, each on one session at a time. A session that cannot be read is a row with its error. What was measured is
 /// kept, a file a session, in the folder --work: the same command goes on where it was stopped, by whatever. A row holds the
@@ -16,17 +16,18 @@ use super::{Outcome, replay_args::PlayArgs, study_measure::measure, study_result
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     after_help = "Examples:
-  osp study sketches --out results.parquet
-  osp study sketches --index osp,octree-rebuild,bvh-sah --camera inside --out inside.parquet
-  osp study sketches --shard 2/8 --out part-2.parquet
-  osp study merge part-*.parquet --out all.parquet
-  osp study check all.parquet
-  osp study report all.parquet --out report.html
+  osp study sketches --out results.ndjson
+  osp study sketches --index osp,octree-rebuild,bvh-sah --camera inside --out inside.ndjson
+  osp study sketches --shard 2/8 --out part-2.ndjson
+  osp study merge part-*.ndjson --out all.ndjson
+  osp study check all.ndjson
+  osp study report all.ndjson --out report.html
 
 A session is measured again if its contents, an option that matters or the build of osp differs from
 what is kept. Names do not matter: a session that lies there twice is measured once, and has its rows
 under both names. On many machines each takes a shard and writes a table of its own (docs/study.md has
 recipes for GNU parallel, Slurm and HyperQueue, and questions to the tables in SQL).
+Parquet is in builds with the feature `parquet`; `osp study merge` makes one format of the other.
 `osp replay --help` describes the indexes and the methods of occlusion culling."
 )]
 pub(super) struct StudyArgs {
@@ -49,7 +50,7 @@ pub(super) struct MeasureArgs {
     /// The sessions, of any format that replay reads, or folders of them.
     #[arg(required = true, value_name = "FILES_OR_FOLDERS")]
     pub(super) files: Vec<PathBuf>,
-    /// The table to write, .parquet. It may be left out with --work: `osp study merge` makes a table later.
+    /// The table to write: .ndjson, a line of JSON for each row, or .parquet. It may be left out with --work: `osp study merge` makes a table later.
     #[arg(long, value_name = "FILE", required_unless_present = "work")]
     pub(super) out: Option<PathBuf>,
     /// The folder in which each session that was measured is kept [default: the name of --out with `.parts`].
@@ -61,7 +62,7 @@ pub(super) struct MeasureArgs {
     /// How many sessions are measured at the same time [default: the hardware threads that osp may use].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) jobs: Option<u16>,
-    /// Let the table replace a file of another kind, but never a file that is read.
+    /// Let the table replace a table of another study or a file of another kind, but never a file that is read.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]
@@ -71,7 +72,7 @@ pub(super) struct MeasureArgs {
 /// Where results are read from.
 #[derive(Args, Debug)]
 pub(super) struct ResultArgs {
-    /// Tables (.parquet) of `osp study`, and folders that --work named.
+    /// Tables (.ndjson or .parquet) of `osp study`, and folders that --work named.
     #[arg(required = true, value_name = "TABLE_OR_DIR")]
     pub(super) from: Vec<PathBuf>,
 }
@@ -79,14 +80,14 @@ pub(super) struct ResultArgs {
 /// Make one table of several, and of folders of measured sessions. A row that is there twice is taken once.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
-  osp study merge part-*.parquet node7.parquet.parts --out all.parquet")]
+  osp study merge part-*.ndjson node7.ndjson.parts --out all.ndjson")]
 pub(super) struct MergeArgs {
     #[command(flatten)]
     pub(super) results: ResultArgs,
-    /// The table to write, .parquet.
+    /// The table to write: .ndjson, a line of JSON for each row, or .parquet.
     #[arg(long, value_name = "FILE")]
     pub(super) out: PathBuf,
-    /// Let the table replace a file of another kind, but never a file that is read.
+    /// Let the table replace a table of another study or a file of another kind, but never a file that is read.
     #[arg(long)]
     pub(super) force: bool,
 }
@@ -97,7 +98,7 @@ pub(super) struct MergeArgs {
 /// (`--budget`) are not.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
-  osp study check laptop.parquet cluster.parquet")]
+  osp study check laptop.ndjson cluster.ndjson")]
 pub(super) struct CheckArgs {
     #[command(flatten)]
     pub(super) results: ResultArgs,
@@ -106,7 +107,7 @@ pub(super) struct CheckArgs {
 /// Write a page with a verdict, charts and a row for each session.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
-  osp study report results.parquet --out report.html")]
+  osp study report results.ndjson --out report.html")]
 pub(super) struct ReportArgs {
     #[command(flatten)]
     pub(super) results: ResultArgs,

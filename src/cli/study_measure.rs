@@ -24,7 +24,7 @@ use super::{
     study::MeasureArgs,
     study_files::{Contents, StudyFile, study_files},
     study_progress::StudyProgress,
-    study_results::Table,
+    study_results::{Table, check_no_row_is_lost, row_hash},
     verify_all::Part,
 };
 use crate::{
@@ -33,7 +33,7 @@ use crate::{
     lab::{
         bench::Machine,
         report::thousands,
-        study::{StudyPart, StudyRow, WorkFolder},
+        study::{PartError, StudyPart, StudyRow, WorkFolder},
     },
     platform::host_name,
     recording::RecordingError,
@@ -85,7 +85,10 @@ pub(super) fn measure(args: &MeasureArgs) -> anyhow::Result<Outcome> {
     let shard = args.shard.unwrap_or(Part::WHOLE);
     files.retain(|file| file.contents.is_in(shard, &file.name));
 
-    let missing = study.missing(&files);
+    if let Some(output) = &output {
+        study.check_replaced(&files, output, args.force)?;
+    }
+    let missing = study.missing(&files)?;
     let progress = StudyProgress::new("sessions measured", missing.iter().map(|file| weight(file)).sum());
     progress.speak_before_a_signal_ends(&study.folder);
     let unread = in_parallel(jobs, missing.len(), |i| {
@@ -189,25 +192,67 @@ impl Study<'_> {
         )
     }
 
+    /// A table is replaced by one of the same sessions. What it says of them is measured again, or kept.
+    fn check_replaced(&self, files: &[StudyFile], output: &Output, force: bool) -> anyhow::Result<()> {
+        let names: HashSet<&str> = files.iter().map(|file| &*file.name).collect();
+        let hashes: HashSet<&str> =
+            files.iter().filter_map(|file| file.contents.hash.as_deref().ok()).collect();
+        // Another file with the same contents may have been measured, under its own name.
+        let hash_of = |row: &StudyRow| row_hash(&StudyRow { file: String::new(), ..row.clone() });
+        let mut kept = None;
+        check_no_row_is_lost(output, force, |row| {
+            let is_there = row.file_hash.as_deref().is_some_and(|hash| hashes.contains(hash));
+            if !is_there && !names.contains(&*row.file) {
+                return Ok(true);
+            }
+            if row.error.is_some() || (is_there && self.measures_like(row)) {
+                return Ok(false);
+            }
+            if kept.is_none() {
+                let mut rows = HashSet::new();
+                // A part that is damaged is measured again with a word of its own.
+                for row in self.folder.parts()?.flatten().flat_map(|part| part.rows) {
+                    rows.insert(hash_of(&row)?);
+                }
+                kept = Some(rows);
+            }
+            let hash = hash_of(row)?;
+            Ok(!kept.as_ref().is_some_and(|kept| kept.contains(&hash)))
+        })
+    }
+
+    /// Whether this study measures a session as the row says it was: then its figures are taken anew.
+    fn measures_like(&self, row: &StudyRow) -> bool {
+        let here = StudyRow::default().on(&self.machine, &self.host);
+        let build = |row: &StudyRow| (row.osp_version.clone(), row.osp_commit.clone(), row.optimized);
+        let place = |row: &StudyRow| (row.host.clone(), row.processor.clone(), row.simd.clone());
+        row.options == self.options
+            && row.jobs == self.jobs as u64
+            && build(row) == build(&here)
+            && place(row) == place(&here)
+    }
+
     /// The sessions that are not kept, each once, the largest first: so that none of them is the last one alone.
-    fn missing<'f>(&self, files: &'f [StudyFile]) -> Vec<&'f StudyFile> {
-        let mut seen = HashSet::new();
-        let is_missing = |file: &&StudyFile| {
-            let Ok(hash) = &file.contents.hash else { return false };
-            if !seen.insert(hash.clone()) {
-                return false;
+    fn missing<'f>(&self, files: &'f [StudyFile]) -> anyhow::Result<Vec<&'f StudyFile>> {
+        let (mut seen, mut missing) = (HashSet::new(), Vec::new());
+        for file in files {
+            let Ok(hash) = &file.contents.hash else { continue };
+            if !seen.insert(hash) {
+                continue;
             }
             match self.folder.part(&self.name_of(hash)) {
-                Ok(part) => part.is_none(),
+                Ok(Some(_)) => {}
+                Ok(None) => missing.push(file),
+                // It could not be kept in its place either.
+                Err(error @ PartError::NoFile { .. }) => return Err(error.into()),
                 Err(error) => {
                     complain(&format!("warning: {error}; the session is measured again"));
-                    true
+                    missing.push(file);
                 }
             }
-        };
-        let mut missing: Vec<_> = files.iter().filter(is_missing).collect();
+        }
         missing.sort_by_key(|file| std::cmp::Reverse(file.contents.bytes));
-        missing
+        Ok(missing)
     }
 
     /// The beginning of every row of a session.

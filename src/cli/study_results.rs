@@ -15,11 +15,12 @@ use super::{
     study::{CheckArgs, MergeArgs, ReportArgs},
 };
 use crate::{
-    atomic_file::AtomicFile,
+    atomic_file::{AtomicFile, Destination},
     lab::{
         report::thousands,
         study::{
-            Compared, Disagreements, StudyReader, StudyRow, StudyWriter, WorkFolder, is_study, study_page,
+            Compared, Disagreements, StudyError, StudyReader, StudyRow, StudyWriter, TableFormat, WorkFolder,
+            is_study, study_page,
         },
     },
     output_file::OutputKind,
@@ -58,9 +59,14 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Checks the place of a table; a Parquet file that is no study is somebody else's.
+    /// Checks the place of a table; a table that is no study is somebody else's.
     pub(super) fn checked(outputs: &mut Outputs, path: &Path, force: bool) -> anyhow::Result<Output> {
-        let output = outputs.add("--out", path, OutputKind::Parquet)?;
+        let kind = match format_of(path)? {
+            format if !format.is_built() => return Err(StudyError::NotBuilt { path: path.to_owned() }.into()),
+            TableFormat::Lines => OutputKind::Study,
+            TableFormat::Parquet => OutputKind::Parquet,
+        };
+        let output = outputs.add("--out", path, kind)?;
         if !force && output.replaces_its_kind() && !is_study(path) {
             return Err(anyhow!(
                 "{}: holds a table of another program, or a damaged one; --force replaces it",
@@ -71,7 +77,7 @@ impl Table {
     }
 
     pub(super) fn begin(output: Output) -> anyhow::Result<Self> {
-        let writer = StudyWriter::new(output.create()?);
+        let writer = StudyWriter::new(output.create()?, format_of(output.path())?);
         let writer = writer.with_context(|| output.path().display().to_string())?;
         Ok(Self { output, writer })
     }
@@ -92,17 +98,61 @@ impl Table {
     }
 }
 
+/// The format of a table, by its name; what has no name gets lines.
+fn format_of(path: &Path) -> anyhow::Result<TableFormat> {
+    let target = match Destination::of(path) {
+        Ok(Destination::File(target)) => target,
+        Ok(_) => return Ok(TableFormat::named_by(path).unwrap_or(TableFormat::Lines)),
+        Err(error) => return Err(error).with_context(|| path.display().to_string()),
+    };
+    let format = TableFormat::named_by(path).or_else(|| TableFormat::named_by(&target));
+    format.ok_or_else(|| anyhow!("{}: expected a name that ends in .ndjson or .parquet", path.display()))
+}
+
+/// Tells rows apart.
+pub(super) fn row_hash(row: &StudyRow) -> anyhow::Result<u128> {
+    Ok(xxh3_128(&serde_json::to_vec(row)?))
+}
+
+/// A table is not replaced by one that lacks rows of it, unless its owner says so. `is_missing`: whether a row will be.
+pub(super) fn check_no_row_is_lost(
+    output: &Output,
+    force: bool,
+    mut is_missing: impl FnMut(&StudyRow) -> anyhow::Result<bool>,
+) -> anyhow::Result<()> {
+    if force || !output.replaces_its_kind() {
+        return Ok(());
+    }
+    let path = output.path();
+    let (mut missing, mut first) = (0_u64, None);
+    for row in StudyReader::open(path)? {
+        let row = row.map_err(|error| anyhow!("{error}; --force replaces it"))?;
+        if is_missing(&row)? {
+            missing += 1;
+            first.get_or_insert(row.file);
+        }
+    }
+    let Some(first) = first else { return Ok(()) };
+    Err(anyhow!(
+        "{}: holds rows of another study ({}, the first of {first}); --force replaces it",
+        path.display(),
+        thousands(missing)
+    ))
+}
+
 pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     let mut outputs = Outputs::new(args.force).reads(&args.results.from);
-    let mut table = Table::begin(Table::checked(&mut outputs, &args.out, args.force)?)?;
+    let output = Table::checked(&mut outputs, &args.out, args.force)?;
+    let mut table = Table::begin(output.clone())?;
     // A hash a row, not the row.
     let mut seen = HashSet::new();
     let mut twice = 0;
     each_row(&args.results.from, |row| {
-        let is_new = seen.insert(xxh3_128(&serde_json::to_vec(&row)?));
+        let is_new = seen.insert(row_hash(&row)?);
         twice += u64::from(!is_new);
         if is_new { table.add(row) } else { Ok(()) }
     })?;
+    check_no_row_is_lost(&output, args.force, |row| Ok(!seen.contains(&row_hash(row)?)))?;
     let rows = table.commit()?;
     let twice = if twice > 0 { format!("; {} were there twice", thousands(twice)) } else { String::new() };
     say(&format!("{}: {} rows{twice}", args.out.display(), thousands(rows)))?;

@@ -13,7 +13,7 @@ use super::output::one_line;
 use crate::{
     lab::{
         report::thousands,
-        study::WorkFolder,
+        study::{TableFormat, WorkFolder},
         verify::{Trial, Verifier},
     },
     occlusion::Soundness,
@@ -101,7 +101,8 @@ fn join(paths: &[PathBuf]) -> String {
 fn begins_like_session(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
-    read.is_err() || looks_like_session(path, &start)
+    // The table of a study is JSON, as some sessions are.
+    read.is_err() || (looks_like_session(path, &start) && TableFormat::of_start(&start).is_none())
 }
 
 /// The results of all sessions, a line each.

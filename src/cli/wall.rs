@@ -14,7 +14,7 @@ use glam::{Quat, Vec3};
 use super::{
     Outcome,
     output::{complain, say},
-    server,
+    shared,
     wall_args::{WallArgs, WayArgs, What},
     wall_text::{counts_text, text},
 };
@@ -45,7 +45,7 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
     };
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
-    server::end_on_signals(&ending, Duration::from_secs(2));
+    shared::end_on_signals(&ending, Duration::from_secs(2));
     match &args.node {
         Some(screen) => args.show(&address, rig, stereo, screen, &ending),
         None => args.lead(&address, rig, stereo, &ending),

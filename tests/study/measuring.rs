@@ -67,10 +67,10 @@ fn the_shipped_sessions_are_measured_as_replay_does() {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings");
     let name = shipped.to_str().expect("utf-8");
     let options = ["--budget", "600", "--pace", "samples:32"];
-    let args = ["study", name, "--out", "r.parquet"];
+    let args = ["study", name, "--out", "r.ndjson"];
     let said = done(folder.path(), args.iter().chain(&options));
-    assert!(said.contains(" measured now, 0 before; r.parquet: "), "{said}");
-    let rows = rows(&folder.path().join("r.parquet"));
+    assert!(said.contains(" measured now, 0 before; r.ndjson: "), "{said}");
+    let rows = rows(&folder.path().join("r.ndjson"));
     let files = by_file(&rows);
     assert!(files.len() >= 5 && rows.len() == 4 * files.len(), "{files:?}");
     for (file, rows) in files {
@@ -88,8 +88,8 @@ fn occlusion_culling_is_measured_too() {
     let folder = temp();
     sessions(folder.path(), 2);
     let options = ["--occlusion", "none,msvbsp", "--camera", "inside"];
-    done(folder.path(), ["study", "in", "--out", "r.parquet"].iter().chain(&options));
-    let rows = rows(&folder.path().join("r.parquet"));
+    done(folder.path(), ["study", "in", "--out", "r.ndjson"].iter().chain(&options));
+    let rows = rows(&folder.path().join("r.ndjson"));
     for (file, rows) in by_file(&rows) {
         assert_eq!(
             rows.iter().map(|row| row.occlusion.as_deref()).collect::<Vec<_>>(),
@@ -105,10 +105,10 @@ fn a_damaged_session_is_a_row_and_the_others_are_measured() {
     sessions(folder.path(), 3);
     fs::write(folder.path().join("in/bad.ron"), "Header(version: 2)\nnonsense\n").expect("written");
     fs::write(folder.path().join("in/short.tilt"), "tilT and then nothing").expect("written");
-    let args = ["study", "in", "--out", "r.parquet"];
+    let args = ["study", "in", "--out", "r.ndjson"];
     let said = done(folder.path(), args);
     assert!(said.starts_with("5 sessions: 5 measured now, 0 before, 2 could not be read;"), "{said}");
-    let found = rows(&folder.path().join("r.parquet"));
+    let found = rows(&folder.path().join("r.ndjson"));
     assert_eq!(found.len(), 3 * 4 + 2);
     for name in ["bad.ron", "short.tilt"] {
         let row = found.iter().find(|row| row.file == name).expect("a row");
@@ -136,10 +136,10 @@ fn what_cannot_be_read_today_may_be_tomorrow() {
         eprintln!("skipped: this user may read every file");
         return;
     }
-    let args = ["study", "in", "--out", "r.parquet"];
+    let args = ["study", "in", "--out", "r.ndjson"];
     let said = done(folder.path(), args);
     assert!(said.contains("1 could not be read"), "{said}");
-    let row = rows(&folder.path().join("r.parquet")).into_iter().find(|row| row.error.is_some());
+    let row = rows(&folder.path().join("r.ndjson")).into_iter().find(|row| row.error.is_some());
     assert!(row.expect("a row").file_hash.is_none());
     with_mode(0o644);
     let said = done(folder.path(), args);
@@ -151,10 +151,10 @@ fn contents_count_and_names_do_not() {
     let folder = temp();
     sessions(folder.path(), 2);
     fs::copy(folder.path().join("in/s0.ron"), folder.path().join("in/again.ron")).expect("copied");
-    let args = ["study", "in", "--out", "r.parquet", "--work", "kept"];
+    let args = ["study", "in", "--out", "r.ndjson", "--work", "kept"];
     let said = done(folder.path(), args);
     assert!(said.starts_with("3 sessions: 2 measured now, 0 before;"), "{said}");
-    let found = rows(&folder.path().join("r.parquet"));
+    let found = rows(&folder.path().join("r.ndjson"));
     let of = |name: &str| found.iter().filter(|row| row.file == name).collect::<Vec<_>>();
     let (first, again) = (of("s0.ron"), of("again.ron"));
     assert_eq!((first.len(), again.len()), (4, 4));
@@ -164,9 +164,9 @@ fn contents_count_and_names_do_not() {
     // A session that has another name by now, or another place, is known; one that has grown is not.
     fs::rename(folder.path().join("in"), folder.path().join("moved")).expect("renamed");
     fs::rename(folder.path().join("moved/s0.ron"), folder.path().join("moved/t.ron")).expect("renamed");
-    let args = ["study", "moved", "--out", "r.parquet", "--work", "kept"];
+    let args = ["study", "moved", "--out", "r.ndjson", "--work", "kept"];
     assert!(done(folder.path(), args).starts_with("3 sessions: 0 measured now, 2 before;"));
-    assert!(rows(&folder.path().join("r.parquet")).iter().any(|row| row.file == "t.ron"));
+    assert!(rows(&folder.path().join("r.ndjson")).iter().any(|row| row.file == "t.ron"));
     let grown = folder.path().join("moved/t.ron");
     let text = fs::read_to_string(&grown).expect("a session") + "Undo(t: 1000.0)\n";
     fs::write(&grown, text).expect("written");
@@ -178,11 +178,11 @@ fn the_results_of_a_study_are_no_sessions() {
     let folder = temp();
     sessions(folder.path(), 2);
     for before in [0, 2, 2] {
-        let said = done(folder.path(), ["study", "in", "--out", "in/r.parquet"]);
+        let said = done(folder.path(), ["study", "in", "--out", "in/r.ndjson"]);
         let now = 2 - before;
         assert!(said.starts_with(&format!("2 sessions: {now} measured now, {before} before;")), "{said}");
     }
-    assert_eq!(parts(&folder.path().join("in/r.parquet.parts")).len(), 2);
+    assert_eq!(parts(&folder.path().join("in/r.ndjson.parts")).len(), 2);
 }
 
 #[test]
@@ -192,22 +192,31 @@ fn what_cannot_be_meant_is_one_clear_error() {
     fs::create_dir_all(folder.path().join("none")).expect("a folder");
     fs::create_dir_all(folder.path().join("mine")).expect("a folder");
     fs::write(folder.path().join("mine/diary.txt"), "today").expect("written");
+    fs::write(folder.path().join("foreign.parquet"), "PAR1").expect("written");
     for (args, says) in [
         (&["study", "in"][..], "--out <FILE>"),
-        (&["study", "--out", "r.parquet"], "<FILES_OR_FOLDERS>"),
-        (&["study", "none", "--out", "r.parquet"], "expected sessions; found none in none"),
-        (&["study", "gone", "--out", "r.parquet"], "gone: "),
-        (&["study", "in", "--out", "r.csv"], "expected a name that ends in .parquet"),
-        (&["study", "in", "--out", "no/r.parquet"], "there is no such folder"),
-        (&["study", "in", "--out", "r.parquet", "--shard", "3/2"], "expected K/N"),
-        (&["study", "in", "--out", "r.parquet", "--jobs", "0"], "--jobs"),
-        (&["study", "in", "--out", "r.parquet", "--work", "mine"], "found diary.txt"),
-        (&["study", "in", "--out", "r.parquet", "--occlusion", "hzb"], "culls while drawing"),
-        (&["study", "in", "--out", "r.parquet", "--node-test", "sphere"], "needs --occlusion"),
+        (&["study", "--out", "r.ndjson"], "<FILES_OR_FOLDERS>"),
+        (&["study", "none", "--out", "r.ndjson"], "expected sessions; found none in none"),
+        (&["study", "gone", "--out", "r.ndjson"], "gone: "),
+        (&["study", "in", "--out", "r.csv"], "expected a name that ends in .ndjson or .parquet"),
+        #[cfg(not(feature = "parquet"))]
+        (
+            &["study", "in", "--out", "r.parquet"],
+            "r.parquet: Parquet is not in this build: it needs the feature `parquet` (cargo install --path . \
+             --features parquet); tables whose name ends in .ndjson are in every build",
+        ),
+        #[cfg(not(feature = "parquet"))]
+        (&["study", "check", "foreign.parquet"], "it needs the feature `parquet`"),
+        (&["study", "in", "--out", "no/r.ndjson"], "there is no such folder"),
+        (&["study", "in", "--out", "r.ndjson", "--shard", "3/2"], "expected K/N"),
+        (&["study", "in", "--out", "r.ndjson", "--jobs", "0"], "--jobs"),
+        (&["study", "in", "--out", "r.ndjson", "--work", "mine"], "found diary.txt"),
+        (&["study", "in", "--out", "r.ndjson", "--occlusion", "hzb"], "culls while drawing"),
+        (&["study", "in", "--out", "r.ndjson", "--node-test", "sphere"], "needs --occlusion"),
         (&["study", "in", "--out", "-"], "--work"),
-        (&["study", "merge", "in", "--out", "r.parquet"], "expected a session as `osp study` keeps it"),
-        (&["study", "merge", "--out", "r.parquet"], "<TABLE_OR_DIR>"),
-        (&["study", "check", "gone.parquet"], "gone.parquet: "),
+        (&["study", "merge", "in", "--out", "r.ndjson"], "expected a session as `osp study` keeps it"),
+        (&["study", "merge", "--out", "r.ndjson"], "<TABLE_OR_DIR>"),
+        (&["study", "check", "gone.ndjson"], "gone.ndjson: "),
         (&["study", "check", "in/s0.ron"], "expected the results of `osp study`"),
         (&["study", "report", "in/s0.ron", "--out", "r.html"], "expected the results of `osp study`"),
     ] {
@@ -241,11 +250,11 @@ fn real_sessions_are_measured_as_replay_does() {
     }
     assert!(small.len() >= 8, "{small:?}");
     let options = ["--index", "osp,brute-force", "--pace", "samples:64", "--budget", "60"];
-    let mut args: Vec<_> = ["study", "--out", "r.parquet"].map(Into::into).to_vec();
+    let mut args: Vec<_> = ["study", "--out", "r.ndjson"].map(Into::into).to_vec();
     args.extend(small.iter().map(|path| path.as_os_str().to_owned()));
     args.extend(options.iter().map(Into::into));
     done(folder.path(), args);
-    let rows = rows(&folder.path().join("r.parquet"));
+    let rows = rows(&folder.path().join("r.ndjson"));
     assert_eq!(facts(&rows).len(), 2 * small.len());
     let files = by_file(&rows);
     for session in &small {

@@ -50,8 +50,8 @@ fn the_questions_in_sql_are_answered() {
     let folder = folder.path();
     sessions(folder, 4);
     fs::write(folder.join("in/bad.ron"), "Header(version: 2)\n").expect("written");
-    done(folder, ["study", "in", "--out", "results.parquet"]);
-    let found = rows(&folder.join("results.parquet"));
+    done(folder, ["study", "in", "--out", "results.ndjson"]);
+    let found = rows(&folder.join("results.ndjson"));
 
     let wins = ask(&python, folder, "wins.sql");
     assert_eq!(wins.len(), 4);
@@ -85,7 +85,7 @@ fn the_questions_in_sql_are_answered() {
     let last = wrong.last_mut().expect("a row");
     last.fingerprint = Some("0123456789abcdef".to_owned());
     let (file, index) = (last.file.clone(), last.index.clone().expect("an index"));
-    super::results::write_rows(&folder.join("results.parquet"), wrong);
+    super::results::write_rows(&folder.join("results.ndjson"), wrong);
     let disagree = ask(&python, folder, "machines.sql");
     assert_eq!(disagree.len(), 1, "{disagree:?}");
     assert_eq!((&disagree[0]["file"], &disagree[0]["index"]), (&file.into(), &index.into()));
@@ -93,7 +93,7 @@ fn the_questions_in_sql_are_answered() {
     // The program that asks them all.
     let output = Command::new(&python)
         .arg(recipes().join("ask.py"))
-        .arg("results.parquet")
+        .arg("results.ndjson")
         .current_dir(folder)
         .output();
     let output = output.expect("python starts");
@@ -125,7 +125,7 @@ fn the_recipe_for_gnu_parallel_gives_the_whole() {
     }
     let folder = temp();
     sessions(folder.path(), 5);
-    done(folder.path(), ["study", "in", "--out", "whole.parquet"]);
+    done(folder.path(), ["study", "in", "--out", "whole.ndjson"]);
     let status = Command::new(recipes().join("parallel.sh"))
         .args(["in", "results", "3"])
         .current_dir(folder.path())
@@ -134,8 +134,8 @@ fn the_recipe_for_gnu_parallel_gives_the_whole() {
         .output()
         .expect("bash starts");
     assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stderr));
-    let all = rows(&folder.path().join("results/all.parquet"));
-    assert_eq!(super::facts(&all), super::facts(&rows(&folder.path().join("whole.parquet"))));
+    let all = rows(&folder.path().join("results/all.ndjson"));
+    assert_eq!(super::facts(&all), super::facts(&rows(&folder.path().join("whole.ndjson"))));
 }
 
 #[cfg(unix)]
@@ -143,7 +143,7 @@ fn the_recipe_for_gnu_parallel_gives_the_whole() {
 fn the_recipe_for_slurm_measures_its_shard() {
     let folder = temp();
     sessions(folder.path(), 4);
-    done(folder.path(), ["study", "in", "--out", "whole.parquet"]);
+    done(folder.path(), ["study", "in", "--out", "whole.ndjson"]);
     // What Slurm sets for the tasks of an array; Slurm itself is not here.
     for task in ["1", "2"] {
         let output = Command::new(recipes().join("slurm.sh"))
@@ -155,8 +155,8 @@ fn the_recipe_for_slurm_measures_its_shard() {
             .expect("bash starts");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
-    let tables = ["results/shard-1-of-2.parquet", "results/shard-2-of-2.parquet", "--out", "all.parquet"];
+    let tables = ["results/shard-1-of-2.ndjson", "results/shard-2-of-2.ndjson", "--out", "all.ndjson"];
     done(folder.path(), ["study", "merge"].into_iter().chain(tables));
-    let whole = rows(&folder.path().join("whole.parquet"));
-    assert_eq!(super::facts(&rows(&folder.path().join("all.parquet"))), super::facts(&whole));
+    let whole = rows(&folder.path().join("whole.ndjson"));
+    assert_eq!(super::facts(&rows(&folder.path().join("all.ndjson"))), super::facts(&whole));
 }

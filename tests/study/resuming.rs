@@ -28,10 +28,10 @@ fn wait_for(kept: &Path, least: usize, child: &mut std::process::Child) {
 fn killed_at_any_point_it_goes_on_and_measures_nothing_twice() {
     let folder = temp();
     sessions(folder.path(), SESSIONS);
-    let whole = ["study", "in", "--out", "whole.parquet"].into_iter().chain(SLOWLY);
+    let whole = ["study", "in", "--out", "whole.ndjson"].into_iter().chain(SLOWLY);
     done(folder.path(), whole);
-    let args = || ["study", "in", "--out", "r.parquet"].into_iter().chain(SLOWLY);
-    let kept = folder.path().join("r.parquet.parts");
+    let args = || ["study", "in", "--out", "r.ndjson"].into_iter().chain(SLOWLY);
+    let kept = folder.path().join("r.ndjson.parts");
     let mut before = BTreeMap::new();
     let (mut killed, mut halfway) = (0, 0);
     // Steps and pauses as good as random, and the same in every run of the test.
@@ -60,8 +60,8 @@ fn killed_at_any_point_it_goes_on_and_measures_nothing_twice() {
     assert!(said.starts_with(&format!("{SESSIONS} sessions: {now} measured now, {then} before;")), "{said}");
     let after = parts(&kept);
     assert!(before.iter().all(|(name, part)| after.get(name) == Some(part)), "a session was measured twice");
-    let found = rows(&folder.path().join("r.parquet"));
-    assert_eq!(facts(&found), facts(&rows(&folder.path().join("whole.parquet"))));
+    let found = rows(&folder.path().join("r.ndjson"));
+    assert_eq!(facts(&found), facts(&rows(&folder.path().join("whole.ndjson"))));
 }
 
 #[cfg(unix)]
@@ -70,13 +70,13 @@ fn a_signal_ends_it_cleanly() {
     use std::os::unix::process::ExitStatusExt;
     let folder = temp();
     sessions(folder.path(), SESSIONS);
-    let args = ["study", "in", "--out", "r.parquet"].into_iter().chain(SLOWLY);
+    let args = ["study", "in", "--out", "r.ndjson"].into_iter().chain(SLOWLY);
     let mut child = command(folder.path(), args)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
-    let kept = folder.path().join("r.parquet.parts");
+    let kept = folder.path().join("r.ndjson.parts");
     wait_for(&kept, 2, &mut child);
     // Whoever runs the tests in the background of a shell has the signal of Ctrl-C ignored; this one is handled alike.
     let sent = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
@@ -85,7 +85,7 @@ fn a_signal_ends_it_cleanly() {
     assert_eq!(output.status.signal(), Some(15), "{output:?}");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(said.starts_with("stopped: ") && said.contains("the same command goes on from there"), "{said}");
-    assert!(!folder.path().join("r.parquet").exists());
+    assert!(!folder.path().join("r.ndjson").exists());
     let names = fs::read_dir(&kept).expect("a folder").map(|entry| entry.expect("an entry").file_name());
     let names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
     assert!(!names.iter().any(|name| name.starts_with(".unfinished")), "{names:?}");
@@ -96,9 +96,9 @@ fn a_signal_ends_it_cleanly() {
 fn a_part_that_is_damaged_is_measured_again_with_a_word() {
     let folder = temp();
     sessions(folder.path(), 2);
-    let args = ["study", "in", "--out", "r.parquet"];
+    let args = ["study", "in", "--out", "r.ndjson"];
     done(folder.path(), args);
-    let kept = folder.path().join("r.parquet.parts");
+    let kept = folder.path().join("r.ndjson.parts");
     let name = parts(&kept).into_keys().next().expect("a part");
     fs::write(kept.join(&name), "{\"study\":1,\"rows\":[{").expect("written");
     let output = super::osp(folder.path(), args);
@@ -110,7 +110,7 @@ fn a_part_that_is_damaged_is_measured_again_with_a_word() {
 /// The hashes of the contents in each shard, and all rows of them.
 fn shards(folder: &Path, sessions: &str, n: usize) -> Vec<BTreeSet<String>> {
     let shard = |i: usize| {
-        let (shard, out) = (format!("{i}/{n}"), format!("{sessions}-{i}.parquet"));
+        let (shard, out) = (format!("{i}/{n}"), format!("{sessions}-{i}.ndjson"));
         done(folder, ["study", sessions, "--shard", &shard, "--out", &out]);
         rows(&folder.join(out)).into_iter().filter_map(|row| row.file_hash).collect()
     };
@@ -122,8 +122,8 @@ fn shards_are_disjoint_and_together_the_whole() {
     let folder = temp();
     sessions(folder.path(), SESSIONS);
     fs::write(folder.path().join("in/bad.ron"), "nonsense\n").expect("written");
-    done(folder.path(), ["study", "in", "--out", "whole.parquet"]);
-    let whole = rows(&folder.path().join("whole.parquet"));
+    done(folder.path(), ["study", "in", "--out", "whole.ndjson"]);
+    let whole = rows(&folder.path().join("whole.ndjson"));
     let found = shards(folder.path(), "in", 3);
     let count: usize = found.iter().map(BTreeSet::len).sum();
     let all: BTreeSet<String> = found.iter().flatten().cloned().collect();
@@ -131,16 +131,16 @@ fn shards_are_disjoint_and_together_the_whole() {
     assert_eq!(all, whole.iter().filter_map(|row| row.file_hash.clone()).collect());
     assert!(found.iter().filter(|shard| !shard.is_empty()).count() > 1, "{found:?}");
 
-    let tables = ["in-1.parquet", "in-2.parquet", "in-3.parquet"];
+    let tables = ["in-1.ndjson", "in-2.ndjson", "in-3.ndjson"];
     let merge = ["study", "merge"].into_iter().chain(tables);
-    done(folder.path(), merge.chain(["--out", "all.parquet"]));
-    assert_eq!(facts(&rows(&folder.path().join("all.parquet"))), facts(&whole));
+    done(folder.path(), merge.chain(["--out", "all.ndjson"]));
+    assert_eq!(facts(&rows(&folder.path().join("all.ndjson"))), facts(&whole));
     // The folders of parts give the same, and what is there twice is taken once.
-    let merge = ["study", "merge", "in-1.parquet.parts"].into_iter().chain(tables);
-    let merge = merge.chain(["in-2.parquet.parts", "in-3.parquet.parts", "--out", "again.parquet"]);
+    let merge = ["study", "merge", "in-1.ndjson.parts"].into_iter().chain(tables);
+    let merge = merge.chain(["in-2.ndjson.parts", "in-3.ndjson.parts", "--out", "again.ndjson"]);
     let said = done(folder.path(), merge);
     assert!(said.contains("were there twice"), "{said}");
-    assert_eq!(facts(&rows(&folder.path().join("again.parquet"))), facts(&whole));
+    assert_eq!(facts(&rows(&folder.path().join("again.ndjson"))), facts(&whole));
 
     // Other names in another order: the same shards.
     fs::create_dir(folder.path().join("other")).expect("a folder");

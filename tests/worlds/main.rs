@@ -1,7 +1,7 @@
 //! Worlds larger than memory: what a walk sees is what the same sessions in memory show, within the memory that it was given, and
 //! nothing that is damaged or unfinished passes for a world.
 
-#[cfg(feature = "worlds-cloud")]
+#[cfg(all(feature = "worlds-cloud", feature = "serve"))]
 mod address;
 mod damage;
 mod exact;

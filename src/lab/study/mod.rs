@@ -2,20 +2,23 @@
 //! said of them.
 //!
 //! A [`StudyRow`] is one session through one index. Each session that was measured is kept as a [`StudyPart`], a file of JSON
-//! named by what was measured and how, so that nothing is measured twice. The table of all is a Parquet file
-//! ([`StudyWriter`], [`StudyReader`]). [`Disagreements`] are sessions of which two machines, or two indexes, saw different
+//! named by what was measured and how, so that nothing is measured twice. The table of all is a file of lines of JSON, or with the
+//! feature `parquet` of Parquet ([`StudyWriter`], [`StudyReader`], [`TableFormat`]). [`Disagreements`] are sessions of which two machines, or two indexes, saw different
 //! polygons; [`study_page`] is a page with a verdict, charts and a row a session.
 
 mod check;
 mod compared;
-mod file;
+mod line_table;
 mod page;
+#[cfg(feature = "parquet")]
+mod parquet_table;
 mod part;
 mod row;
+mod table;
 
 pub use check::{Disagreement, Disagreements};
 pub use compared::{Compared, SessionOutcome};
-pub use file::{StudyError, StudyReader, StudyWriter, is_study};
 pub use page::study_page;
 pub use part::{PartError, StudyPart, WorkFolder};
 pub use row::StudyRow;
+pub use table::{StudyError, StudyReader, StudyWriter, TableFormat, is_study};

@@ -42,6 +42,14 @@ pub enum PartError {
         /// The system's error.
         cause: io::Error,
     },
+    /// It is a folder, a pipe or a device: neither read nor written to.
+    #[error("{}: expected a regular file, in which `osp study` keeps a session; found {found}", path.display())]
+    NoFile {
+        /// What is there.
+        path: PathBuf,
+        /// What it is.
+        found: &'static str,
+    },
     /// It is something else.
     #[error("{}: expected a session as `osp study` keeps it; {cause}", path.display())]
     Other {
@@ -83,6 +91,7 @@ impl WorkFolder {
         let io = |cause| PartError::Io { path: path.to_owned(), cause };
         let mark = path.join(MARK);
         if !mark.is_file() {
+            check_place(&mark)?;
             fs::create_dir_all(path).map_err(io)?;
             // Another process may begin at the same time: its mark is no stranger.
             let is_strange = |name: &str| name != MARK && !name.starts_with(".unfinished-");
@@ -133,8 +142,9 @@ impl WorkFolder {
     /// The part of this name; `None` if there is none.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// It cannot be read, or is no regular file.
     pub fn part(&self, name: &str) -> Result<Option<StudyPart>, PartError> {
+        check_place(&self.0.join(name))?;
         match StudyPart::read(&self.0.join(name)) {
             Err(PartError::Io { cause, .. }) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
             part => part.map(Some),
@@ -144,9 +154,10 @@ impl WorkFolder {
     /// Keeps a part: the file is whole or not there.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// It cannot be written, or there is something else than a regular file.
     pub fn keep(&self, name: &str, part: &StudyPart) -> Result<(), PartError> {
         let path = self.0.join(name);
+        check_place(&path)?;
         let write = || {
             let text = serde_json::to_string(part).map_err(io::Error::other)?;
             write_atomically(&path, |out| writeln!(out, "{text}"))
@@ -171,4 +182,15 @@ impl WorkFolder {
         names.sort();
         Ok(names.into_iter().map(|path| StudyPart::read(&path)))
     }
+}
+
+/// Whether a file is there, or may be written: a pipe would wait for a reader, a device take everything.
+fn check_place(path: &Path) -> Result<(), PartError> {
+    let found = match fs::metadata(path) {
+        Ok(data) if data.is_dir() => "a folder",
+        Ok(data) if !data.is_file() => "a pipe or a device",
+        // That it cannot be looked at shows when it is read or written.
+        _ => return Ok(()),
+    };
+    Err(PartError::NoFile { path: path.to_owned(), found })
 }

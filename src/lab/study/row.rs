@@ -1,5 +1,7 @@
+#[cfg(feature = "parquet")]
 use parquet_derive::ParquetRecordWriter;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
+use serde_json::value::RawValue;
 
 use crate::lab::{bench::Machine, report::RunReport};
 
@@ -7,7 +9,8 @@ use crate::lab::{bench::Machine, report::RunReport};
 ///
 /// Times are of the machine that the row names. `None` (null in the table) is what an error leaves unknown, and what belongs to
 /// occlusion culling where there was none.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ParquetRecordWriter)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "parquet", derive(ParquetRecordWriter))]
 pub struct StudyRow {
     /// The file: its path below the folder that was named, or as it was named, with `/` between names.
     pub file: String,
@@ -38,22 +41,31 @@ pub struct StudyRow {
     /// Name of the method of occlusion culling.
     pub occlusion: Option<String>,
     /// Inserting a polygon, nanoseconds, median.
+    #[serde(default, deserialize_with = "exact_or_none")]
     pub insert_ns_per_polygon: Option<f64>,
     /// Culling a frame, microseconds, median.
+    #[serde(default, deserialize_with = "exact_or_none")]
     pub cull_us: Option<f64>,
     /// A frame, microseconds, median.
+    #[serde(default, deserialize_with = "exact_or_none")]
     pub frame_p50_us: Option<f64>,
     /// A frame, microseconds, 95th percentile.
+    #[serde(default, deserialize_with = "exact_or_none")]
     pub frame_p95_us: Option<f64>,
     /// A frame, microseconds, 99th percentile.
+    #[serde(default, deserialize_with = "exact_or_none")]
     pub frame_p99_us: Option<f64>,
     /// The slowest frame, microseconds.
+    #[serde(default, deserialize_with = "exact_or_none")]
     pub frame_max_us: Option<f64>,
     /// Polygons in the frustum, mean over the frames.
+    #[serde(default, deserialize_with = "exact_or_none")]
     pub visible_mean: Option<f64>,
     /// The other polygons, mean over the frames.
+    #[serde(default, deserialize_with = "exact_or_none")]
     pub culled_mean: Option<f64>,
     /// Polygons culled by occlusion, mean over the frames.
+    #[serde(default, deserialize_with = "exact_or_none")]
     pub occluded_mean: Option<f64>,
     /// Memory of the index at the end, bytes.
     pub index_bytes: Option<u64>,
@@ -82,6 +94,7 @@ pub struct StudyRow {
     /// Sessions that were measured at the same time.
     pub jobs: u64,
     /// Time to read and measure the session with all its indexes, seconds.
+    #[serde(deserialize_with = "exact")]
     pub measuring_s: f64,
     /// Name of the machine.
     pub host: String,
@@ -154,4 +167,15 @@ impl StudyRow {
     pub fn is_complete(&self) -> bool {
         self.frames_fingerprinted.is_some() && self.frames_fingerprinted == self.frames
     }
+}
+
+/// A number to its last bit. serde_json rounds numbers of many digits twice; the standard library does not.
+fn exact<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Box::<RawValue>::deserialize(from)?.get().parse().map_err(D::Error::custom)
+}
+
+/// A number to its last bit, or null.
+fn exact_or_none<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    let number = Option::<Box<RawValue>>::deserialize(from)?;
+    number.map(|number| number.get().parse().map_err(D::Error::custom)).transpose()
 }

@@ -9,6 +9,7 @@ use std::{
     sync::{Arc, Once},
 };
 
+use super::{StudyError, StudyRow};
 use parquet::{
     basic::{Compression, ZstdLevel},
     errors::ParquetError,
@@ -20,65 +21,27 @@ use parquet::{
     },
     record::{RecordWriter, reader::RowIter},
 };
-use thiserror::Error;
-
-use super::StudyRow;
 
 /// What says in a Parquet file that it is a study, and of which form.
 const MARK: (&str, &str) = ("osp.study", "1");
-/// First and last bytes of a Parquet file.
-const MAGIC: &[u8; 4] = b"PAR1";
 /// Rows that are gathered before they are written: what a writer holds in memory.
 const ROWS_OF_A_GROUP: usize = 8192;
 
-/// A table that cannot be used.
-#[derive(Debug, Error)]
-pub enum StudyError {
-    /// It cannot be read or written.
-    #[error("{}: {cause}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        cause: io::Error,
-    },
-    /// It is something else.
-    #[error("{}: expected the results of `osp study` (.parquet); found {found}", path.display())]
-    Other {
-        /// The file.
-        path: PathBuf,
-        /// What it is.
-        found: String,
-    },
-    /// It is damaged.
-    #[error("{}: expected a whole Parquet file; {cause}", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What does not fit.
-        cause: String,
-    },
-}
-
-/// Writes rows as they come.
-pub struct StudyWriter<W: Write + Send> {
+/// Writes rows as they come, a group at a time.
+pub(super) struct ParquetWriter<W: Write + Send> {
     file: SerializedFileWriter<W>,
     rows: Vec<StudyRow>,
     written: u64,
 }
 
-impl<W: Write + Send> std::fmt::Debug for StudyWriter<W> {
+impl<W: Write + Send> std::fmt::Debug for ParquetWriter<W> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("StudyWriter").field("written", &self.written).finish_non_exhaustive()
+        f.debug_struct("ParquetWriter").field("written", &self.written).finish_non_exhaustive()
     }
 }
 
-impl<W: Write + Send> StudyWriter<W> {
-    /// Begins a table.
-    ///
-    /// # Errors
-    /// `out` cannot be written.
-    pub fn new(out: W) -> io::Result<Self> {
+impl<W: Write + Send> ParquetWriter<W> {
+    pub(super) fn new(out: W) -> io::Result<Self> {
         let mark = KeyValue::new(MARK.0.to_owned(), MARK.1.to_owned());
         let properties = WriterProperties::builder()
             .set_compression(Compression::ZSTD(ZstdLevel::default()))
@@ -91,11 +54,7 @@ impl<W: Write + Send> StudyWriter<W> {
         Ok(Self { file, rows: Vec::new(), written: 0 })
     }
 
-    /// Adds a row.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub fn write(&mut self, row: StudyRow) -> io::Result<()> {
+    pub(super) fn write(&mut self, row: StudyRow) -> io::Result<()> {
         self.rows.push(row);
         self.written += 1;
         if self.rows.len() == ROWS_OF_A_GROUP { self.write_group() } else { Ok(()) }
@@ -109,11 +68,7 @@ impl<W: Write + Send> StudyWriter<W> {
         Ok(())
     }
 
-    /// Ends the table: what it is written to, and its number of rows.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub fn finish(mut self) -> io::Result<(W, u64)> {
+    pub(super) fn finish(mut self) -> io::Result<(W, u64)> {
         if !self.rows.is_empty() {
             self.write_group()?;
         }
@@ -152,47 +107,24 @@ fn guarded<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     outcome.unwrap_or_else(|_| Err("a count or a length in it cannot be".to_owned()))
 }
 
-/// Whether a file is the table of a study.
-pub fn is_study(path: &Path) -> bool {
-    StudyReader::open(path).is_ok()
-}
-
 /// Reads the rows of a table, one after the other.
-pub struct StudyReader {
+pub(super) struct ParquetReader {
     path: PathBuf,
     /// `None` after an error: then nothing is known of what follows.
     rows: Option<RowIter<'static>>,
 }
 
-impl std::fmt::Debug for StudyReader {
+impl std::fmt::Debug for ParquetReader {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("StudyReader").field("path", &self.path).finish_non_exhaustive()
+        f.debug_struct("ParquetReader").field("path", &self.path).finish_non_exhaustive()
     }
 }
 
-impl StudyReader {
-    /// Opens a table.
-    ///
-    /// # Errors
-    /// It cannot be read, or is not the table of a study.
-    pub fn open(path: &Path) -> Result<Self, StudyError> {
-        let io = |cause| StudyError::Io { path: path.to_owned(), cause };
+impl ParquetReader {
+    /// Opens a file that begins as Parquet does.
+    pub(super) fn open(path: &Path, file: File) -> Result<Self, StudyError> {
         let other = |found: &str| StudyError::Other { path: path.to_owned(), found: found.to_owned() };
         let damaged = |cause| StudyError::Damaged { path: path.to_owned(), cause };
-        // Neither a folder nor a pipe is opened.
-        if !std::fs::metadata(path).map_err(io)?.is_file() {
-            return Err(other("no regular file"));
-        }
-        let mut file = File::open(path).map_err(io)?;
-        let mut start = [0; MAGIC.len()];
-        match io::Read::read_exact(&mut file, &mut start) {
-            Ok(()) if start == *MAGIC => {}
-            Ok(()) => return Err(other("a file of another kind")),
-            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
-                return Err(other("a file of another kind"));
-            }
-            Err(error) => return Err(io(error)),
-        }
         let reader = guarded(|| SerializedFileReader::new(file).map_err(|error| error.to_string()))
             .map_err(damaged)?;
         let metadata = reader.metadata().file_metadata();
@@ -205,12 +137,8 @@ impl StudyReader {
         let rows = guarded(|| Ok(RowIter::from_file_into(Box::new(reader)))).map_err(damaged)?;
         Ok(Self { path: path.to_owned(), rows: Some(rows) })
     }
-}
 
-impl Iterator for StudyReader {
-    type Item = Result<StudyRow, StudyError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
+    pub(super) fn next(&mut self) -> Option<Result<StudyRow, StudyError>> {
         let rows = self.rows.as_mut()?;
         let row = guarded(|| {
             let row = rows.next().transpose().map_err(|error| error.to_string())?;
