@@ -9,7 +9,7 @@ pub struct IndexConfig {
     /// box that is empty, not finite, or not larger than `1.2e-30` it takes the cube of four metres around the origin.
     pub root: Aabb,
     /// Polygons to reserve memory for, so that no frame has to; no more than [`IndexConfig::MOST_RESERVED`]. With `Osp` no frame
-    /// does as long as no more are there, with numbers in no more than a quarter as many blocks of sixteen and below four
+    /// does as long as no more are there, with numbers in no more than an eighth as many blocks of sixteen and below four
     /// millions: whether they come and go, and however they move, up to a million of them; beyond that, where most lie side by
     /// side, as those of a stroke do. Of polygons that come from everywhere it gives room for strokes back.
     pub capacity: usize,

@@ -169,7 +169,7 @@ fn the_last_id_below_the_limit_is_filed() {
         let mut found = Vec::new();
         index.box_query(&bounds, &mut found);
         assert_eq!(found, [last], "{}", subject.name);
-        assert!(index.bytes() < 16 << 20, "{}: {} bytes", subject.name, index.bytes());
+        assert!(index.bytes() < 32 << 20, "{}: {} bytes", subject.name, index.bytes());
         index.remove(last).expect("it is filed");
         assert!(index.is_empty(), "{}", subject.name);
     }

@@ -111,7 +111,9 @@ impl IdMap {
             directory: Vec::with_capacity(shelves.max(1024)),
             shelves: Pool::with_room_for(shelves),
             // A stroke whose last polygons are replaced as it grows spreads nearly every block over several places.
-            details: Pool::with_room_for(polygons / 16 + polygons.min(4096) / 16).and_room_for(most_blocks),
+            // Fewer polygons to a block than was thought take more of these only, as long as each comes from elsewhere.
+            details: Pool::with_room_for(polygons / 16 + polygons.min(4096) / 16)
+                .and_room_for(2 * most_blocks),
             stores: Pool::with_room_for(polygons / 16).and_room_for(most_blocks),
             blocks: 0,
         }

@@ -20,6 +20,9 @@ use crate::{
 /// the program. Too large: memory that is asked for stays with the module.
 const BOX_BYTES: usize = 80;
 
+/// Memory that an index reserves per box of its capacity, at most; as above.
+const ROOM_BYTES: usize = 160;
+
 /// Ids that a query may write behind its answer.
 const BEHIND: usize = 1024;
 
@@ -68,7 +71,7 @@ impl Index {
             return refused(&format!("capacity: expected a number from 0 to {limit}, found {capacity}"));
         }
         let capacity = capacity as usize;
-        if !room::is_left(capacity.saturating_mul(BOX_BYTES)) {
+        if !room::is_left(capacity.saturating_mul(ROOM_BYTES)) {
             return no_memory(capacity);
         }
         Ok(Self {
