@@ -19,6 +19,8 @@ mod brushes_solids;
 mod editor;
 #[path = "scene/fold.rs"]
 mod fold;
+#[path = "scene/groupings.rs"]
+mod groupings;
 #[path = "scene/groups.rs"]
 mod groups;
 #[path = "scene/hidden.rs"]
@@ -35,6 +37,8 @@ mod steps;
 mod strokes;
 #[path = "scene/unseen.rs"]
 mod unseen;
+#[path = "scene/work.rs"]
+mod work;
 
 const WHITE: (f32, f32, f32, f32) = (1.0, 1.0, 1.0, 1.0);
 

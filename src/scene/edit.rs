@@ -66,26 +66,19 @@ pub(super) enum Arrangement {
     Assign { layer: u32, strokes: Vec<Named<u32>> },
 }
 
+/// The group that one hangs under, if under any.
+pub(super) type Parent = Option<usize>;
+
 /// Strokes that became members of a group, which was hung and perhaps named.
 #[derive(Clone, Debug)]
 pub(super) struct Grouping {
     pub(super) group: usize,
     /// The members, with the group that each was in before.
     pub(super) members: Vec<Named<Option<usize>>>,
-    /// Where it hangs the group; none if that does not matter any more.
-    pub(super) hanging: Option<Hanging>,
+    /// Where it hangs the group, if that matters still; what comes of it say the [hangings](super::hanging::Hangings).
+    pub(super) hanging: Option<Parent>,
     /// The names before and after, if it names the group.
     pub(super) names: Option<[Option<String>; 2]>,
-}
-
-/// A group hung under another one, or under none.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Hanging {
-    pub(super) before: Option<usize>,
-    pub(super) parent: Option<usize>,
-    /// It had an effect. It has none where the groups would form a circle, or a chain that is too long, without an edit
-    /// that has been taken back.
-    pub(super) holds: bool,
 }
 
 impl Arrangement {

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{
     Scene, Stroke,
-    edit::{Arrangement, Edit, Grouping, Hanging, Named, Way},
+    edit::{Arrangement, Edit, Grouping, Named, Way},
     group,
     model::Untold,
 };
@@ -89,7 +89,8 @@ impl Scene {
             return;
         }
         self.groups.note_changed(stroke.group);
-        let count = stroke.polygons.iter().map(|r| u64::from(r.end - r.start)).sum::<u64>();
+        let count = stroke.kept_polygons();
+        self.looked_at += count;
         if is {
             self.counts.visible += count;
         } else {
@@ -124,6 +125,7 @@ impl Scene {
     }
 
     pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
+        self.hangings.settle(&mut self.groups);
         let groups = &self.groups;
         let moved = self.named(author, ids, |stroke| {
             Some(Way { by: groups.way_from_world(stroke.group, by)?, before: stroke.offset })
@@ -167,6 +169,7 @@ impl Scene {
         if let Some(stroke) = self.strokes.get_mut(at as usize)
             && !std::mem::replace(&mut stroke.is_displaced, true)
         {
+            self.looked_at += stroke.kept_polygons();
             self.to_place.push(at);
         }
     }
@@ -236,6 +239,7 @@ impl Scene {
         parent: Option<GroupId>,
         name: Option<&str>,
     ) -> Option<()> {
+        self.hangings.settle(&mut self.groups);
         let parent = match parent {
             Some(parent) => Some(self.groups.find(parent)?),
             None => None,
@@ -251,14 +255,15 @@ impl Scene {
         }
         let group = self.groups.find_or_make(id, parent)?;
         let members = self.named(author, strokes, |stroke| Some(stroke.group));
-        let hanging = Hanging { before: self.groups.parent(group), parent, holds: true };
+        let before = self.groups.parent(group);
         self.groups.hang(group, parent);
         members.iter().for_each(|named| self.set_group(named.stroke, Some(group)));
         let names = name.map(|name| {
             let name = Some(name.to_owned()).filter(|name| !name.is_empty());
             [self.groups.set_name(group, name.clone()), name]
         });
-        let grouping = Grouping { group, members, hanging: Some(hanging), names };
+        let grouping = Grouping { group, members, hanging: Some(parent), names };
+        self.hangings.add(self.log.next_place(), group, before, parent);
         self.arrange(author, Arrangement::Group(Box::new(grouping)));
         Some(())
     }
@@ -273,6 +278,9 @@ impl Scene {
     }
 
     pub(super) fn place(&mut self, author: Author, id: GroupId, to: Transform) -> Option<()> {
+        if !self.closed_layers.is_empty() {
+            self.hangings.settle(&mut self.groups);
+        }
         let group = self.groups.find(id).filter(|&group| self.may_place(author, group))?;
         let before = self.groups.transform(group);
         self.groups.place(group, to);

@@ -123,6 +123,11 @@ impl Groups {
         std::mem::replace(&mut self.groups[group].name, name)
     }
 
+    /// The groups that hang under one.
+    pub(super) fn children(&self, group: usize) -> impl Iterator<Item = usize> + '_ {
+        self.groups[group].children.iter().copied()
+    }
+
     /// The groups that hang under one, or under none, in the order in which they were made.
     pub(super) fn below(&self, group: Option<usize>) -> Vec<usize> {
         match group {

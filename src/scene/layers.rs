@@ -98,6 +98,7 @@ impl Scene {
         if let Some(hidden) = hidden
             && was_hidden != Some(hidden)
         {
+            self.looked_at += self.strokes.len() as u64;
             for at in 0..self.strokes.len() as u32 {
                 if self.strokes.get(at as usize).is_some_and(|stroke| stroke.layer == layer) {
                     self.set_hidden(at, hidden);

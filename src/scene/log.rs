@@ -7,10 +7,10 @@
 //!
 //! An arrangement that no undo reaches any more stays for good, and becomes part of the base: all others are after it.
 
-use std::collections::BTreeMap;
-use std::ops::Bound::{Excluded, Unbounded};
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::edit::{Arrangement, Grouping, Named, Way};
+use super::edit::{Arrangement, Named, Parent, Way};
+use crate::recording::Transform;
 
 /// See the [module](self).
 #[derive(Clone, Debug, Default)]
@@ -19,11 +19,31 @@ pub(super) struct Log {
     active: BTreeMap<u64, Arrangement>,
     /// Those that were taken back and can be made again.
     taken_back: BTreeMap<u64, Arrangement>,
+    /// The places of those that say the same thing of the same stroke or group.
+    index: BTreeSet<(Turn, Key, u64)>,
+    /// Those of too many strokes to have each in the index.
+    broad: BTreeSet<(Turn, u64)>,
     next: u64,
+    looked_at: u64,
 }
 
+/// What an arrangement says something of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Key {
+    Offset(u32),
+    Membership(u32),
+    Layer(u32),
+    Parent(usize),
+    Name(usize),
+    Transform(usize),
+}
+
+/// An arrangement of more strokes is not in the index with each of them: undo remembers a thousand of these at most, which
+/// are looked at one by one. Larger: the index takes more memory.
+const MOST_INDEXED: usize = 4096;
+
 /// What an arrangement is to become.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Turn {
     TakenBack,
     MadeAgain,
@@ -48,16 +68,26 @@ fn drop_common<A, B>(from: &mut Vec<Named<A>>, of: &[Named<B>]) {
 
 /// The list of an arrangement of which the last one counts, with what each stroke had before.
 pub(super) trait Settled: Copy {
+    fn key(stroke: u32) -> Key;
+
     fn list(what: &mut Arrangement) -> Option<&mut Vec<Named<Self>>>;
 }
 
 impl Settled for Option<usize> {
+    fn key(stroke: u32) -> Key {
+        Key::Membership(stroke)
+    }
+
     fn list(what: &mut Arrangement) -> Option<&mut Vec<Named<Self>>> {
         if let Arrangement::Group(grouping) = what { Some(&mut grouping.members) } else { None }
     }
 }
 
 impl Settled for u32 {
+    fn key(stroke: u32) -> Key {
+        Key::Layer(stroke)
+    }
+
     fn list(what: &mut Arrangement) -> Option<&mut Vec<Named<Self>>> {
         if let Arrangement::Assign { strokes, .. } = what { Some(strokes) } else { None }
     }
@@ -68,69 +98,88 @@ impl Log {
     pub(super) fn add(&mut self, what: Arrangement) -> u64 {
         let at = self.next;
         self.next += 1;
-        self.active.insert(at, what);
+        self.put(at, what, Turn::MadeAgain);
         at
     }
 
     /// Takes an arrangement out, to be given back by [`Log::put`].
     pub(super) fn take(&mut self, at: u64) -> Arrangement {
-        self.active.remove(&at).or_else(|| self.taken_back.remove(&at)).unwrap_or_default()
+        let (what, turn) = match self.active.remove(&at) {
+            Some(what) => (what, Turn::MadeAgain),
+            None => (self.taken_back.remove(&at).unwrap_or_default(), Turn::TakenBack),
+        };
+        let is_broad = self.broad.remove(&(turn, at));
+        for_each_key(&what, !is_broad, |key| _ = self.index.remove(&(turn, key, at)));
+        what
     }
 
     pub(super) fn put(&mut self, at: u64, what: Arrangement, turn: Turn) {
+        let is_broad = what.named() as usize > MOST_INDEXED;
+        if is_broad {
+            self.broad.insert((turn, at));
+        }
+        for_each_key(&what, !is_broad, |key| _ = self.index.insert((turn, key, at)));
+        self.of_mut(turn).insert(at, what);
+    }
+
+    fn of_mut(&mut self, turn: Turn) -> &mut BTreeMap<u64, Arrangement> {
         match turn {
-            Turn::MadeAgain => self.active.insert(at, what),
-            Turn::TakenBack => self.taken_back.insert(at, what),
-        };
+            Turn::MadeAgain => &mut self.active,
+            Turn::TakenBack => &mut self.taken_back,
+        }
     }
 
     /// One that was taken back will not be made again.
     pub(super) fn remove(&mut self, at: u64) {
-        self.taken_back.remove(&at);
+        self.take(at);
     }
 
-    /// The active ones after a place.
-    fn later(&mut self, at: u64) -> impl Iterator<Item = &mut Arrangement> {
-        self.active.range_mut((Excluded(at), Unbounded)).map(|(_, what)| what)
+    /// The places from the first to the last one that the index has under a key, ascending: so many at most.
+    fn in_index(&mut self, turn: Turn, key: Key, [first, last]: [u64; 2], most: usize) -> Vec<u64> {
+        let places = self.index.range((turn, key, first)..=(turn, key, last)).map(|&(.., at)| at);
+        let found: Vec<u64> = places.take(most).collect();
+        self.looked_at += 1 + found.len() as u64;
+        found
     }
 
-    /// The active ones, in their order.
-    pub(super) fn active_groupings(&mut self) -> impl Iterator<Item = &mut Grouping> {
-        self.active.values_mut().filter_map(|what| match what {
-            Arrangement::Group(grouping) => Some(&mut **grouping),
-            _ => None,
-        })
-    }
-
-    /// What each group that active groupings hang hung under before the first of them, and the place of that.
-    pub(super) fn first_hangings(&self) -> BTreeMap<usize, (u64, Option<usize>)> {
-        let mut first = BTreeMap::new();
-        for (&at, what) in &self.active {
-            if let Arrangement::Group(grouping) = what
-                && let Some(hanging) = grouping.hanging
-            {
-                first.entry(grouping.group).or_insert((at, hanging.before));
-            }
+    /// The places from the first to the last one of arrangements that say the same of one of these, so many of each at most,
+    /// ascending; perhaps also others. Costs the keys and what is found.
+    fn sharing(
+        &mut self,
+        turn: Turn,
+        keys: impl ExactSizeIterator<Item = Key>,
+        places: [u64; 2],
+        most: usize,
+    ) -> Vec<u64> {
+        let ([first, last], mut found) = (places, Vec::new());
+        if keys.len() > self.of_mut(turn).len() / 8 {
+            found.extend(self.of_mut(turn).range(first..=last).map(|(&at, _)| at));
+        } else if keys.len() > 0 {
+            found.extend(self.broad.range((turn, first)..=(turn, last)).map(|&(_, at)| at));
+            keys.for_each(|key| found.extend(self.in_index(turn, key, places, most)));
+            found.sort_unstable();
+            found.dedup();
         }
-        first
+        self.looked_at += found.len() as u64;
+        found
     }
 
-    /// What the first later grouping that hangs this group found.
-    pub(super) fn found_later(&mut self, at: u64, group: usize) -> Option<Option<usize>> {
-        self.later(at).find_map(|what| match what {
-            Arrangement::Group(grouping) if grouping.group == group => Some(grouping.hanging?.before),
+    /// Arrangements and strokes looked at so far.
+    pub(super) fn looked_at(&self) -> u64 {
+        self.looked_at
+    }
+
+    /// The place of the arrangement that is added next.
+    pub(super) fn next_place(&self) -> u64 {
+        self.next
+    }
+
+    /// The group that an active arrangement hangs, and where.
+    pub(super) fn hanging(&self, at: u64) -> Option<(usize, Parent)> {
+        match self.active.get(&at)? {
+            Arrangement::Group(grouping) => Some((grouping.group, grouping.hanging?)),
             _ => None,
-        })
-    }
-
-    /// Whether a later grouping depends on what this group hangs under.
-    pub(super) fn is_hanging_depended_on(&mut self, at: u64, group: usize) -> bool {
-        self.later(at).any(|what| match what {
-            Arrangement::Group(grouping) => grouping.hanging.is_some_and(|hanging| {
-                grouping.group == group || !hanging.holds || hanging.before != hanging.parent
-            }),
-            _ => false,
-        })
+        }
     }
 
     /// The offsets of moved strokes, once their move is taken back or made again, in `moved[..].of.before + by` or
@@ -146,8 +195,9 @@ impl Log {
             Turn::TakenBack => moved.iter().map(|moved| Some(moved.of.before)).collect(),
             Turn::MadeAgain => vec![None; moved.len()],
         };
-        for what in self.later(at) {
-            let Arrangement::Move(later) = what else { continue };
+        let keys = moved.iter().map(|named| Key::Offset(named.stroke));
+        for at in self.sharing(Turn::MadeAgain, keys, [at + 1, u64::MAX], usize::MAX) {
+            let Some(Arrangement::Move(later)) = self.active.get_mut(&at) else { continue };
             for (i, j) in common(moved, later) {
                 let offset = offsets[i].unwrap_or_else(|| {
                     moved[i].of.before = later[j].of.before;
@@ -177,8 +227,9 @@ impl Log {
         now: impl Fn(u32) -> T,
     ) -> Vec<(u32, T)> {
         let mut is_settled = vec![false; list.len()];
-        for what in self.later(at) {
-            let Some(later) = T::list(what) else { continue };
+        let keys = list.iter().map(|named| T::key(named.stroke));
+        for at in self.sharing(Turn::MadeAgain, keys, [at + 1, u64::MAX], 1) {
+            let Some(later) = self.active.get_mut(&at).and_then(T::list) else { continue };
             for (i, j) in common(list, later) {
                 if std::mem::replace(&mut is_settled[i], true) {
                     continue;
@@ -200,77 +251,115 @@ impl Log {
         .collect()
     }
 
-    /// The same for what there is one of: `find` gives what a later arrangement found. The value to set, if nothing later
-    /// settles it.
-    pub(super) fn turn_one<T: Clone>(
+    /// The same for the name of a group: what it is to be, if nothing later settles it.
+    pub(super) fn turn_name(
         &mut self,
         at: u64,
-        before: &mut T,
+        group: usize,
+        names: &mut [Option<String>; 2],
         turn: Turn,
-        own: &T,
-        now: T,
-        find: impl for<'a> Fn(&'a mut Arrangement) -> Option<&'a mut T>,
-    ) -> Option<T> {
-        match (self.later(at).find_map(find), turn) {
-            (Some(later), Turn::TakenBack) => {
-                *later = before.clone();
-                None
-            }
-            (Some(later), Turn::MadeAgain) => {
-                *before = std::mem::replace(later, own.clone());
-                None
-            }
-            (None, Turn::TakenBack) => Some(before.clone()),
-            (None, Turn::MadeAgain) => {
-                *before = now;
-                Some(own.clone())
-            }
-        }
+        now: impl FnOnce() -> Option<String>,
+    ) -> Option<Option<String>> {
+        let later = match self.next_of(Key::Name(group), at) {
+            Some(Arrangement::Group(grouping)) => grouping.names.as_mut().map(|names| &mut names[0]),
+            _ => None,
+        };
+        let [before, own] = names;
+        turn_one(later, before, turn, own, now)
+    }
+
+    /// The same for the place of a group.
+    pub(super) fn turn_place(
+        &mut self,
+        at: u64,
+        group: usize,
+        before: &mut Transform,
+        turn: Turn,
+        own: Transform,
+        now: Transform,
+    ) -> Option<Transform> {
+        let later = match self.next_of(Key::Transform(group), at) {
+            Some(Arrangement::Place { before, .. }) => Some(before),
+            _ => None,
+        };
+        turn_one(later, before, turn, &own, || now)
+    }
+
+    /// The next active arrangement that says the same.
+    fn next_of(&mut self, key: Key, at: u64) -> Option<&mut Arrangement> {
+        let next = self.in_index(Turn::MadeAgain, key, [at + 1, u64::MAX], 1).pop()?;
+        self.active.get_mut(&next)
     }
 
     /// An active arrangement becomes part of the base: those before it have no say any more in what it settles, and its
-    /// moves come before theirs. The strokes that have another offset by that, if only in its last bit.
-    pub(super) fn forget(&mut self, at: u64) -> Vec<(u32, glam::Vec3)> {
-        let Some(what) = self.active.remove(&at) else { return Vec::new() };
-        let (active, taken_back) = (self.active.range_mut(..at), self.taken_back.range_mut(..at));
-        let mut earlier = active.chain(taken_back).map(|(_, what)| what).peekable();
-        if earlier.peek().is_none() {
+    /// moves come before theirs. The strokes that have another offset by that, if only in its last bit. `hangs`: it hangs a
+    /// group, with effect.
+    pub(super) fn forget(&mut self, at: u64, hangs: bool) -> Vec<(u32, glam::Vec3)> {
+        if !self.active.contains_key(&at) {
+            return Vec::new();
+        }
+        let what = self.take(at);
+        if at == 0 {
             return Vec::new();
         }
         match &what {
             Arrangement::Nothing => {}
             Arrangement::Move(moved) => return self.forget_moves(at, moved),
             Arrangement::Group(forgotten) => {
-                for earlier in earlier {
-                    let Arrangement::Group(grouping) = earlier else { continue };
-                    drop_common(&mut grouping.members, &forgotten.members);
-                    if grouping.group == forgotten.group {
-                        let is_settled = forgotten.hanging.is_some_and(|hanging| hanging.holds);
-                        grouping.hanging = grouping.hanging.filter(|_| !is_settled);
-                        grouping.names = grouping.names.take().filter(|_| forgotten.names.is_none());
-                    }
+                self.drop_earlier(at, &forgotten.members);
+                if hangs {
+                    self.change_earlier(at, Key::Parent(forgotten.group), |what| {
+                        if let Arrangement::Group(grouping) = what {
+                            grouping.hanging = None;
+                        }
+                    });
+                }
+                if forgotten.names.is_some() {
+                    self.change_earlier(at, Key::Name(forgotten.group), |what| {
+                        if let Arrangement::Group(grouping) = what {
+                            grouping.names = None;
+                        }
+                    });
                 }
             }
             Arrangement::Place { group, .. } => {
-                let is_same =
-                    |what: &Arrangement| matches!(what, Arrangement::Place { group: of, .. } if of == group);
-                earlier.filter(|what| is_same(what)).for_each(|what| *what = Arrangement::Nothing);
+                self.change_earlier(at, Key::Transform(*group), |what| *what = Arrangement::Nothing);
             }
-            Arrangement::Assign { strokes, .. } => {
-                for earlier in earlier {
-                    if let Arrangement::Assign { strokes: of, .. } = earlier {
-                        drop_common(of, strokes);
-                    }
-                }
-            }
+            Arrangement::Assign { strokes, .. } => self.drop_earlier(at, strokes),
         }
         Vec::new()
     }
 
+    /// The arrangements before a place do not say any more what they have in the index under this key.
+    fn change_earlier(&mut self, at: u64, key: Key, change: impl Fn(&mut Arrangement)) {
+        for turn in [Turn::MadeAgain, Turn::TakenBack] {
+            for at in self.in_index(turn, key, [0, at - 1], usize::MAX) {
+                self.index.remove(&(turn, key, at));
+                self.of_mut(turn).get_mut(&at).into_iter().for_each(&change);
+            }
+        }
+    }
+
+    /// The arrangements before a place do not say any more what comes of these strokes.
+    fn drop_earlier<T: Settled>(&mut self, at: u64, strokes: &[Named<T>]) {
+        for turn in [Turn::MadeAgain, Turn::TakenBack] {
+            let keys = strokes.iter().map(|named| T::key(named.stroke));
+            for at in self.sharing(turn, keys, [0, at - 1], usize::MAX) {
+                let Some(earlier) = self.of_mut(turn).get_mut(&at).and_then(T::list) else { continue };
+                let dropped = common(strokes, earlier);
+                drop_common(earlier, strokes);
+                for (i, _) in dropped {
+                    self.index.remove(&(turn, T::key(strokes[i].stroke), at));
+                }
+            }
+        }
+    }
+
     fn forget_moves(&mut self, at: u64, moved: &[Named<Way>]) -> Vec<(u32, glam::Vec3)> {
         let mut offsets: Vec<Option<glam::Vec3>> = vec![None; moved.len()];
-        for (&place, what) in &mut self.active {
-            let Arrangement::Move(list) = what else { continue };
+        let keys = moved.iter().map(|named| Key::Offset(named.stroke));
+        for place in self.sharing(Turn::MadeAgain, keys, [0, u64::MAX], usize::MAX) {
+            let Some(Arrangement::Move(list)) = self.active.get_mut(&place) else { continue };
             for (i, j) in common(moved, list) {
                 // Where no move was before this one, nothing changes.
                 if offsets[i].is_none() && place > at {
@@ -282,5 +371,55 @@ impl Log {
             }
         }
         moved.iter().zip(offsets).filter_map(|(moved, offset)| Some((moved.stroke, offset?))).collect()
+    }
+}
+
+/// What an arrangement says something of; without its strokes, if there are too many.
+fn for_each_key(what: &Arrangement, of_strokes: bool, mut each: impl FnMut(Key)) {
+    fn strokes<T>(list: &[Named<T>], of_strokes: bool) -> impl Iterator<Item = u32> + '_ {
+        list.iter().filter(move |_| of_strokes).map(|named| named.stroke)
+    }
+    match what {
+        Arrangement::Nothing => {}
+        Arrangement::Move(moved) => strokes(moved, of_strokes).map(Key::Offset).for_each(each),
+        Arrangement::Group(grouping) => {
+            if grouping.hanging.is_some() {
+                each(Key::Parent(grouping.group));
+            }
+            if grouping.names.is_some() {
+                each(Key::Name(grouping.group));
+            }
+            strokes(&grouping.members, of_strokes).map(Key::Membership).for_each(each);
+        }
+        Arrangement::Place { group, .. } => each(Key::Transform(*group)),
+        Arrangement::Assign { strokes: named, .. } => {
+            strokes(named, of_strokes).map(Key::Layer).for_each(each)
+        }
+    }
+}
+
+/// Takes back or makes again what there is one of: `later` is what the next arrangement of it found, `now` what it is now.
+/// The value to set, if nothing later settles it.
+fn turn_one<T: Clone>(
+    later: Option<&mut T>,
+    before: &mut T,
+    turn: Turn,
+    own: &T,
+    now: impl FnOnce() -> T,
+) -> Option<T> {
+    match (later, turn) {
+        (Some(later), Turn::TakenBack) => {
+            *later = before.clone();
+            None
+        }
+        (Some(later), Turn::MadeAgain) => {
+            *before = std::mem::replace(later, own.clone());
+            None
+        }
+        (None, Turn::TakenBack) => Some(before.clone()),
+        (None, Turn::MadeAgain) => {
+            *before = now();
+            Some(own.clone())
+        }
     }
 }

@@ -36,6 +36,7 @@ mod edit;
 mod editing;
 mod geometry;
 mod group;
+mod hanging;
 mod history;
 mod layers;
 mod log;

@@ -9,6 +9,7 @@ use super::{
     authors::AuthorState,
     edit::Edit,
     group::Groups,
+    hanging::Hangings,
     history::{History, Lost},
     layers::LayerState,
     log::Log,
@@ -53,13 +54,23 @@ pub struct SceneCounts {
     pub drops: Drops,
 }
 
-/// What edits of many strokes have cost so far, in counts.
+/// What events have cost so far, in counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneWork {
-    /// Groups looked at.
+    /// Groups looked at, and groupings whose outcome was determined anew.
     pub group_steps: u64,
     /// Polygons placed anew.
     pub displaced: u64,
+    /// All else that was looked at: events, the strokes that edits name, the arrangements that undo and redo pass, the strokes
+    /// of a layer, and the polygons that come, go or are to be placed anew.
+    pub looked_at: u64,
+}
+
+impl SceneWork {
+    /// All of it as one count. A unit takes some ten to some hundred nanoseconds.
+    pub fn total(&self) -> u64 {
+        self.group_steps + self.displaced + self.looked_at
+    }
 }
 
 /// A view that a session remembers.
@@ -99,6 +110,8 @@ pub struct Scene {
     pub(super) views: BTreeMap<u32, KnownView>,
     /// What authors have arranged and can take back.
     pub(super) log: Log,
+    /// Where groupings among these hang groups.
+    pub(super) hangings: Hangings,
     pub(super) authors: BTreeMap<Author, AuthorState>,
     /// How much all their histories hold.
     pub(super) remembered: Remembered,
@@ -106,6 +119,7 @@ pub struct Scene {
     pub(super) lost: Lost,
     pub(super) counts: SceneCounts,
     pub(super) displaced: u64,
+    pub(super) looked_at: u64,
     pub(super) let_go: u64,
     /// Strokes that are gone since the last call of [`Scene::let_go`], and since the one before.
     pub(super) gone: [Vec<u32>; 2],
@@ -148,9 +162,13 @@ impl Scene {
         self.bounds.len()
     }
 
-    /// What edits of many strokes have cost.
+    /// What events have cost so far: a call that applies some costs the difference. See also [`Scene::apply_within`].
     pub fn work(&self) -> SceneWork {
-        SceneWork { group_steps: self.groups.steps(), displaced: self.displaced }
+        SceneWork {
+            group_steps: self.groups.steps() + self.hangings.steps(),
+            displaced: self.displaced,
+            looked_at: self.looked_at + self.log.looked_at(),
+        }
     }
 
     /// Polygons that were let go so far.
@@ -268,17 +286,49 @@ impl Scene {
     /// most often once, so that a frame costs no more than its
     /// events and the polygons they touch.
     pub fn apply_all<'e>(&mut self, events: impl IntoIterator<Item = &'e Event>, changes: &mut Vec<Change>) {
-        self.batch_start = changes.len();
-        self.batches += 1;
+        self.begin_batch(changes);
         for event in events {
             self.take(event, changes);
         }
+        self.end_batch(changes);
+    }
+
+    /// Takes events as one frame, like [`Scene::apply_all`], until they have cost `most` units of [`SceneWork::total`]; how many
+    /// it took. The others are for later frames: cut anywhere, a list of events leads to the same model. At least one event is
+    /// taken, whatever it costs, and what the end of a frame costs (to place the polygons of groups anew) comes on top.
+    pub fn apply_within(&mut self, events: &[Event], most: u64, changes: &mut Vec<Change>) -> usize {
+        let before = self.work().total();
+        self.begin_batch(changes);
+        let mut taken = 0;
+        while let Some(event) = events.get(taken)
+            && (taken == 0 || self.work().total() - before < most)
+        {
+            self.take(event, changes);
+            taken += 1;
+        }
+        self.end_batch(changes);
+        taken
+    }
+
+    fn begin_batch(&mut self, changes: &[Change]) {
+        self.batch_start = changes.len();
+        self.batches += 1;
+    }
+
+    fn end_batch(&mut self, changes: &mut Vec<Change>) {
+        self.hangings.settle(&mut self.groups);
         self.paint(changes);
         self.tell_of_visibility(changes);
         self.place_displaced(changes);
     }
 
     fn take(&mut self, event: &Event, changes: &mut Vec<Change>) {
+        self.looked_at += 1;
+        if let Event::Move { strokes, .. } | Event::Group { strokes, .. } | Event::Assign { strokes, .. } =
+            event
+        {
+            self.looked_at += strokes.len() as u64;
+        }
         let known = self.take_known(event, changes);
         if known.is_none() {
             self.counts.ignored_events += 1;

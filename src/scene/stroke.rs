@@ -148,6 +148,11 @@ impl Stroke {
         self.used
     }
 
+    /// Its polygons, also those that have shrunk to a point.
+    pub(super) fn kept_polygons(&self) -> u64 {
+        self.polygons.iter().map(|range| u64::from(range.end - range.start)).sum()
+    }
+
     /// The id of its polygon at a place, counted from its first.
     pub(super) fn id_at(&self, place: u32) -> Option<PolygonId> {
         let mut left = place;

@@ -2,7 +2,7 @@
 
 use super::{
     Scene,
-    edit::{Arrangement, Edit, Hanging},
+    edit::{Arrangement, Edit},
     history::{History, Lost},
     log::Turn,
 };
@@ -28,6 +28,7 @@ impl Scene {
         self.with_history(author, |history| history.record(edit, &mut lost));
         self.forget(author, &mut lost);
         while self.remembered.edits > History::DEPTH_OF_ALL || self.remembered.named > History::NAMED_OF_ALL {
+            self.looked_at += self.authors.len() as u64;
             let too_many = self.remembered.edits > History::DEPTH_OF_ALL;
             let size = |history: &History| if too_many { history.len() } else { history.named() };
             let sizes = self.authors.iter().map(|(&of, state)| (size(&state.history), std::cmp::Reverse(of)));
@@ -68,7 +69,13 @@ impl Scene {
                     self.gone[0].push(*stroke);
                 }
                 Edit::Arrange { at, .. } => {
-                    for (stroke, offset) in self.log.forget(*at) {
+                    self.hangings.settle(&mut self.groups);
+                    let hanging = self.log.hanging(*at);
+                    let hangs = hanging.is_some_and(|(group, _)| self.hangings.holds(*at, group));
+                    if let Some((group, parent)) = hanging {
+                        self.hangings.forget(&self.groups, *at, group, parent);
+                    }
+                    for (stroke, offset) in self.log.forget(*at, hangs) {
                         self.set_offset(stroke, offset);
                     }
                 }
@@ -141,7 +148,6 @@ impl Scene {
     /// Takes an arrangement back, or makes it again.
     fn turn(&mut self, at: u64, turn: Turn) {
         let mut what = self.log.take(at);
-        let mut to_hang = None;
         match &mut what {
             Arrangement::Nothing => {}
             Arrangement::Move(moved) => {
@@ -152,20 +158,14 @@ impl Scene {
             }
             Arrangement::Group(grouping) => {
                 let group = grouping.group;
-                if let Some([before, own]) = &mut grouping.names {
-                    let now = self.groups.name(group).map(str::to_owned);
-                    let name = self.log.turn_one(at, before, turn, own, now, |what| match what {
-                        Arrangement::Group(later) if later.group == group => {
-                            later.names.as_mut().map(|names| &mut names[0])
-                        }
-                        _ => None,
-                    });
-                    if let Some(name) = name {
+                if let Some(names) = &mut grouping.names {
+                    let now = || self.groups.name(group).map(str::to_owned);
+                    if let Some(name) = self.log.turn_name(at, group, names, turn, now) {
                         self.groups.set_name(group, name);
                     }
                 }
-                if let Some(hanging) = &mut grouping.hanging {
-                    to_hang = self.turn_hanging(at, group, hanging, turn);
+                if let Some(parent) = grouping.hanging {
+                    self.hangings.turn(&mut self.groups, at, group, parent, turn);
                 }
                 let strokes = &self.strokes;
                 let now = |at: u32| strokes.get(at as usize).and_then(|stroke| stroke.group);
@@ -174,10 +174,7 @@ impl Scene {
             }
             Arrangement::Place { group, before, to } => {
                 let (group, now) = (*group, self.groups.transform(*group));
-                let place = self.log.turn_one(at, before, turn, to, now, |what| match what {
-                    Arrangement::Place { group: of, before, .. } if *of == group => Some(before),
-                    _ => None,
-                });
+                let place = self.log.turn_place(at, group, before, turn, *to, now);
                 if let Some(place) = place {
                     self.groups.place(group, place);
                 }
@@ -190,56 +187,5 @@ impl Scene {
             }
         }
         self.log.put(at, what, turn);
-        if let Some(base) = to_hang {
-            self.hang_anew(&base);
-        }
-    }
-
-    /// Hangs a group as it was before, or as it was after, if no later grouping depends on it. If one does: what all groups
-    /// that groupings have hung were under before.
-    fn turn_hanging(
-        &mut self,
-        at: u64,
-        group: usize,
-        hanging: &mut Hanging,
-        turn: Turn,
-    ) -> Option<Vec<(usize, Option<usize>)>> {
-        if turn == Turn::MadeAgain {
-            let now = self.groups.parent(group);
-            hanging.before = self.log.found_later(at, group).unwrap_or(now);
-        }
-        if hanging.before == hanging.parent {
-            hanging.holds = true;
-            return None;
-        }
-        if !self.log.is_hanging_depended_on(at, group) {
-            match turn {
-                Turn::TakenBack => _ = self.groups.try_hang(group, hanging.before),
-                Turn::MadeAgain => hanging.holds = self.groups.try_hang(group, hanging.parent),
-            }
-            return None;
-        }
-        let mut base = self.log.first_hangings();
-        let own = (at, hanging.before);
-        let first = base.entry(group).or_insert(own);
-        if turn == Turn::TakenBack && first.0 > at {
-            *first = own;
-        }
-        Some(base.into_iter().map(|(group, (_, parent))| (group, parent)).collect())
-    }
-
-    /// Hangs groups as they were before all groupings, then as these say, one after the other: one that would close a circle
-    /// or make a chain too long has no effect.
-    fn hang_anew(&mut self, base: &[(usize, Option<usize>)]) {
-        base.iter().for_each(|&(group, _)| self.groups.hang(group, None));
-        for &(group, parent) in base {
-            self.groups.try_hang(group, parent);
-        }
-        for grouping in self.log.active_groupings() {
-            if let Some(hanging) = &mut grouping.hanging {
-                hanging.before = self.groups.parent(grouping.group);
-                hanging.holds = self.groups.try_hang(grouping.group, hanging.parent);
-            }
-        }
     }
 }

@@ -247,6 +247,33 @@ fn groups_never_form_a_circle() {
     assert_eq!(parents(&and(&both, &[redo(A), undo(B), undo(A), redo(B)])), (None, Some(g)));
 }
 
+/// A grouping that nobody can take back any more comes before all others. What it says of where a group hangs stands against
+/// earlier ones that are made again, unless it never had an effect.
+#[test]
+fn a_forgotten_grouping_stands_only_if_it_had_an_effect() {
+    const C: Author = Author(3);
+    let (g, h, k) = (group_id(A, 0), group_id(B, 0), group_id(C, 0));
+    let made = [grouped(A, g, &[], None), grouped(B, h, &[], None), grouped(C, k, &[], None)];
+    let made = [two(), vec![join(C)], made.to_vec()].concat();
+    // A's is taken back; B, who hangs the same group elsewhere, leaves; A's is made again.
+    let events = [grouped(A, g, &[], Some(h)), undo(A), grouped(B, g, &[], Some(k)), leave(B), redo(A)];
+    assert_eq!(scene_of(and(&made, &events)).parent_of(g), Some(k));
+    // B's has no effect when B leaves, as it would close a circle: C's earlier one has its say.
+    let refused = [
+        grouped(C, h, &[], Some(k)),
+        undo(C),
+        grouped(A, g, &[], Some(h)),
+        undo(A),
+        grouped(B, h, &[], Some(g)),
+        redo(A),
+        leave(B),
+    ];
+    let mut scene = scene_of(and(&made, &refused));
+    assert_eq!((scene.parent_of(g), scene.parent_of(h)), (Some(h), None));
+    crate::play(&mut scene, &[redo(C)]);
+    assert_eq!((scene.parent_of(g), scene.parent_of(h)), (Some(h), Some(k)));
+}
+
 /// Edits that undo does not reach any more stay, whatever others take back that was before or after.
 #[test]
 fn what_is_forgotten_stays() {

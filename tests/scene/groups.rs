@@ -312,3 +312,38 @@ fn play_as_a_frame(scene: &mut Scene, events: &[Event]) -> Vec<Change> {
     scene.apply_all(events, &mut changes);
     changes
 }
+
+/// Corners are computed with `f32`, group by group. The box that tells where a group that moves as a whole is holds them all,
+/// also where large numbers cancel on the way, or the group's own are large.
+#[test]
+fn the_box_of_a_group_that_moves_as_a_whole_holds_what_is_rounded() {
+    for number in 0..40 {
+        let half = 0.1 + 0.07 * number as f32;
+        let turn = Quat::from_xyzw(half.sin() * 0.48, half.sin() * 0.6, half.sin() * 0.64, half.cos());
+        let far = Vec3::new(9.0e5 + 0.3, -7.0e5, 8.0e5);
+        // Far away and back; or drawn far away in the group itself.
+        for (at, inner, outer) in [(Vec3::ZERO, far, turn * -far), (far, Vec3::ZERO, Vec3::ZERO)] {
+            let mut scene = Scene::keeping_groups_whole();
+            let vertices = vec![at, at + Vec3::X * 0.3, at + Vec3::Y * 0.2];
+            let polygon = Event::Polygon {
+                author: Author::SOLE,
+                t: 0.0,
+                stroke: Some(StrokeId(1)),
+                vertices,
+                color: (1.0, 1.0, 1.0, 1.0),
+            };
+            play(&mut scene, &[polygon, group(2, &[], None), group(1, &[1], Some(2))]);
+            let placed = || [place(1, inner, turn, 1.0), place(2, outer, turn, 1.0)];
+            (0..2).for_each(|_| drop(play(&mut scene, &placed())));
+            let changes = play(&mut scene, &placed());
+            assert!(changes.iter().any(|change| matches!(change, Change::Place(_))), "{changes:?}");
+            for change in changes {
+                let (whole, tight) = (scene.bounds_of_change(change), scene.bounds(PolygonId(0)));
+                assert!(
+                    whole.min.cmple(tight.min).all() && whole.max.cmpge(tight.max).all(),
+                    "turn {number}: {whole:?} does not hold {tight:?}"
+                );
+            }
+        }
+    }
+}

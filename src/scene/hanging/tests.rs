@@ -1,0 +1,250 @@
+//! What is hung step by step is what comes of hanging everything anew.
+
+use rand_pcg::{Pcg64, rand_core::Rng};
+
+use super::*;
+use crate::recording::GroupId;
+
+/// The old way: all groups are hung anew, as they were before all groupings and then as these say.
+#[derive(Clone, Default)]
+struct Anew {
+    groups: Groups,
+    active: BTreeMap<u64, Grouping>,
+    taken_back: BTreeMap<u64, Grouping>,
+}
+
+#[derive(Clone, Copy)]
+struct Grouping {
+    group: usize,
+    before: Option<usize>,
+    parent: Option<usize>,
+    holds: bool,
+    /// It says nothing of where the group hangs any more.
+    is_settled: bool,
+}
+
+impl Anew {
+    fn later(&self, place: u64) -> impl Iterator<Item = &Grouping> {
+        let later = self.active.range((Excluded(place), Unbounded)).map(|(_, grouping)| grouping);
+        later.filter(|grouping| !grouping.is_settled)
+    }
+
+    fn turn(&mut self, place: u64, turn: Turn) {
+        let (from, to) = match turn {
+            Turn::TakenBack => (&mut self.active, &mut self.taken_back),
+            Turn::MadeAgain => (&mut self.taken_back, &mut self.active),
+        };
+        let Some(mut grouping) = from.remove(&place) else { return };
+        if grouping.is_settled {
+            to.insert(place, grouping);
+            return;
+        }
+        let group = grouping.group;
+        if turn == Turn::MadeAgain {
+            let found = self.later(place).find(|later| later.group == group).map(|later| later.before);
+            grouping.before = found.unwrap_or(self.groups.parent(group));
+        }
+        let mut base = None;
+        if grouping.before == grouping.parent {
+            grouping.holds = true;
+        } else if self
+            .later(place)
+            .any(|later| later.group == group || !later.holds || later.before != later.parent)
+        {
+            let mut first = BTreeMap::new();
+            let own = (turn == Turn::TakenBack).then_some((&place, &grouping));
+            let mut all: Vec<_> = self.active.iter().chain(own).collect();
+            all.sort_by_key(|(place, _)| **place);
+            for (_, grouping) in all.into_iter().filter(|(_, grouping)| !grouping.is_settled) {
+                first.entry(grouping.group).or_insert(grouping.before);
+            }
+            first.entry(group).or_insert(grouping.before);
+            base = Some(first);
+        } else if turn == Turn::TakenBack {
+            self.groups.try_hang(group, grouping.before);
+        } else {
+            grouping.holds = self.groups.try_hang(group, grouping.parent);
+        }
+        match turn {
+            Turn::TakenBack => self.taken_back.insert(place, grouping),
+            Turn::MadeAgain => self.active.insert(place, grouping),
+        };
+        let Some(base) = base else { return };
+        base.keys().for_each(|&group| self.groups.hang(group, None));
+        for (&group, &parent) in &base {
+            self.groups.try_hang(group, parent);
+        }
+        for grouping in self.active.values_mut().filter(|grouping| !grouping.is_settled) {
+            grouping.before = self.groups.parent(grouping.group);
+            grouping.holds = self.groups.try_hang(grouping.group, grouping.parent);
+        }
+    }
+
+    fn forget(&mut self, place: u64) {
+        let Some(forgotten) = self.active.remove(&place) else { return };
+        let is_settled = forgotten.holds && !forgotten.is_settled;
+        let earlier = self.active.range_mut(..place).chain(self.taken_back.range_mut(..place));
+        for (_, grouping) in earlier.filter(|(_, grouping)| grouping.group == forgotten.group) {
+            grouping.is_settled |= is_settled;
+        }
+    }
+}
+
+struct Both {
+    anew: Anew,
+    groups: Groups,
+    hangings: Hangings,
+    next: u64,
+}
+
+impl Both {
+    fn new(count: u32) -> Self {
+        let mut anew = Anew::default();
+        for group in 0..count {
+            anew.groups.find_or_make(GroupId(group), None).expect("a new group");
+        }
+        Self { groups: anew.groups.clone(), anew, hangings: Hangings::default(), next: 0 }
+    }
+
+    /// A grouping, if there can be such a one.
+    fn group(&mut self, group: usize, parent: Option<usize>) -> Option<u64> {
+        self.hangings.settle(&mut self.groups);
+        let id = self.groups.id(group);
+        let can = self.groups.find_or_make(id, parent).is_some();
+        assert_eq!(self.anew.groups.find_or_make(id, parent).is_some(), can);
+        can.then(|| {
+            let (place, before) = (self.next, self.groups.parent(group));
+            self.next += 1;
+            self.hangings.add(place, group, before, parent);
+            self.groups.hang(group, parent);
+            self.anew.groups.hang(group, parent);
+            let grouping = Grouping { group, before, parent, holds: true, is_settled: false };
+            self.anew.active.insert(place, grouping);
+            place
+        })
+    }
+
+    fn turn(&mut self, place: u64, turn: Turn) {
+        let from = if turn == Turn::TakenBack { &self.anew.active } else { &self.anew.taken_back };
+        let Some(&grouping) = from.get(&place) else { return };
+        if !grouping.is_settled {
+            self.hangings.turn(&mut self.groups, place, grouping.group, grouping.parent, turn);
+        }
+        self.anew.turn(place, turn);
+    }
+
+    fn forget(&mut self, place: u64) {
+        self.hangings.settle(&mut self.groups);
+        let Some(&grouping) = self.anew.active.get(&place) else { return };
+        if !grouping.is_settled {
+            self.hangings.forget(&self.groups, place, grouping.group, grouping.parent);
+        }
+        self.anew.forget(place);
+    }
+
+    fn compare(&mut self, of: &str) {
+        self.hangings.settle(&mut self.groups);
+        for group in 0..self.groups.len() {
+            assert_eq!(self.groups.parent(group), self.anew.groups.parent(group), "{of}: group {group}");
+        }
+        let mut count = 0;
+        for (&place, grouping) in self.anew.active.iter().filter(|(_, grouping)| !grouping.is_settled) {
+            assert_eq!(self.hangings.holds(place, grouping.group), grouping.holds, "{of}: grouping {place}");
+            count += 1;
+        }
+        assert_eq!(self.hangings.count, count, "{of}");
+        let is_left = self.hangings.lines.iter().any(Option::is_some);
+        assert!(count > 0 || !is_left || !self.hangings.is_as_kept(), "{of}: nothing is kept of nothing");
+    }
+}
+
+struct Dice(Pcg64);
+
+impl Dice {
+    fn below(&mut self, count: usize) -> usize {
+        (self.0.next_u64() % count.max(1) as u64) as usize
+    }
+}
+
+/// Groupings of so many groups, taken back and made again in any order, as many authors do.
+fn play(seed: u64, count: usize, steps: usize, forgets: bool) -> Both {
+    let mut dice = Dice(Pcg64::new(u128::from(seed), 3));
+    let mut both = Both::new(count as u32);
+    let is_deep = dice.below(2) == 0;
+    // How many groupings there may be, and how many turns until the groups are looked at.
+    let (most, pause) = (1 + dice.below(60), 1 + dice.below(4));
+    for step in 0..steps {
+        let active: Vec<u64> = both.anew.active.keys().copied().collect();
+        let taken_back: Vec<u64> = both.anew.taken_back.keys().copied().collect();
+        match dice.below(if forgets { 11 } else { 10 }) {
+            0..=4 if active.len() < most => {
+                let group = dice.below(count);
+                // Some make long chains, some a tangle.
+                let parent = match dice.below(8) {
+                    0 => None,
+                    1..=4 if is_deep => (group > 0).then(|| group - 1),
+                    _ => Some(dice.below(count)),
+                };
+                both.group(group, parent);
+            }
+            0..=7 if !active.is_empty() => both.turn(active[dice.below(active.len())], Turn::TakenBack),
+            8..=9 if !taken_back.is_empty() => {
+                both.turn(taken_back[dice.below(taken_back.len())], Turn::MadeAgain)
+            }
+            10 if !active.is_empty() => both.forget(active[dice.below(active.len())]),
+            _ => {}
+        }
+        if dice.below(pause) == 0 {
+            both.compare(&format!("seed {seed}, step {step}"));
+        }
+    }
+    both.compare(&format!("seed {seed}, at the end"));
+    both
+}
+
+#[test]
+fn what_is_turned_step_by_step_is_as_if_all_was_hung_anew() {
+    for seed in 0..300 {
+        play(seed, [3, 6, 12, 40][seed as usize % 4], 200, false);
+    }
+}
+
+#[test]
+fn the_same_where_groupings_are_forgotten() {
+    for seed in 0..600 {
+        play(seed, [3, 6, 12, 40][seed as usize % 4], 200, true);
+    }
+}
+
+/// Chains of up to 64 groups: what is refused for its height is refused the same way.
+#[test]
+fn the_same_where_chains_become_too_long() {
+    for seed in 0..60u64 {
+        let mut both = Both::new(160);
+        let mut dice = Dice(Pcg64::new(u128::from(seed), 5));
+        // Chains of about thirty, of which any two are as long as can be.
+        for group in 1..160usize {
+            let parent = (!group.is_multiple_of(28 + seed as usize % 8)).then(|| group - 1);
+            both.group(group, parent);
+        }
+        for step in 0..150 {
+            match dice.below(3) {
+                0 => {
+                    let parent = Some(dice.below(160));
+                    both.group(dice.below(160), parent);
+                }
+                1 => {
+                    let places: Vec<u64> = both.anew.active.keys().copied().collect();
+                    both.turn(places[dice.below(places.len())], Turn::TakenBack);
+                }
+                _ => {
+                    let places: Vec<u64> = both.anew.taken_back.keys().copied().collect();
+                    if !places.is_empty() {
+                        both.turn(places[dice.below(places.len())], Turn::MadeAgain);
+                    }
+                }
+            }
+            both.compare(&format!("seed {seed}, step {step}"));
+        }
+    }
+}
