@@ -449,4 +449,40 @@ mod tests {
             assert!((found / wanted.max(1.0e-6) - 1.0).abs() < 0.01, "{found:e} {wanted:e}");
         }
     }
+
+    /// Which of two comes first goes by their nearest corners, so the farther one in a block may be either.
+    #[test]
+    fn a_block_that_two_layers_fill_hides_from_the_farther_one_on() {
+        let masks = [[0x0F0F_0F0F; LANES], [0xF0F0_F0F0; LANES]];
+        for depths in [[0.2, 0.25], [0.25, 0.2]] {
+            let mut tile = Tile::EMPTY;
+            for (mask, depth) in masks.iter().zip(depths) {
+                tile.add(mask, &[depth; LANES]);
+            }
+            assert!(tile.hides(0.2) && !tile.hides(0.21), "{depths:?}: {tile:?}");
+        }
+    }
+
+    #[test]
+    fn of_points_one_of_which_is_no_number_nothing_is_hidden() {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let window = corners.map(|(x, y)| Vec3::new(x, y, 1.0).as_dvec3());
+        let window = ViewWindow::new(DVec3::ZERO, DVec3::Z, window, 0.1).expect("a window");
+        let wall = corners.map(|(x, y)| Vec3::new(x, y, 1.0) * 2.0);
+        let shadow = ShadowVolume::of_polygon(&wall, &window).expect("an occluder");
+        let mut depth = DepthBuffer::new(DepthConfig::default());
+        depth.build(&window, &[shadow]);
+        let behind = [Vec3::new(0.1, 0.2, 4.0), Vec3::new(0.3, -0.1, 5.0)];
+        assert_eq!(depth.test_extent(&depth.extent_of(&behind)).verdict, Verdict::Hidden);
+        for wrong in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for axis in 0..3 {
+                let mut third = Vec3::new(0.1, 0.1, 4.0);
+                third[axis] = wrong;
+                for points in [[behind[0], third, behind[1]], [third, behind[0], behind[1]]] {
+                    let verdict = depth.test_extent(&depth.extent_of(&points)).verdict;
+                    assert_eq!(verdict, Verdict::PartlyHidden, "{third}");
+                }
+            }
+        }
+    }
 }

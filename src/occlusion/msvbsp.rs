@@ -177,6 +177,7 @@ impl Msvbsp {
                 return false;
             }
             let (front, back) = cone::split(&mut self.points, task.cell, normal);
+            // Not so with corners on both sides: one before the plane and two where it is crossed, at least.
             if front.len < 3 {
                 return false;
             }

@@ -382,3 +382,70 @@ impl Region {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The squares of a grid of so many columns, 1 m wide, without those that are missing.
+    fn squares(columns: u32, missing: &[u32]) -> Vec<(PolygonId, ConvexPolygon)> {
+        let is_there = |i: &u32| !missing.contains(i);
+        let square = |i: u32| {
+            let at = |x: u32, y: u32| Vec3::new((i % columns + x) as f32, (i / columns + y) as f32, 0.0);
+            (PolygonId(i), ConvexPolygon::quad([at(0, 0), at(1, 0), at(1, 1), at(0, 1)]))
+        };
+        (0..columns * columns).filter(is_there).map(square).collect()
+    }
+
+    /// What [`Region`] promises of its border.
+    fn check(region: &Region, mesh: &Mesh, context: &str) {
+        let border = &region.border;
+        assert!((1..border.len()).all(|i| !border[..i].contains(&border[i])), "{context}: {border:?}");
+        let flat: Vec<_> = border.iter().map(|&i| mesh.points[i as usize].truncate().as_dvec2()).collect();
+        // The area that a line winds around is the sum of those of the outlines that it is the sum of.
+        let area = crate::occlusion::hull::area(&flat);
+        assert!((area - region.members.len() as f64).abs() < 1.0e-9, "{context}: {area} of {border:?}");
+    }
+
+    #[test]
+    fn a_ring_of_squares_does_not_close() {
+        // In order around the missing one.
+        let polygons = squares(3, &[4]);
+        let mesh = Mesh::new(&polygons);
+        let mut region = Region::of(&mesh, 0);
+        for next in [1, 2, 4, 7, 6, 5] {
+            assert!(region.join(&mesh, next), "{next}");
+            check(&region, &mesh, "an open ring");
+        }
+        // It shares an edge with either end, and between them a corner would be met twice.
+        assert!(!region.join(&mesh, 3));
+        check(&region, &mesh, "the last one refused");
+    }
+
+    #[test]
+    fn the_border_of_a_wall_with_holes_is_the_sum_of_outlines_and_meets_no_corner_twice() {
+        let mut random = 1u32;
+        let mut below = |end: u32| {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) % end
+        };
+        let mut refused = 0;
+        for round in 0..300 {
+            let missing: Vec<u32> = (0..3 + below(9)).map(|_| below(49)).collect();
+            let polygons = squares(7, &missing);
+            let mesh = Mesh::new(&polygons);
+            let count = polygons.len() as u32;
+            let mut region = Region::of(&mesh, below(count));
+            for _ in 0..6 * count {
+                let next = below(count);
+                if region.members.contains(&next) {
+                    continue;
+                }
+                let is_in = region.join(&mesh, next);
+                refused += u32::from(!is_in && mesh.corners(next).iter().any(|c| region.border.contains(c)));
+                check(&region, &mesh, &format!("round {round}"));
+            }
+        }
+        assert!(refused > 100, "{refused}");
+    }
+}

@@ -269,3 +269,53 @@ fn what_the_near_plane_cuts_off_hides_nothing() {
         assert_eq!(wrong, 0, "{}", kind.name());
     }
 }
+
+/// All of the window lies behind one plane of an occluder beside it.
+#[test]
+fn an_occluder_beside_the_window_hides_nothing_in_it() {
+    let window = straight();
+    let (beside, across) = ([2.5, 3.5], [-1.0, 1.0]);
+    let (left, below) = ([-3.5, -2.5], [-3.5, -2.5]);
+    let occluders = [
+        square(2.0, beside, across),
+        square(2.0, left, across),
+        square(2.0, across, beside),
+        square(2.0, across, below),
+        square(2.0, beside, below),
+    ];
+    // One that divides the window comes first: cells, too, lie behind a plane of what is beside them.
+    let wall = square(1.5, [-1.9, -1.0], [-1.9, 1.9]);
+    for kind in Occlusion::conservative_cullers() {
+        for occluder in &occluders {
+            for polygons in [vec![occluder.clone()], vec![wall.clone(), occluder.clone()]] {
+                let mut culler = kind.create(16);
+                culler.build(&window, &shadows(&window, &polygons));
+                for i in 0..25 {
+                    let at = Vec3::new((i % 5) as f32 * 0.5 - 0.5, (i / 5) as f32 * 0.8 - 1.6, 1.0) * 6.0;
+                    let bounds = Aabb::cube(at, 0.1);
+                    assert!(!is_blocked(&window, &polygons, window.from_eye(at)));
+                    let verdict = culler.test_box(&bounds).verdict;
+                    assert_ne!(verdict, Verdict::Hidden, "{}: {at} by {occluder:?}", culler.name());
+                }
+            }
+        }
+    }
+}
+
+/// What an occluder's planes leave of the window, or of a cell, may be a triangle.
+#[test]
+fn an_occluder_over_a_corner_of_the_window_hides_what_is_behind_it() {
+    let window = straight();
+    let corner = seen_at(2.0, &[(3.5, -0.5), (5.0, 5.0), (-0.5, 3.5)]);
+    let wall = square(1.5, [-1.9, -1.0], [-1.9, 1.9]);
+    for kind in Occlusion::conservative_cullers() {
+        for polygons in [vec![corner.clone()], vec![wall.clone(), corner.clone()]] {
+            let mut culler = kind.create(16);
+            culler.build(&window, &shadows(&window, &polygons));
+            let behind = Aabb::cube(Vec3::new(1.8, 1.8, 1.0) * 6.0, 0.2);
+            assert_eq!(culler.test_box(&behind).verdict, Verdict::Hidden, "{}", culler.name());
+            let beside = Aabb::cube(Vec3::new(1.4, 1.4, 1.0) * 6.0, 0.2);
+            assert_ne!(culler.test_box(&beside).verdict, Verdict::Hidden, "{}", culler.name());
+        }
+    }
+}

@@ -1,15 +1,15 @@
 //! Culling by occlusion inside the pipeline: whatever `auto` decides, what can be seen is drawn.
 
-use crate::session::view;
-use glam::Vec3;
+use crate::session::{polygon, polygon_of, view};
+use glam::{Quat, Vec3};
 use osp::{
     frame::{AutoBasis, OcclusionPass, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     lab::{oracle::OracleConfig, scenes::TestScene, verify},
     math::Aabb,
     occlusion::{Occlusion, Soundness},
-    polygon::{Change, PolygonId},
-    recording::{Author, Event, SynthKind, synthesize},
+    polygon::{Change, Geometry, PolygonId},
+    recording::{Author, Event, GroupId, StrokeId, SynthKind, Transform, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
     rivals::IndexKind,
     scene::Scene,
@@ -328,4 +328,47 @@ fn a_frame_in_which_nothing_can_pay_does_not_read_the_clock() {
     });
     assert_eq!(read[0], read[1], "without a pass, and with one that cannot pay");
     assert!(read[2] > read[1], "{read:?}");
+}
+
+/// A group that moves as a whole is in no index. Most indexes are walked for what is not hidden and say nothing of it.
+#[test]
+fn a_group_that_moves_as_a_whole_is_drawn_with_every_index() {
+    let square = |x: f32, y: f32, z: f32, half_m: f32| {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(i, k)| Vec3::new(x + i * half_m, y + k * half_m, z))
+    };
+    let spread = |i: usize, side: usize| (i % side) as f32 / side as f32 - 0.5;
+    let mut events = vec![polygon(&square(0.0, 0.0, -5.0, 2.0), 1.0)];
+    events.extend((0..400).map(|i| polygon(&square(spread(i, 20), spread(i / 20, 20), -8.0, 0.02), 1.0)));
+    events.extend((0..30).map(|i| polygon_of(1, &square(spread(i, 6), spread(i / 6, 5), -3.0, 0.02))));
+    events.push(Event::Group {
+        author: Author::SOLE,
+        t: 0.0,
+        group: GroupId(0),
+        strokes: vec![StrokeId(1)],
+        parent: None,
+        name: None,
+    });
+    for kind in IndexKind::ALL {
+        let mut scene = Scene::keeping_groups_whole();
+        let config = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(Occlusion::Msvbsp) };
+        let index = kind.create(&IndexConfig::default());
+        let mut lane = Pipeline::new(index, 1000, StageClock::default()).with_occlusion(config);
+        let mut changes = Vec::new();
+        scene.apply_all(&events, &mut changes);
+        for frame in 0..6 {
+            let to = Transform { p: Vec3::X * (0.01 * frame as f32), q: Quat::IDENTITY, s: 1.0 };
+            let place = Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(0), to };
+            scene.apply(&place, &mut changes);
+            let record = lane.frame(&scene, &changes, &view(Vec3::ZERO, Vec3::NEG_Z));
+            changes.clear();
+            let name = kind.name();
+            assert!(record.occlusion.used && record.occlusion.occluders > 0, "{name}, frame {frame}");
+            assert!(record.occlusion.occluded > 0, "{name}, frame {frame}");
+            let drawn = lane.draw_list().to_vec();
+            let group = (401..431).map(PolygonId);
+            assert_eq!(group.filter(|id| drawn.contains(id)).count(), 30, "{name}, frame {frame}");
+        }
+        assert!((401..431).all(|id| Geometry::space(&scene, PolygonId(id)).is_some()), "it moves as a whole");
+    }
 }

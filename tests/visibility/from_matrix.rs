@@ -1,9 +1,9 @@
 //! A view from an engine's matrix sees all that the matrix shows, and hardly more.
 
-use glam::{DMat4, DVec4, Mat4, Vec2, Vec3};
+use glam::{DMat4, DVec3, DVec4, Mat4, Vec2, Vec3};
 use osp::{
     math::{Aabb, Ray},
-    view::{ClipDepth, Projection, View},
+    view::{ClipDepth, Projection, View, ViewWindow},
 };
 use proptest::prelude::*;
 
@@ -109,4 +109,58 @@ fn what_is_no_perspective_gives_no_view() {
     none(Mat4::from_scale(Vec3::splat(f32::INFINITY)));
     let sheared = [[1.0, 0.5, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, -1.0, -1.0], [0.0, 0.0, -0.1, 0.0]];
     none(Mat4::from_cols_array_2d(&sheared));
+}
+
+/// The matrix's own eye is not an `f32`: by `f64` numbers alone, all that it shows is in the view of the eye that is one.
+#[test]
+fn a_view_is_wider_by_what_its_eye_is_rounded() {
+    let projections = [
+        Projection::symmetric(60.0, 1.6, 0.05, 100.0),
+        Projection { left: 0.2, right: 1.5, bottom: -0.9, top: -0.1, near_m: 0.02, far_m: 9.0 },
+    ];
+    let mut most_moved = 0.0f64;
+    for (i, projection) in (0..40).flat_map(|i| projections.map(|projection| (i, projection))) {
+        let eye = Vec3::new(900.1 + 3.7 * i as f32, 1.7, -611.3 * i as f32 / 40.0);
+        let toward = eye + Vec3::new((i as f32).cos(), 0.3 * (2.0 * i as f32).sin(), (i as f32).sin());
+        let matrix = View::look_at(eye, toward, projection).clip_from_world();
+        let found = View::from_matrix(&matrix, ClipDepth::ZeroToOne).expect("a perspective");
+        let world_from_clip = matrix.as_dmat4().inverse();
+        let view_from_world = found.world_from_view.as_dquat().inverse();
+        let p = found.projection;
+        let [left, right, bottom, top, near_m, far_m] =
+            [p.left, p.right, p.bottom, p.top, p.near_m, p.far_m].map(f64::from);
+        for corner in 0..8 {
+            let of = |bit: u32| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            let point = world_from_clip.project_point3(DVec3::new(of(0), of(1), 0.5 + 0.5 * of(2)));
+            let seen = view_from_world * (point - found.eye_in_world.as_dvec3());
+            let (x, y, away_m) = (seen.x / -seen.z, seen.y / -seen.z, -seen.z);
+            let context = format!("{i}, {projection:?}: ({x}, {y}) at {away_m} in {p:?}");
+            assert!(x >= left && x <= right && y >= bottom && y <= top, "{context}");
+            assert!(away_m >= near_m && away_m <= far_m, "{context}");
+        }
+        let matrix_eye = world_from_clip * DVec4::Z;
+        let moved_m = (matrix_eye.truncate() / matrix_eye.w).distance(found.eye_in_world.as_dvec3());
+        most_moved = most_moved.max(moved_m / f64::from(projection.near_m));
+    }
+    assert!(most_moved > 1.0e-3, "the eye is rounded by {most_moved} of the near distance");
+}
+
+/// `f64` holds an eye at 1e9 m to some 1e-7 m: more than a window allows where the near plane is at 0.1 m.
+#[test]
+fn a_window_has_the_matrixs_eye_or_there_is_none() {
+    let projection = Projection::symmetric(60.0, 1.6, 0.1, 100.0);
+    let view = View::look_at(Vec3::ZERO, Vec3::new(0.3, -0.2, 1.0), projection);
+    let mut windows = Vec::new();
+    for far in 0..16 {
+        let eye = DVec3::new(0.7, -0.3, 0.9) * 10.0f64.powi(far);
+        let matrix = view.clip_from_world().as_dmat4() * DMat4::from_translation(-eye);
+        let window = ViewWindow::from_double_matrix(&matrix, ClipDepth::ZeroToOne);
+        if let Some(window) = &window {
+            let moved_m = window.eye_in_world().distance(eye);
+            assert!(moved_m < 1.0e-7 * 0.1, "10^{far} m: {moved_m} m");
+        }
+        windows.push(window.is_some());
+    }
+    assert!(windows[..5].iter().all(|is_some| *is_some), "{windows:?}");
+    assert!(windows[9..].iter().all(|is_some| !is_some), "{windows:?}");
 }
