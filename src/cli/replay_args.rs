@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 
 use super::{
-    built::{self, Feature},
+    built::{Feature, Lacking},
     numbers,
     occlusion_tests::TestArgs,
     parsers::{Size, camera_parser, index_parser, occlusion_parser},
@@ -244,10 +244,11 @@ impl PlayArgs {
     pub(super) fn check(&self, draws: bool) -> anyhow::Result<()> {
         if let Some(choice) = self.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
             let name = choice.name();
-            if !Feature::Render.is_built() {
-                return built::refuse(format!("--occlusion {name} with --draw"), &[Feature::Render]);
+            let drawn = "culls while drawing: it needs `osp replay --draw`";
+            match Feature::Render.is_built() {
+                true => bail!("--occlusion {name} {drawn}"),
+                false => bail!("--occlusion {name} {drawn}, which {}", Lacking(&[Feature::Render])),
             }
-            bail!("--occlusion {name} culls while drawing: it needs `osp replay --draw`");
         }
         if let Some(option) = self.tests.given().filter(|_| self.occlusion.is_empty()) {
             bail!("{option} is about occlusion culling: it needs --occlusion");

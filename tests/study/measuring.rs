@@ -202,11 +202,11 @@ fn what_cannot_be_meant_is_one_clear_error() {
         #[cfg(not(feature = "parquet"))]
         (
             &["study", "in", "--out", "r.parquet"],
-            "r.parquet: Parquet is not in this build: it needs the feature `parquet` (cargo install --path . \
-             --features parquet); tables whose name ends in .ndjson are in every build",
+            "r.parquet: Parquet needs a build with the feature `parquet`, which this one lacks: \
+             cargo install --path . --features parquet; tables whose name ends in .ndjson are in every build",
         ),
         #[cfg(not(feature = "parquet"))]
-        (&["study", "check", "foreign.parquet"], "it needs the feature `parquet`"),
+        (&["study", "check", "foreign.parquet"], "needs a build with the feature `parquet`"),
         (&["study", "in", "--out", "no/r.ndjson"], "there is no such folder"),
         (&["study", "in", "--out", "r.ndjson", "--shard", "3/2"], "expected K/N"),
         (&["study", "in", "--out", "r.ndjson", "--jobs", "0"], "--jobs"),

@@ -90,7 +90,8 @@ pub enum StudyError {
     },
     /// It is Parquet, which this build lacks.
     #[error(
-        "{}: Parquet is not in this build: it needs the feature `parquet` (cargo install --path . --features parquet); \
+        "{}: Parquet needs a build with the feature `parquet`, which this one lacks: \
+         cargo install --path . --features parquet; \
          tables whose name ends in .ndjson are in every build", path.display()
     )]
     NotBuilt {
@@ -122,7 +123,10 @@ impl<W: Write + Send> StudyWriter<W> {
             TableFormat::Parquet => Writer::Parquet(ParquetWriter::new(out)?),
             #[cfg(not(feature = "parquet"))]
             TableFormat::Parquet => {
-                return Err(io::Error::new(io::ErrorKind::Unsupported, "Parquet is not in this build"));
+                return Err(io::Error::new(
+                    io::ErrorKind::Unsupported,
+                    "this build lacks the feature `parquet`",
+                ));
             }
         }))
     }
