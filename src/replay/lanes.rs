@@ -19,9 +19,9 @@ pub fn stretch_of_frame(frame: u64, frames: u64) -> u64 {
 /// How much of a session a lane is measured on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
-    /// Time to spend on measured frames, nanoseconds (following the changes and the first frame after that come on
-    /// top); once a stretch's share is spent, the lane only follows the
-    /// changes until the next stretch.
+    /// Time to spend on measured frames, nanoseconds: applying their events to the model, what the lane does, and its
+    /// fingerprints. (Frames that it only follows and the first one after that come on top: the model has to be made to its
+    /// end.) Once a stretch's share is spent, the lane only follows the changes until the next stretch.
     pub ns: u64,
     /// Frames of the session, to space the stretches evenly.
     pub frames: u64,
@@ -58,7 +58,14 @@ impl Lane {
         &self.pipeline
     }
 
-    fn step(&mut self, frame: u64, scene: &Scene, changes: &[Change], views: &[View]) -> Option<LaneFrame> {
+    fn step(
+        &mut self,
+        frame: u64,
+        scene: &Scene,
+        changes: &[Change],
+        applying: Stage,
+        views: &[View],
+    ) -> Option<LaneFrame> {
         let stretch = stretch_of_frame(frame, self.budget.frames);
         if stretch != self.stretch {
             (self.stretch, self.spent_ns) = (stretch, 0);
@@ -85,7 +92,7 @@ impl Lane {
         let fingerprinting = self.pipeline.clock().since(start);
         // A frame that is not measured is not paid for either: every stretch has at least one that is.
         if !catches_up {
-            self.spent_ns += record.total_ns() + fingerprinting.ns;
+            self.spent_ns += applying.ns + record.total_ns() + fingerprinting.ns;
         }
         Some(LaneFrame { record, in_view, drawn, fingerprinting, catches_up })
     }
@@ -163,8 +170,9 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         for turn in 0..count {
             // Another lane begins each frame: none always meets the caches that the reader has just filled.
             let at = (turn + moment.frame as usize) % count;
-            self.outcomes[at] =
-                self.lanes[at].step(moment.frame, self.player.scene(), self.player.changes(), &self.views);
+            let (scene, changes) = (self.player.scene(), self.player.changes());
+            let applying = self.player.applying();
+            self.outcomes[at] = self.lanes[at].step(moment.frame, scene, changes, applying, &self.views);
         }
         Ok(Some(&self.outcomes))
     }
@@ -197,5 +205,29 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
     /// Frames played so far.
     pub fn frames(&self) -> u64 {
         self.player.frames()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        frame::StageClock,
+        index::{BruteForce, SpatialIndex},
+    };
+
+    #[test]
+    fn what_it_takes_to_apply_the_events_is_spent_too() {
+        let looked_at = |applying_ns: u64| {
+            let index: Box<dyn SpatialIndex> = Box::new(BruteForce::default());
+            let pipeline = Pipeline::new(index, 1, StageClock::default());
+            let budget = Budget { ns: u64::MAX / 2, frames: 2 * STRETCHES };
+            let mut lane = Lane::new(pipeline, budget);
+            let applying = Stage { ns: applying_ns, allocations: 0 };
+            [0, 1, 2].map(|frame| lane.step(frame, &Scene::new(), &[], applying, &[]).is_some())
+        };
+        // Two frames are a stretch.
+        assert_eq!(looked_at(0), [true, true, true]);
+        assert_eq!(looked_at(u64::MAX / 2 / STRETCHES + 1), [true, false, true]);
     }
 }

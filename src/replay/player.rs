@@ -1,5 +1,6 @@
 use super::Moment;
 use crate::{
+    frame::{Stage, StageClock},
     polygon::Change,
     recording::{Event, Pace, Pacer, RecordingError},
     scene::Scene,
@@ -47,6 +48,8 @@ pub struct Player<I> {
     is_walk: bool,
     events: Vec<Event>,
     changes: Vec<Change>,
+    clock: StageClock,
+    applying: Stage,
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
@@ -58,6 +61,8 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
             is_walk: false,
             events: Vec::new(),
             changes: Vec::new(),
+            clock: StageClock::default(),
+            applying: Stage::default(),
         }
     }
 
@@ -80,9 +85,11 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
     pub fn step(&mut self) -> Result<bool, RecordingError> {
         let read = self.pacer.next_frame(&mut self.events);
         self.changes.clear();
+        self.applying = Stage::default();
         if self.events.is_empty() && !matches!(read, Ok(true)) {
             return read;
         }
+        let start = self.clock.start();
         if self.is_walk {
             self.events.iter().for_each(|event| self.state.moment.note(event));
             self.state.moment.frame += 1;
@@ -90,6 +97,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
             self.state.scene.let_go();
             self.state.play(&self.events, &mut self.changes);
         }
+        self.applying = self.clock.since(start);
         read
     }
 
@@ -106,6 +114,11 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
     /// The events of the last frame.
     pub fn events(&self) -> &[Event] {
         &self.events
+    }
+
+    /// What it took to apply the events of the last frame to the model, without reading them.
+    pub fn applying(&self) -> Stage {
+        self.applying
     }
 
     /// What the last frame changed.

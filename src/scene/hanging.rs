@@ -10,16 +10,15 @@
 //!
 //! All other groupings have the outcome that they had, and are not looked at. It ends as soon as no group differs.
 
+mod walk;
+
 use std::{
-    cmp::Reverse,
-    collections::{BTreeMap, BTreeSet, BinaryHeap},
+    collections::{BTreeMap, BTreeSet},
     ops::Bound::{Excluded, Unbounded},
 };
 
-use super::{
-    group::{Groups, MAX_GROUP_DEPTH},
-    log::Turn,
-};
+use super::{group::Groups, log::Turn};
+use walk::Scratch;
 
 /// When something is hung. First come the groups that no grouping hangs, then the others as they were before all groupings, group
 /// by group, then the groupings by their places in the log.
@@ -99,37 +98,6 @@ pub(super) struct Hangings {
     walk: u64,
     steps: u64,
     scratch: Scratch,
-}
-
-/// What leads to a grouping that may have another outcome.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Reason {
-    /// The course was changed here.
-    Edit,
-    /// The group under which it hangs one is reached.
-    Toward { group: usize, stamp: u64 },
-    /// The group that it hangs is reached.
-    Own { stamp: u64 },
-    /// The group that it hangs is above one that differs.
-    Above { mark: u64 },
-}
-
-/// Scratch of [`Hangings::settle`].
-#[derive(Clone, Debug, Default)]
-struct Scratch {
-    /// Groups that hang elsewhere than in the course before, and where they hung in that.
-    differs: BTreeMap<usize, Option<usize>>,
-    /// For each group a number if it differs or is below one that does; else 0.
-    reached: Vec<u64>,
-    /// Those of which the number has been set.
-    touched: Vec<usize>,
-    last_stamp: u64,
-    /// For each group the mark, if it has been above one that differs since no group did.
-    above: Vec<u64>,
-    mark: u64,
-    /// Chains may become too long.
-    minds_heights: bool,
-    queue: BinaryHeap<Reverse<(Time, usize, Reason)>>,
 }
 
 impl Hangings {
@@ -387,35 +355,6 @@ impl Hangings {
         self.scratch = scratch;
     }
 
-    /// Goes through time; `false`: to hang all anew costs less than the rest of the way.
-    fn walk_through(&mut self, groups: &Groups, scratch: &mut Scratch) -> bool {
-        let edits = self.outdated.iter().map(|(&time, &(group, _))| (time, group));
-        let edits = edits.chain(self.fresh.iter().map(|(&time, &group)| (time, group)));
-        scratch.queue.extend(edits.map(|(time, group)| Reverse((time, group, Reason::Edit))));
-        let most = self.steps + MAX_GROUP_DEPTH as u64 * (self.count as u64 + 64);
-        let mut last = None;
-        while let Some(Reverse((time, group, reason))) = scratch.queue.pop() {
-            let is_valid = match reason {
-                Reason::Edit => true,
-                Reason::Toward { group, stamp } => scratch.reached[group] == stamp,
-                Reason::Own { stamp } => scratch.reached[group] == stamp,
-                Reason::Above { mark } => scratch.mark == mark,
-            };
-            if !is_valid {
-                continue;
-            }
-            if last.replace(time) != Some(time) {
-                self.steps += 1;
-                self.pass(groups, scratch, time, group);
-            }
-            self.queue_next(scratch, time, group, reason);
-            if self.steps > most {
-                return false;
-            }
-        }
-        true
-    }
-
     fn hang_differing(&mut self, groups: &mut Groups, differs: &BTreeMap<usize, Option<usize>>) {
         let mut to_hang = Vec::new();
         for &group in differs.keys() {
@@ -470,211 +409,6 @@ impl Hangings {
         } else {
             self.significant.insert(place);
         }
-    }
-
-    /// Where a group hangs after a time, in the course that comes about. Times may only grow in a walk.
-    fn link(&mut self, groups: &Groups, group: usize, time: Time) -> Option<usize> {
-        self.steps += 1;
-        let walk = self.walk;
-        let Some(line) =
-            self.lines.get_mut(group).and_then(Option::as_mut).filter(|line| !line.is_constant())
-        else {
-            return groups.parent(group);
-        };
-        let (of, until, parent) = line.known;
-        if of == walk && time < until {
-            return parent;
-        }
-        let parent = line.held.range(..=time).next_back().and_then(|(_, &parent)| parent);
-        let until = line.held.range((Excluded(time), Unbounded)).next().map_or(END, |(&until, _)| until);
-        line.known = (walk, until, parent);
-        parent
-    }
-
-    /// Takes what is hung at a time, in both courses.
-    fn pass(&mut self, groups: &Groups, scratch: &mut Scratch, time: Time, group: usize) {
-        let line = self.line(group);
-        let held = line.and_then(|line| line.held.get(&time).copied());
-        let refused = line.and_then(|line| line.refused.get(&time).copied());
-        let (parent, is_fresh) = (held.or(refused.map(Some)), self.fresh.contains_key(&time));
-        let held_before = held.is_some() && !is_fresh;
-        let before = match line.filter(|line| !line.is_constant()) {
-            Some(line) => line.before(time),
-            None => groups.parent(group),
-        };
-        let before_of_old = scratch.differs.get(&group).copied().unwrap_or(before);
-        let old = match self.outdated.get(&time) {
-            Some(&(_, old)) => old,
-            None if held_before => parent.flatten(),
-            None => before_of_old,
-        };
-        let mut new = before;
-        if let Some(parent) = parent {
-            let is_asked = parent.is_some_and(|parent| scratch.reached[parent] > 0)
-                || scratch.is_above(group)
-                || is_fresh
-                || (place_at(time).is_none() && self.outdated.contains_key(&time));
-            let holds = match parent {
-                Some(_) if before == parent => true,
-                Some(to) if is_asked => self.can_hang(groups, scratch, group, to, time),
-                Some(_) => held_before,
-                None => true,
-            };
-            if holds != held_before {
-                self.set_outcome(time, group, parent, holds);
-            }
-            if holds {
-                new = parent;
-            }
-            self.note_significance(time, holds && before == parent);
-        }
-        if old == new {
-            scratch.differs.remove(&group);
-            scratch.mark += u64::from(scratch.differs.is_empty());
-        } else {
-            scratch.differs.insert(group, old);
-        }
-        if scratch.minds_heights && (old != new || scratch.is_above(group)) {
-            self.mark_above(groups, scratch, new, time, false);
-            self.mark_above(groups, scratch, old, time, true);
-        }
-        let was_reached = scratch.reached[group] > 0;
-        let is_reached = old != new || new.is_some_and(|parent| scratch.reached[parent] > 0);
-        if was_reached != is_reached {
-            self.reach(groups, scratch, group, time, is_reached);
-        }
-    }
-
-    /// Whether a group can hang under another one, at a time: not below itself, and in no chain that is too long.
-    fn can_hang(
-        &mut self,
-        groups: &Groups,
-        scratch: &Scratch,
-        group: usize,
-        parent: usize,
-        time: Time,
-    ) -> bool {
-        let (mut depth, mut above) = (0, Some(parent));
-        while let Some(at) = above {
-            depth += 1;
-            if depth >= MAX_GROUP_DEPTH || at == group {
-                return false;
-            }
-            above = self.link(groups, at, time);
-        }
-        if !scratch.minds_heights {
-            return true;
-        }
-        let (mut walk, mut below) = (vec![(group, depth + 1)], Vec::new());
-        while let Some((at, depth)) = walk.pop() {
-            if depth > MAX_GROUP_DEPTH {
-                return false;
-            }
-            self.children(groups, at, time, &mut below);
-            walk.extend(below.drain(..).map(|child| (child, depth + 1)));
-        }
-        true
-    }
-
-    /// The groups that hang under one after a time, in the course that comes about.
-    fn children(&mut self, groups: &Groups, group: usize, time: Time, children: &mut Vec<usize>) {
-        children.clear();
-        children.extend(groups.children(group).filter(|&child| self.is_constant(child)));
-        let first = children.len();
-        children.extend(self.line(group).into_iter().flat_map(|line| line.from.keys()));
-        let mut kept = first;
-        for at in first..children.len() {
-            if self.link(groups, children[at], time) == Some(group) {
-                children[kept] = children[at];
-                kept += 1;
-            }
-        }
-        children.truncate(kept);
-    }
-
-    /// Marks a group and all above it, in the course of before or the one that comes about.
-    fn mark_above(
-        &mut self,
-        groups: &Groups,
-        scratch: &mut Scratch,
-        from: Option<usize>,
-        time: Time,
-        of_old: bool,
-    ) {
-        let mut above = from;
-        while let Some(at) = above
-            && std::mem::replace(&mut scratch.above[at], scratch.mark) != scratch.mark
-        {
-            let mark = scratch.mark;
-            self.queue_next(scratch, time, at, Reason::Above { mark });
-            let link = self.link(groups, at, time);
-            above = scratch.differs.get(&at).copied().filter(|_| of_old).unwrap_or(link);
-        }
-    }
-
-    /// A group is reached from a time on, or is not any more, and with it those below.
-    fn reach(&mut self, groups: &Groups, scratch: &mut Scratch, group: usize, time: Time, is_reached: bool) {
-        let (mut walk, mut below) = (vec![group], Vec::new());
-        while let Some(at) = walk.pop() {
-            if is_reached {
-                if scratch.reached[at] > 0 {
-                    continue;
-                }
-                scratch.last_stamp += 1;
-                let stamp = scratch.last_stamp;
-                scratch.reached[at] = stamp;
-                scratch.touched.push(at);
-                self.queue_next(scratch, time, at, Reason::Own { stamp });
-                self.queue_next(scratch, time, at, Reason::Toward { group: at, stamp });
-            } else {
-                scratch.reached[at] = 0;
-            }
-            self.children(groups, at, time, &mut below);
-            // What differs is reached anyway.
-            let differs = &scratch.differs;
-            walk.extend(below.drain(..).filter(|child| is_reached || !differs.contains_key(child)));
-        }
-    }
-
-    /// Queues what comes after a time for a reason, if anything does.
-    fn queue_next(&self, scratch: &mut Scratch, time: Time, group: usize, reason: Reason) {
-        let later = (Excluded(time), Unbounded);
-        let next = match reason {
-            Reason::Edit => None,
-            Reason::Toward { group, .. } => self
-                .line(group)
-                .and_then(|line| line.toward.range(later).next().map(|(&time, &group)| (time, group))),
-            Reason::Own { .. } => self
-                .line(group)
-                .and_then(|line| line.held.range(later).next().map(|(&time, _)| (time, group))),
-            Reason::Above { .. } => self.line(group).and_then(|line| {
-                let held = line.held.range(later).next().map(|(&time, _)| (time, group));
-                let refused = line.refused.range(later).next().map(|(&time, _)| (time, group));
-                held.into_iter().chain(refused).min()
-            }),
-        };
-        scratch.queue.extend(next.map(|(time, group)| Reverse((time, group, reason))));
-    }
-}
-
-impl Scratch {
-    fn begin(&mut self, groups: usize) {
-        self.mark += 1;
-        self.reached.resize(groups, 0);
-        self.above.resize(groups, 0);
-        self.minds_heights = groups > MAX_GROUP_DEPTH;
-    }
-
-    fn end(&mut self) {
-        for group in self.touched.drain(..) {
-            self.reached[group] = 0;
-        }
-        self.differs.clear();
-        self.queue.clear();
-    }
-
-    fn is_above(&self, group: usize) -> bool {
-        self.above[group] == self.mark
     }
 }
 
