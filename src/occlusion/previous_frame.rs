@@ -62,7 +62,7 @@ impl PreviousFrameOccluders {
     /// to 28 MB).
     pub fn new(depth: DepthConfig, polygons: usize) -> Self {
         let mut depth = DepthBuffer::new(depth);
-        let shadows = (2 * polygons + 4).min(Self::MOST_OUTLINES);
+        let shadows = polygons.saturating_mul(2).saturating_add(4).min(Self::MOST_OUTLINES);
         depth.reserve(shadows);
         let drawn = vec![VisibleBlocks::with_capacity(polygons)];
         Self { depth, shadows: Vec::with_capacity(shadows), drawn }
