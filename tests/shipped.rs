@@ -79,10 +79,6 @@ fn the_commands_of_the_readme_work() {
         readme.lines().filter_map(|l| l.strip_prefix("cargo run --release -- ")).collect();
     assert!(commands.len() >= 2, "{commands:?}");
     for command in commands {
-        if command == "serve" {
-            // It runs until it is stopped: tests/serve.rs starts it and asks it for files.
-            continue;
-        }
         let mut args = Vec::new();
         for word in command.split_whitespace() {
             match word {

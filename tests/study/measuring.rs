@@ -249,7 +249,7 @@ fn real_sessions_are_measured_as_replay_does() {
         small.extend(files.into_iter().take(2));
     }
     assert!(small.len() >= 8, "{small:?}");
-    let options = ["--index", "osp,brute-force", "--pace", "samples:64", "--budget", "60"];
+    let options = ["--index", "osp,brute-force", "--pace", "samples:64", "--budget", "100000"];
     let mut args: Vec<_> = ["study", "--out", "r.ndjson"].map(Into::into).to_vec();
     args.extend(small.iter().map(|path| path.as_os_str().to_owned()));
     args.extend(options.iter().map(Into::into));
