@@ -77,10 +77,10 @@ const BY_FARTHEST: u32 = 2u;
 //   rounds 6 u n more, twice. In pixels that is below 19 u (S_x + n S_w) / w of the picture's side, because S_x is at
 //   least n w, and S_w at least w: `spread`.
 // - A driver that cuts a triangle at the picture's border, or at some distance from it, draws pieces with new corners.
-//   A piece may be as thin as it likes. Rounding and snapping move its corners by a part of a pixel that is then no small
-//   part of its width, so there is no bound on how steep its depth is: on a piece 0.1 pixels wide, lavapipe has put a
-//   sample nearer by what the triangle changes within 0.08 pixels. So nothing is said of a triangle that may be cut. None
-//   is whose corners, wherever rounding puts them, lie in the picture and between the near and the far plane.
+//   A piece may be as thin as it likes. Rounding and snapping move its corners, and may move them by as much as it is wide:
+//   how steep its depth is has no bound. On a piece 0.1 pixels wide, lavapipe has put a sample nearer by what the triangle
+//   changes within 0.08 pixels. So nothing is said of a triangle that may be cut. None is cut whose corners, wherever
+//   rounding puts them, lie in the picture and between the near and the far plane.
 // - Depth may be off by 13 u (S_z + depth S_w) / w at a corner, and by u or two where it is interpolated, as long as it
 //   does not change over the picture's width; that part is among what is made of `slope` below.
 const SNAP: f32 = 1.0 / 256.0;
