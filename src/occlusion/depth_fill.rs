@@ -272,4 +272,66 @@ mod tests {
             assert!(some == all, "{coverage:?}");
         }
     }
+
+    /// A block that the outline reaches may lie on its plane far beyond its corners.
+    #[test]
+    fn an_outline_is_set_up_between_its_nearest_and_its_farthest_corner() {
+        let view =
+            View::look_at(Vec3::ZERO, Vec3::NEG_Z, Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0));
+        let raster = Raster::new(&view.window().expect("a pointed cone"), 1024.0, 576.0);
+        let outlines = outlines(&view);
+        let fill = Fill {
+            raster: &raster,
+            coverage: Coverage::WholePixels,
+            width: 1024,
+            height: 576,
+            tiles: &mut [],
+            outlines: &outlines,
+            order: &[],
+        };
+        for outline in &outlines {
+            let filling = fill.set_up(outline);
+            let nearness = || outline.corners().iter().map(|corner| 1.0 / raster.forward.dot(*corner));
+            let farthest = nearness().fold(f64::INFINITY, f64::min);
+            let nearest = nearness().fold(0.0, f64::max);
+            assert!((filling.farthest / farthest - 1.0).abs() < 1.0e-12, "{outline:?}");
+            let more = f64::from(filling.nearest) / nearest - 1.0;
+            assert!(more > 0.5 * DEPTH_SLACK && more < 1.5 * DEPTH_SLACK, "{outline:?}");
+            // Beside the picture its plane goes on; the depths do not.
+            for (x, y) in [(0, 0), (960, 0), (0, 572), (960, 572)] {
+                let least = (farthest * (1.0 - 2.0 * DEPTH_SLACK)) as f32;
+                assert!(filling.depths(x, y).iter().all(|depth| *depth >= least), "{outline:?}");
+            }
+        }
+    }
+
+    /// However much the terms of a depth cancel, it is rounded away from the eye by a part of the largest.
+    #[test]
+    fn depths_are_rounded_by_a_part_of_their_largest_term() {
+        for i in 0..3000 {
+            let part = |step: usize| (i * step % 1009) as f64 / 1009.0 - 0.5;
+            let (x, y) = ((i * 7 % 16) as i32 * TILE_WIDTH, (i * 13 % 144) as i32 * BLOCK[1]);
+            let (base, by_x, by_y) = (part(101), part(211) * 0.02, part(307) * 0.02);
+            let filling = Filling {
+                edges: [Edge::default(); MAX_SIDES],
+                len: 0,
+                depth: [base, by_x, by_y],
+                farthest: f64::NEG_INFINITY,
+                nearest: f32::INFINITY,
+                rows: 0..0,
+            };
+            let terms = [base, by_x * f64::from(x), by_y * f64::from(y)].map(f64::abs);
+            let largest = terms.into_iter().fold(0.0, f64::max);
+            for (block, depth) in filling.depths(x, y).into_iter().enumerate() {
+                let x = x + BLOCK[0] * block as i32;
+                let at = |dx: i32, dy: i32| base + by_x * f64::from(x + dx) + by_y * f64::from(y + dy);
+                let [width, height] = BLOCK;
+                let farthest = at(0, 0).min(at(width, 0)).min(at(0, height)).min(at(width, height));
+                let away = (farthest - f64::from(depth)) / DEPTH_SLACK;
+                // `f32` rounds by less than a tenth of the slack.
+                let (least, most) = (0.9 * largest, 3.1 * largest + 0.1 * farthest.abs());
+                assert!(away >= least - 0.1 * farthest.abs() && away <= most, "{i}: {away}, {terms:?}");
+            }
+        }
+    }
 }

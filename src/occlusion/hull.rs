@@ -326,6 +326,56 @@ mod tests {
         assert!(found > 500, "{found}");
     }
 
+    /// Borders around the origin of which any corner may bend inwards, beside others that do, too.
+    #[test]
+    fn small_borders_cover_what_is_said_to_be_inside() {
+        let mut seed = 5u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as f64 / (1u64 << 31) as f64
+        };
+        let (mut found, mut fell_back, mut unlike) = (0, [0, 0], [0, 0]);
+        for _ in 0..20_000 {
+            let n = 4 + (random() * (MAX_SIDES - 3) as f64) as usize;
+            let border: Vec<DVec2> = (0..n)
+                .map(|i| {
+                    let angle = (i as f64 + 0.7 * random()) / n as f64 * std::f64::consts::TAU;
+                    let least = if random() < 0.5 { 0.2 } else { 0.7 };
+                    DVec2::from_angle(angle) * (least + 0.8 * random() * random())
+                })
+                .collect();
+            let next = |i: usize| (i + 1) % n;
+            let quads: Vec<[DVec2; 4]> = (0..n)
+                .map(|i| [DVec2::ZERO, border[i], border[i].midpoint(border[next(i)]), border[next(i)]])
+                .collect();
+            let hull = Hull::inside_small(&border);
+            let corners = hull.corners();
+            found += usize::from(hull.area() > 1.0e-3);
+            for i in 0..corners.len() {
+                for k in 0..=i {
+                    let x = corners[i].lerp(corners[k], random());
+                    assert!(covers(&quads, x), "{x} {border:?}");
+                }
+            }
+            let turn = |a: DVec2, b: DVec2, c: DVec2| (b - a).perp_dot(c - b);
+            let bends_in = |i: usize| turn(border[i], border[next(i)], border[next(next(i))]) <= 0.0;
+            let outer: Vec<DVec2> = (0..n).filter(|&i| !bends_in(i)).map(|i| border[next(i)]).collect();
+            let m = outer.len();
+            let are_neighbours = (0..n).any(|i| bends_in(i) && bends_in(next(i)));
+            let is_bent = (0..m).any(|i| turn(outer[i], outer[(i + 1) % m], outer[(i + 2) % m]) <= 0.0);
+            let is_like_a_large_one = corners == Hull::inside(&border).corners();
+            if m < 3 || are_neighbours || is_bent {
+                assert!(is_like_a_large_one, "{border:?}");
+                fell_back[usize::from(are_neighbours)] += 1;
+            } else if m < n {
+                unlike[usize::from(m > 3)] += usize::from(!is_like_a_large_one);
+            }
+        }
+        assert!(found > 10_000, "{found}");
+        assert!(fell_back.iter().all(|count| *count > 100), "{fell_back:?}");
+        assert!(unlike.iter().all(|count| *count > 100), "{unlike:?}");
+    }
+
     /// Rounding moves a corner by 1e-16 of the patch's size; the hull stays clear of that, and of nothing more.
     #[test]
     fn a_hull_keeps_a_little_away_from_the_border() {

@@ -460,6 +460,34 @@ fn culling_while_drawing_changes_no_pixel_of_real_sessions() {
     }
 }
 
+/// Inside of a large model, where the picture's borders cut many long triangles, at rest.
+#[test]
+fn culling_while_drawing_changes_no_pixel_inside_a_real_building() {
+    let Some(folder) = std::env::var_os("OSP_CORPUS") else {
+        eprintln!("skipped: OSP_CORPUS is not set");
+        return;
+    };
+    let Some(gpu) = gpu() else { return };
+    let path = Path::new(&folder).join("scenes/Sponza.obj.gz");
+    let open = || recording::open(&path, &OpenOptions::default()).expect("a recording");
+    let (summary, _, read) = summarize(&mut open(), Pace::Samples(16));
+    read.expect("a whole recording");
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    open().for_each(|event| scene.apply(&event.expect("an event"), &mut changes));
+    let camera = CameraPath::new(CameraChoice::Inside, None, &summary.bounds);
+    let Some(mut pair) = Pair::new(&gpu, (1920, 1080), HZB, chunk_len()) else { return };
+    for part in 1..=6 {
+        let view = camera.view(&Moment { frame: summary.frames * part / 6, ..Moment::default() });
+        let frustum = view.frustum();
+        let ids: Vec<_> = scene.visible_ids().filter(|id| frustum.may_see(&scene.bounds(*id))).collect();
+        for frame in 0..4 {
+            assert_eq!(pair.compare(&scene, &view, &ids).0, 0, "view {part}, frame {frame}");
+        }
+    }
+    // What the borders cut is drawn; most of the rest is found.
+    assert!(pair.hidden_share() > 0.4, "{:?}", pair.counts);
+}
+
 /// `auto` tries culling after some frames: the frames of the try, and those around it, show the same.
 #[test]
 fn auto_changes_no_pixel_when_it_tries_the_other_way() {

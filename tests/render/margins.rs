@@ -267,3 +267,56 @@ fn in_one_plane_rounding_decides_and_nothing_is_left_out() {
     }
     cases.check((161, 121), HZB, 3);
 }
+
+/// A triangle ends 5 pixels beyond the picture's right border, where it is 0.1 pixels wide. A driver may cut it there, and on the
+/// pieces depth is known far worse than on the whole: it must not be hidden by what it has drawn itself.
+#[test]
+fn a_triangle_that_is_cut_at_the_border_does_not_hide_itself() {
+    let Some(gpu) = gpu() else { return };
+    let view = View {
+        eye_in_world: Vec3::new(0.386_899_95, -0.605_199_8, 6.514_940_3),
+        world_from_view: Quat::from_xyzw(0.0, 0.848_048_1, 0.0, -0.529_919_27),
+        projection: Projection {
+            left: -1.026_400_4,
+            right: 1.026_400_4,
+            bottom: -0.577_350_26,
+            top: 0.577_350_26,
+            near_m: 0.023_184_9,
+            far_m: 46.369_797,
+        },
+    };
+    let size = (1920, 1080);
+    // From one pixel to another, so far away.
+    let before = |low: [f32; 2], high: [f32; 2], away_m: f32| {
+        let Projection { left, right, bottom, top, .. } = view.projection;
+        let at = |x: f32, y: f32| {
+            let (x, y) = (x / size.0 as f32, 1.0 - y / size.1 as f32);
+            let ray = Vec3::new(left + (right - left) * x, bottom + (top - bottom) * y, -1.0);
+            view.eye_in_world + view.world_from_view * (ray * away_m)
+        };
+        let corners = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]];
+        polygon(corners.map(|[x, y]| at(x, y)).to_vec(), WALL)
+    };
+    let triangle = |corners: [[f32; 3]; 3], color| polygon(corners.map(Vec3::from).to_vec(), color);
+    // All but one sample of the pixel (1919, 935) is covered by what is nearer.
+    let scene = scene_of(&[
+        before([100.0, 700.0], [1918.6, 1000.0], 2.0),
+        before([1900.0, 700.0], [1919.95, 934.95], 2.1),
+        before([1900.0, 936.05], [1919.95, 1000.0], 2.2),
+        triangle(
+            [[2.43133, -2.54009, 12.7147], [2.43133, -2.44904, 12.657], [2.46678, -2.48196, 12.6219]],
+            WALL,
+        ),
+        triangle(
+            [[2.43133, -2.54009, 12.7147], [2.63625, -2.54009, 12.7147], [2.43133, -2.44904, 12.657]],
+            WALL,
+        ),
+        triangle(
+            [[4.55498, -2.5962, 13.3615], [4.56773, -2.63695, 13.3144], [2.48021, -2.5962, 12.9201]],
+            BRIGHT,
+        ),
+    ]);
+    assert_eq!(scene.polygon_count(), 6);
+    let Some(mut pair) = pair(&gpu, size, HZB) else { return };
+    assert_eq!(differing(&mut pair, &scene, &view, &all_ids(&scene), 4), 0);
+}

@@ -76,25 +76,25 @@ const BY_FARTHEST: u32 = 2u;
 //   A quotient of two then differs by 8 u (S_x + n S_w) / w and what the division rounds, 5 u n; the way to pixels
 //   rounds 6 u n more, twice. In pixels that is below 19 u (S_x + n S_w) / w of the picture's side, because S_x is at
 //   least n w, and S_w at least w: `spread`.
-// - A driver that cuts a triangle at the picture's border, or at some distance from it, computes new corners on its
-//   edges: 3 u of the largest coordinates, divided by a w that is no smaller than the smallest: in pixels, below
-//   2 u (most x + n most w) / least w of the side: `cut`. That may be much more than where its corners are.
-// - Depth may be off by 13 u (S_z + depth S_w) / w at a corner, at a new corner by 3 u depth most w / least w, and by
-//   u or two where it is interpolated, as long as it does not change over the picture's width; that part is among what
-//   is made of `slope` below.
+// - A driver that cuts a triangle at the picture's border, or at some distance from it, draws pieces with new corners.
+//   A piece may be as thin as it likes. Rounding and snapping move its corners, and may move them by as much as it is wide:
+//   how steep its depth is has no bound. On a piece 0.1 pixels wide, lavapipe has put a sample nearer by what the triangle
+//   changes within 0.08 pixels. So nothing is said of a triangle that may be cut. None is cut whose corners, wherever
+//   rounding puts them, lie in the picture and between the near and the far plane.
+// - Depth may be off by 13 u (S_z + depth S_w) / w at a corner, and by u or two where it is interpolated, as long as it
+//   does not change over the picture's width; that part is among what is made of `slope` below.
 const SNAP: f32 = 1.0 / 256.0;
 // 32 u.
 const ROUNDING: f32 = 1.0 / 524288.0;
-// A triangle of which the rasteriser may make more than so many pixels is drawn: its corners are extremely far beside the
-// picture, or one is next to the eye's plane or behind.
+// A triangle of which the rasteriser may make more than so many pixels is drawn: one of its corners is next to the eye's
+// plane.
 const MOST_PLAY: f32 = 2.0;
 
 // A corner on the picture.
 struct Corner {
     // Pixels, depth.
     at: vec3<f32>,
-    // The largest of the coordinates across, and w.
-    reach: vec2<f32>,
+    w: f32,
     spread: f32,
     depth_play: f32,
 }
@@ -109,7 +109,7 @@ fn on_picture(point: vec3<f32>) -> Corner {
     let size = vec2(f32(params.width), f32(params.height));
     return Corner(
         vec3((ndc.xy * vec2(0.5, -0.5) + 0.5) * size, ndc.z),
-        vec2(max(abs(clip.x), abs(clip.y)), clip.w),
+        clip.w,
         (max(sum.x, sum.y) + beside * sum.w) / clip.w,
         (sum.z + abs(ndc.z) * sum.w) / clip.w,
     );
@@ -137,19 +137,16 @@ fn placed(polygon: Polygon) -> Placed {
     let b = on_picture(corner(polygon, 1u));
     let c = on_picture(corner(polygon, 2u));
     let d = on_picture(corner(polygon, 3u));
-    let least_w = min(min(a.reach.y, b.reach.y), min(c.reach.y, d.reach.y));
-    let most = max(max(a.reach, b.reach), max(c.reach, d.reach));
+    let least_w = min(min(a.w, b.w), min(c.w, d.w));
     let spread = max(max(a.spread, b.spread), max(c.spread, d.spread));
-    // As far beside the picture as the farthest corner may a triangle be cut.
-    let beside = max(max(a.reach.x / a.reach.y, b.reach.x / b.reach.y), max(c.reach.x / c.reach.y, d.reach.x / d.reach.y));
-    let cut = (most.x + max(beside, 1.0) * most.y) / least_w;
-    let side = max(f32(params.width), f32(params.height));
-    let play = SNAP + side * ROUNDING * max(spread, cut);
-    let nearest = max(max(abs(a.at.z), abs(b.at.z)), max(abs(c.at.z), abs(d.at.z)));
-    let at_corners = max(max(a.depth_play, b.depth_play), max(c.depth_play, d.depth_play));
-    let depth_play = ROUNDING * (at_corners + nearest * most.y / least_w);
+    let size = vec2(f32(params.width), f32(params.height));
+    let play = SNAP + max(size.x, size.y) * ROUNDING * spread;
+    let depth_play = ROUNDING * max(max(a.depth_play, b.depth_play), max(c.depth_play, d.depth_play));
+    let low = min(min(a.at, b.at), min(c.at, d.at));
+    let high = max(max(a.at, b.at), max(c.at, d.at));
     // Not so if one of them is not a number.
-    let is_known = least_w > 0.0 && play < MOST_PLAY && depth_play < 1.0 && !is_turned_to_eye(polygon);
+    let is_whole = all(low >= vec3(play, play, depth_play)) && all(high <= vec3(size - play, 1.0 - depth_play));
+    let is_known = least_w > 0.0 && play < MOST_PLAY && is_whole && !is_turned_to_eye(polygon);
     return Placed(a.at, b.at, c.at, d.at, select(-1.0, play, is_known), depth_play);
 }
 
@@ -421,7 +418,7 @@ fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
     for (var i = 0u; i < 8u; i++) {
         let at = select(low, high, vec3((i & 1u) != 0u, (i & 2u) != 0u, (i & 4u) != 0u));
         let p = on_picture(at);
-        if !(p.reach.y > 0.0 && p.spread < FARTHEST) {
+        if !(p.w > 0.0 && p.spread < FARTHEST) {
             return unknown();
         }
         bound = both(bound, Bound(p.at.xy, p.at.xy, p.at.z, 1u));
