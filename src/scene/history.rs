@@ -129,20 +129,20 @@ impl History {
         self.open = (step.left > 0).then_some(step);
     }
 
-    /// The last edit, to be played backward and given to [`History::taken_back`].
+    /// The last edit, to be played backward and given to [`History::taken_back`]. It ends the step; an undo of nothing changes
+    /// nothing.
     pub(super) fn undo(&mut self) -> Option<Edit> {
-        self.open = None;
-        self.done.pop_back()
+        self.done.pop_back().inspect(|_| self.open = None)
     }
 
     pub(super) fn taken_back(&mut self, edit: Edit) {
         self.taken_back.push(edit);
     }
 
-    /// The edit last taken back, to be played forward and given to [`History::made_again`].
+    /// The edit last taken back, to be played forward and given to [`History::made_again`]. It ends the step, too, if there is
+    /// one.
     pub(super) fn redo(&mut self) -> Option<Edit> {
-        self.open = None;
-        self.taken_back.pop()
+        self.taken_back.pop().inspect(|_| self.open = None)
     }
 
     pub(super) fn made_again(&mut self, edit: Edit) {

@@ -168,13 +168,13 @@ impl Model {
             }
             Event::Undo { .. } | Event::Redo { .. } => {
                 let stacks = self.stacks.entry(author).or_default();
-                stacks.open = None;
                 let is_undo = matches!(event, Event::Undo { .. });
                 let step = if is_undo { stacks.done.pop() } else { stacks.taken_back.pop() };
                 let Some(step) = step else {
                     self.ignored += 1;
                     return;
                 };
+                stacks.open = None;
                 step.iter().for_each(|&edit| self.edits[edit].is_active = !is_undo);
                 if is_undo {
                     stacks.taken_back.push(step)

@@ -80,6 +80,22 @@ fn a_step_ends_with_its_edits_with_an_undo_and_with_the_next_step() {
     assert_eq!(scene.counts().ignored_events, 0);
 }
 
+#[test]
+fn an_undo_or_redo_of_nothing_ends_no_step() {
+    for nothing in [UNDO, REDO] {
+        let mut scene = Scene::new();
+        play(&mut scene, &[step(2), nothing]);
+        assert_eq!((scene.counts().ignored_events, scene.is_step_open()), (1, true));
+        play(&mut scene, &straight(1, 2, NormalRule::LocalX));
+        play(&mut scene, &straight(2, 2, NormalRule::LocalX));
+        assert!(!scene.is_step_open());
+        play(&mut scene, &[UNDO]);
+        assert_eq!(visible(&scene), [0u32; 0], "both strokes are the step");
+        play(&mut scene, &[REDO]);
+        assert_eq!(visible(&scene), [1, 2]);
+    }
+}
+
 fn layer(layer: u32, hidden: Option<bool>) -> Event {
     Event::Layer { author: Author::SOLE, t: 0.0, layer, name: None, hidden, locked: None, mine: None }
 }
