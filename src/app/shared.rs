@@ -61,6 +61,8 @@ pub struct Shared {
     inbox: Inbox,
     /// How long a frame takes of it.
     turns: Turns,
+    /// The last slice left something for the next one.
+    is_behind: bool,
     session: String,
     is_watcher: bool,
     /// Own events that are not in the session, the oldest first.
@@ -108,6 +110,7 @@ impl Shared {
             was_taken: false,
             inbox: Inbox::default(),
             turns: Turns::default(),
+            is_behind: false,
             own: Journal::unnamed(autosaves, &name, header).expect("a header without numbers is sound"),
             session,
             is_watcher: options.role == Role::Watcher,
@@ -214,9 +217,9 @@ impl Shared {
         self.link.hand().send(events.to_vec());
     }
 
-    /// Whether something has come that is not in the model.
+    /// Whether the last slice may have left something for the next one.
     pub(super) fn is_behind(&self) -> bool {
-        !self.inbox.is_empty()
+        self.is_behind
     }
 
     /// Puts the session's next piece into `out`, but for what the file has already, and adds to `said` what people should
@@ -253,11 +256,17 @@ impl Shared {
         self.known.take_if(|known| known.is_over());
     }
 
-    /// All that has come and is not in the model, for the file of a session that is left.
-    fn take_rest(&mut self, said: &mut Vec<String>) -> Vec<Event> {
+    /// The next events that have come and are not in the model, for the file of a session that is left.
+    fn take_rest(&mut self, said: &mut Vec<String>) -> Option<Vec<Event>> {
+        if self.inbox.is_empty() {
+            self.fetch(said);
+        }
         let mut rest = self.inbox.take_all();
+        if rest.is_empty() {
+            return None;
+        }
         self.pass_over_known(&mut rest, said);
-        rest
+        Some(rest)
     }
 
     /// Puts the next events into the inbox, if some have come, and takes all that comes before them.
@@ -457,6 +466,7 @@ impl Document {
         let since = Instant::now();
         let turn = shared.turns.next(since);
         let (mut events, mut taken, changes) = (Vec::new(), 0, self.changes().len());
+        let mut is_behind = false;
         while let Some(shared) = &mut self.shared
             && shared.take_piece(&mut events, &mut self.news)
         {
@@ -465,16 +475,17 @@ impl Document {
             if let Some(shared) = &mut self.shared {
                 self.news.extend(shared.note_left_out(&events, self.drawn.scene()));
             }
-            if taken >= EVENTS_A_FRAME
+            is_behind = taken >= EVENTS_A_FRAME
                 || self.changes().len() - changes >= CHANGES_A_FRAME
-                || since.elapsed() >= turn
-            {
+                || since.elapsed() >= turn;
+            if is_behind {
                 break;
             }
         }
         if let Some(shared) = &mut self.shared {
             shared.show_own(self.drawn.scene());
             shared.turns.end();
+            shared.is_behind = is_behind;
         }
     }
 
@@ -492,9 +503,14 @@ impl Document {
 
     /// Writes what has come and is not in the model. Own events in it count as missing: they are kept elsewhere, too.
     fn write_rest(&mut self) {
-        let Some(shared) = &mut self.shared else { return };
-        let rest = shared.take_rest(&mut self.news);
-        self.write_ordered(&rest);
+        let since = Instant::now();
+        // The others may go on for ever.
+        while since.elapsed() < FAREWELL
+            && let Some(shared) = &mut self.shared
+            && let Some(rest) = shared.take_rest(&mut self.news)
+        {
+            self.write_ordered(&rest);
+        }
     }
 
     /// Leaves the session: waits a little until all that was drawn is in it. Returns what to tell of the rest.

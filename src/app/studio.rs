@@ -548,7 +548,7 @@ impl Studio {
             if let Some(place) = place {
                 let path = quoted(&path.to_string_lossy());
                 // As above.
-                let _ = writeln!(io::stderr().lock(), "{place}; `osp sketch {path}` goes on there");
+                let _ = writeln!(io::stderr().lock(), "{place}; `osp sketch {path}` opens that file");
             }
         }
         self.unwritten.map_or(Ok(()), Err)

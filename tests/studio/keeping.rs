@@ -409,7 +409,8 @@ fn every_question(folder: &Path) -> Vec<Question> {
     holder.close().expect("unchanged");
     let edits = "A sketch with a name of some length-20261124-172500.ron";
     let header = "Header(format:1,name:\"a\",source:\"osp sketch 0.1.0\")\n";
-    fs::write(folder.join("autosaves").join(edits), header).expect("written");
+    fs::create_dir_all(autosaves.folder()).expect("a folder");
+    fs::write(autosaves.folder().join(edits), header).expect("written");
     let edits = autosaves.last(1).remove(0);
     assert_eq!(edits.of(), "A sketch with a name of some length");
     let long = PathBuf::from("/a/very/long/way/to/a/folder/of/many/sessions/with/a/long/name.ron");

@@ -246,7 +246,7 @@ fn edits_of_a_copy_lead_back_to_it_after_the_window_has_closed() {
     let said = fs::read_to_string(stderr).expect("text");
     let edits = edits.to_str().expect("a path");
     let expected =
-        format!("the edits of their model.obj are in {edits}; `osp sketch '{edits}'` goes on there");
+        format!("the edits of their model.obj are in {edits}; `osp sketch '{edits}'` opens that file");
     assert!(said.lines().any(|line| line == expected), "{said}");
 
     // The question has the keyboard at the answer that changes nothing; the one before it goes on.
