@@ -500,7 +500,7 @@ fn options_of(command: &[&str], lines: &mut Vec<String>) {
         let below = words.split_whitespace().next().filter(|below| of_commands && *below != "help");
         if let Some(below) = below.filter(|_| line.starts_with("  ") && !line.starts_with("   ")) {
             options_of(&[command, &[below]].concat(), lines);
-        } else if words.starts_with('-') && !words.starts_with("-h, ") {
+        } else if words.starts_with('-') && !words.starts_with("-h, ") && line.len() - words.len() <= 6 {
             lines.push(format!("{name} {words}"));
         }
     }
