@@ -5,8 +5,9 @@
 //! that is later. [`Hangings::settle`] goes through time from that grouping on, and knows two courses: the one of before, which
 //! is kept, and the one that comes about. It follows
 //! * the groups that hang elsewhere in one course than in the other: they *differ*;
-//! * all that hangs below these: only there does a way up lead elsewhere, so only groupings under those are *reached*;
-//! * all that is *above* these: only there is a group higher or lower than it was.
+//! * all that hangs below these, the groups that are *reached*: only from there does the way up lead elsewhere, so only
+//!   groupings under those may have another outcome,
+//! * or those of a group that is *above* one that differs: it may be higher or lower than it was.
 //!
 //! All other groupings have the outcome that they had, and are not looked at. It ends as soon as no group differs.
 

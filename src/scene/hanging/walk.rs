@@ -17,11 +17,11 @@ enum Reason {
     /// The course was changed here.
     Edit,
     /// The group under which it hangs one is reached.
-    Toward { group: usize, stamp: u64 },
+    Toward { group: usize },
     /// The group that it hangs is reached.
-    Own { stamp: u64 },
+    Own,
     /// The group that it hangs is above one that differs.
-    Above { mark: u64 },
+    Above,
 }
 
 /// Scratch of [`Hangings::settle`].
@@ -29,17 +29,16 @@ enum Reason {
 pub(super) struct Scratch {
     /// Groups that hang elsewhere than in the course before, and where they hung in that.
     pub(super) differs: BTreeMap<usize, Option<usize>>,
-    /// For each group a number if it differs or is below one that does; else 0.
+    /// For each group the mark, if it has differed, or was below one that did, since no group differed: perhaps it does not
+    /// any more.
     reached: Vec<u64>,
-    /// Those of which the number has been set.
-    touched: Vec<usize>,
-    last_stamp: u64,
-    /// For each group the mark, if it has been above one that differs since no group did.
+    /// The same of those above one that differs.
     above: Vec<u64>,
     mark: u64,
     /// Chains may become too long.
     minds_heights: bool,
-    queue: BinaryHeap<Reverse<(Time, usize, Reason)>>,
+    /// With the mark for which each is there; that of an edit counts always.
+    queue: BinaryHeap<Reverse<(Time, usize, Reason, u64)>>,
 }
 
 impl Hangings {
@@ -47,24 +46,20 @@ impl Hangings {
     pub(super) fn walk_through(&mut self, groups: &Groups, scratch: &mut Scratch) -> bool {
         let edits = self.outdated.iter().map(|(&time, &(group, _))| (time, group));
         let edits = edits.chain(self.fresh.iter().map(|(&time, &group)| (time, group)));
-        scratch.queue.extend(edits.map(|(time, group)| Reverse((time, group, Reason::Edit))));
+        scratch.queue.extend(edits.map(|(time, group)| Reverse((time, group, Reason::Edit, 0))));
         let most = self.steps + MAX_GROUP_DEPTH as u64 * (self.count as u64 + 64);
         let mut last = None;
-        while let Some(Reverse((time, group, reason))) = scratch.queue.pop() {
-            let is_valid = match reason {
-                Reason::Edit => true,
-                Reason::Toward { group, stamp } => scratch.reached[group] == stamp,
-                Reason::Own { stamp } => scratch.reached[group] == stamp,
-                Reason::Above { mark } => scratch.mark == mark,
-            };
-            if !is_valid {
+        while let Some(Reverse((time, group, reason, mark))) = scratch.queue.pop() {
+            if reason != Reason::Edit && mark != scratch.mark {
                 continue;
             }
             if last.replace(time) != Some(time) {
                 self.steps += 1;
                 self.pass(groups, scratch, time, group);
             }
-            self.queue_next(scratch, time, group, reason);
+            if reason != Reason::Edit && mark == scratch.mark {
+                self.queue_next(scratch, time, group, reason);
+            }
             if self.steps > most {
                 return false;
             }
@@ -109,7 +104,7 @@ impl Hangings {
         };
         let mut new = before;
         if let Some(parent) = parent {
-            let is_asked = parent.is_some_and(|parent| scratch.reached[parent] > 0)
+            let is_asked = parent.is_some_and(|parent| scratch.is_reached(parent))
                 || scratch.is_above(group)
                 || is_fresh
                 || (place_at(time).is_none() && self.outdated.contains_key(&time));
@@ -137,10 +132,8 @@ impl Hangings {
             self.mark_above(groups, scratch, new, time, false);
             self.mark_above(groups, scratch, old, time, true);
         }
-        let was_reached = scratch.reached[group] > 0;
-        let is_reached = old != new || new.is_some_and(|parent| scratch.reached[parent] > 0);
-        if was_reached != is_reached {
-            self.reach(groups, scratch, group, time, is_reached);
+        if old != new || new.is_some_and(|parent| scratch.is_reached(parent)) {
+            self.reach(groups, scratch, group, time);
         }
     }
 
@@ -204,34 +197,23 @@ impl Hangings {
         while let Some(at) = above
             && std::mem::replace(&mut scratch.above[at], scratch.mark) != scratch.mark
         {
-            let mark = scratch.mark;
-            self.queue_next(scratch, time, at, Reason::Above { mark });
+            self.queue_next(scratch, time, at, Reason::Above);
             let link = self.link(groups, at, time);
             above = scratch.differs.get(&at).copied().filter(|_| of_old).unwrap_or(link);
         }
     }
 
-    /// A group is reached from a time on, or is not any more, and with it those below.
-    fn reach(&mut self, groups: &Groups, scratch: &mut Scratch, group: usize, time: Time, is_reached: bool) {
+    /// A group is reached from a time on, and with it those below.
+    fn reach(&mut self, groups: &Groups, scratch: &mut Scratch, group: usize, time: Time) {
         let (mut walk, mut below) = (vec![group], Vec::new());
         while let Some(at) = walk.pop() {
-            if is_reached {
-                if scratch.reached[at] > 0 {
-                    continue;
-                }
-                scratch.last_stamp += 1;
-                let stamp = scratch.last_stamp;
-                scratch.reached[at] = stamp;
-                scratch.touched.push(at);
-                self.queue_next(scratch, time, at, Reason::Own { stamp });
-                self.queue_next(scratch, time, at, Reason::Toward { group: at, stamp });
-            } else {
-                scratch.reached[at] = 0;
+            if std::mem::replace(&mut scratch.reached[at], scratch.mark) == scratch.mark {
+                continue;
             }
+            self.queue_next(scratch, time, at, Reason::Own);
+            self.queue_next(scratch, time, at, Reason::Toward { group: at });
             self.children(groups, at, time, &mut below);
-            // What differs is reached anyway.
-            let differs = &scratch.differs;
-            walk.extend(below.drain(..).filter(|child| is_reached || !differs.contains_key(child)));
+            walk.append(&mut below);
         }
     }
 
@@ -240,19 +222,20 @@ impl Hangings {
         let later = (Excluded(time), Unbounded);
         let next = match reason {
             Reason::Edit => None,
-            Reason::Toward { group, .. } => self
+            Reason::Toward { group } => self
                 .line(group)
                 .and_then(|line| line.toward.range(later).next().map(|(&time, &group)| (time, group))),
-            Reason::Own { .. } => self
+            Reason::Own => self
                 .line(group)
                 .and_then(|line| line.held.range(later).next().map(|(&time, _)| (time, group))),
-            Reason::Above { .. } => self.line(group).and_then(|line| {
+            Reason::Above => self.line(group).and_then(|line| {
                 let held = line.held.range(later).next().map(|(&time, _)| (time, group));
                 let refused = line.refused.range(later).next().map(|(&time, _)| (time, group));
                 held.into_iter().chain(refused).min()
             }),
         };
-        scratch.queue.extend(next.map(|(time, group)| Reverse((time, group, reason))));
+        let mark = scratch.mark;
+        scratch.queue.extend(next.map(|(time, group)| Reverse((time, group, reason, mark))));
     }
 }
 
@@ -265,11 +248,12 @@ impl Scratch {
     }
 
     pub(super) fn end(&mut self) {
-        for group in self.touched.drain(..) {
-            self.reached[group] = 0;
-        }
         self.differs.clear();
         self.queue.clear();
+    }
+
+    fn is_reached(&self, group: usize) -> bool {
+        self.reached[group] == self.mark
     }
 
     fn is_above(&self, group: usize) -> bool {
