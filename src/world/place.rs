@@ -107,8 +107,9 @@ impl Place {
 
     #[cfg(not(feature = "worlds-cloud"))]
     fn at_address(text: &str) -> Result<Self, WorldError> {
-        let problem = "expected a folder; addresses need a build with the feature `worlds-cloud`".to_owned();
-        Err(WorldError::Place { place: text.to_owned(), problem })
+        let problem = "expected a folder; an address needs a build with the feature `worlds-cloud`, which this one lacks: \
+                       cargo install --path . --features worlds-cloud";
+        Err(WorldError::Place { place: text.to_owned(), problem: problem.to_owned() })
     }
 
     #[cfg(feature = "worlds-cloud")]

@@ -100,7 +100,9 @@ impl Adapter {
     /// # Errors
     /// Always.
     pub fn open(_width: u32, _height: u32) -> Result<Self, String> {
-        Err("this build does not draw: it needs the feature `render`".to_owned())
+        let lacking = "drawing needs a build with the feature `render`, which this one lacks: \
+                       cargo install --path . --features render";
+        Err(lacking.to_owned())
     }
 
     /// Its name, and the size.
