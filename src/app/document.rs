@@ -37,7 +37,7 @@ pub struct Document {
     journal: Journal,
     refused: u64,
     pub(super) news: Vec<String>,
-    /// Earlier edits of the session that this is a copy of.
+    /// Earlier edits of the original session, if this is a copy.
     earlier: Option<Autosave>,
     /// The session of several people that it is of.
     #[cfg(feature = "live")]
@@ -281,7 +281,7 @@ impl Document {
         &mut self.journal
     }
 
-    /// Earlier edits of the session that this is a copy of, once.
+    /// Earlier edits of the original session, if this is a copy. The next call returns `None`.
     pub(super) fn take_earlier(&mut self) -> Option<Autosave> {
         self.earlier.take()
     }

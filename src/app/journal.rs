@@ -245,8 +245,8 @@ impl Journal {
         self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
     }
 
-    /// Where what was drawn is, if that is an autosave file: nobody has chosen its name. Of one that was opened by its name and
-    /// not drawn on, nothing is told.
+    /// A message with the path of the drawing, if that is an autosave file, whose name nobody has chosen. `None` for an autosave
+    /// file that was opened by its name and not changed.
     pub(super) fn place_of_edits(&self) -> Option<String> {
         let is_made = self.file.as_ref().is_some_and(SessionFile::is_made) && self.trouble.is_none();
         let is_news = self.is_changed || !self.is_named;

@@ -34,7 +34,7 @@ pub use overlay::Overlay;
 
 /// Events of the session that a frame takes at most: a long one comes in beside the window.
 const EVENTS_A_FRAME: usize = 8192;
-/// Once they have changed so many polygons, the frame takes no more.
+/// Changed polygons after which a frame takes no more events.
 const CHANGES_A_FRAME: usize = 1 << 16;
 /// How often the files are looked after.
 const TEND: Duration = Duration::from_millis(500);
@@ -57,9 +57,9 @@ pub struct Shared {
     has_news: Arc<AtomicBool>,
     /// Something was taken after the panels of that frame were laid out.
     was_taken: bool,
-    /// What has come and is not in the model.
+    /// Events that have arrived and are not in the model.
     inbox: Inbox,
-    /// How long a frame takes of it.
+    /// How long each frame takes events from it.
     turns: Turns,
     /// The last slice left something for the next one.
     is_behind: bool,
@@ -222,8 +222,8 @@ impl Shared {
         self.is_behind
     }
 
-    /// Puts the session's next piece into `out`, but for what the file has already, and adds to `said` what people should
-    /// read. Returns whether there was one.
+    /// Puts the session's next piece into `out`, without the events that the file has already. Adds the messages for people to
+    /// `said`. Returns whether there was a piece.
     fn take_piece(&mut self, out: &mut Vec<Event>, said: &mut Vec<String>) -> bool {
         if self.inbox.is_empty() {
             self.fetch(said);
@@ -244,7 +244,7 @@ impl Shared {
         true
     }
 
-    /// Takes those events away that the file has. If it has others, all are, and nothing comes any more.
+    /// Removes the events that the file has already. If the file has other events, removes all; no more come.
     fn pass_over_known(&mut self, events: &mut Vec<Event>, said: &mut Vec<String>) {
         let Some(known) = &mut self.known else { return };
         if let Err(why) = known.pass_over(events) {
@@ -256,7 +256,7 @@ impl Shared {
         self.known.take_if(|known| known.is_over());
     }
 
-    /// The next events that have come and are not in the model, for the file of a session that is left.
+    /// The next events that are not in the model, for the file, when the window leaves the session.
     fn take_rest(&mut self, said: &mut Vec<String>) -> Option<Vec<Event>> {
         if self.inbox.is_empty() {
             self.fetch(said);
@@ -269,7 +269,7 @@ impl Shared {
         Some(rest)
     }
 
-    /// Puts the next events into the inbox, if some have come, and takes all that comes before them.
+    /// Puts the next events into the inbox, if some have arrived, and handles all news before them.
     fn fetch(&mut self, said: &mut Vec<String>) {
         let has_caught_up = self.link.status().has_caught_up;
         while self.inbox.is_empty() && self.ended.is_none() {
@@ -452,8 +452,8 @@ impl Document {
         self.shared.as_mut()
     }
 
-    /// Takes what the others, and the order of the session, have made of it: a slice, as of a file that is read between frames.
-    /// It takes `least`, longer where frames are slow, and at least a piece.
+    /// Applies a slice of the events in the session's order, as of a file that is read between frames. A slice lasts `least`,
+    /// longer where frames are slow, and is at least a piece.
     pub(super) fn follow_session_for(&mut self, least: Duration) {
         if let Some(shared) = &mut self.shared {
             shared.turns.set_least(least);
@@ -501,7 +501,7 @@ impl Document {
         }
     }
 
-    /// Writes what has come and is not in the model. Own events in it count as missing: they are kept elsewhere, too.
+    /// Writes the events that are not in the model. Own events among them count as missing: they are kept elsewhere, too.
     fn write_rest(&mut self) {
         let since = Instant::now();
         // The others may go on for ever.

@@ -1,4 +1,5 @@
-//! Options that need more than this build has. Every build has all commands and options; what a build lacks is refused by name.
+//! Commands and options that need a missing feature. Every build parses them, and refuses them with an error that
+//! names the feature.
 
 use std::fmt;
 

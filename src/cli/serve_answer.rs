@@ -1,4 +1,4 @@
-//! What a request to `osp serve` gets: a file of the folder, a part of it, or the reason why not.
+//! The answer of `osp serve` to a request: a file of the folder, a part of it, or an error.
 
 use std::{
     convert::Infallible,
@@ -20,7 +20,7 @@ use tower_http::services::{ServeFile, fs::ServeFileSystemResponseBody};
 
 use crate::small_file::check_regular;
 
-/// Where the files are, and under which port.
+/// The folder that is served, and the port.
 pub(super) struct Site {
     folder: PathBuf,
     port: u16,
@@ -46,7 +46,7 @@ impl Site {
         Self { folder, port }
     }
 
-    /// Another site could have its name lead here, and read what lies here.
+    /// Whether the `Host` header names this machine. Prevents DNS rebinding: another site's name that resolves to this machine.
     fn is_ours(&self, headers: &HeaderMap) -> bool {
         let mut hosts = headers.get_all(header::HOST).iter().map(HeaderValue::as_bytes);
         let (Some(host), None) = (hosts.next(), hosts.next()) else { return false };
@@ -71,7 +71,7 @@ impl Site {
             file.push("index.html");
         }
         let file = fs::canonicalize(&file).map_err(|_| NONE)?;
-        // A link may not lead out of the folder either, nor to what is hidden in it.
+        // Nor may a link lead out of the folder, or to a hidden file.
         if !file.strip_prefix(&self.folder).is_ok_and(is_shown) {
             return Err(NONE);
         }
@@ -82,7 +82,7 @@ impl Site {
     }
 }
 
-/// Whether a path leads downwards alone, and into nothing hidden: keys and histories lie in such files and folders.
+/// Whether a path goes only downwards and has no hidden part: hidden files and folders hold keys and histories.
 fn is_shown(relative: &Path) -> bool {
     relative
         .components()
@@ -139,16 +139,16 @@ async fn found(site: Arc<Site>, request: Request<Incoming>) -> Result<Response<B
     }
     let kind = file.kind.parse().map_err(|_| FAILED)?;
     let answer = ServeFile::new_with_mime(&file.path, &kind).try_call(request).await;
-    // It was there a moment ago.
+    // The file was there a moment ago.
     answer.map(|answer| answer.map(Either::Left)).map_err(|_| NONE)
 }
 
-/// The part of a file of so many bytes that a request asks for (RFC 9110, section 14), if it asks for one part and means any
-/// state of the file; it may begin behind the end. What is not understood, and several parts at once, are passed over: the whole file is an answer to them.
+/// The range of a request (RFC 9110, section 14) in a file of `bytes` bytes; it may begin behind the end. `None` sends the whole
+/// file: for no range, several ranges, a malformed one, or one with `If-Range`.
 fn part(headers: &HeaderMap, bytes: u64) -> Option<RangeInclusive<u64>> {
     let mut ranges = headers.get_all(header::RANGE).iter();
     let (Some(range), None) = (ranges.next(), ranges.next()) else { return None };
-    // The file may be another one by now.
+    // The file may have changed. The whole file is a valid answer.
     if headers.contains_key(header::IF_RANGE) {
         return None;
     }
@@ -162,13 +162,13 @@ fn part(headers: &HeaderMap, bytes: u64) -> Option<RangeInclusive<u64>> {
     match (first.parse::<u64>().ok(), last.parse::<u64>().ok()) {
         (Some(first), Some(last)) if first <= last => Some(first..=last.min(end)),
         (Some(first), None) if last.is_empty() => Some(first..=end),
-        // The last so many bytes.
+        // The last `count` bytes.
         (None, Some(count)) if first.is_empty() => Some(bytes.saturating_sub(count)..=end),
         _ => None,
     }
 }
 
-/// What a browser takes a file for. A module of JavaScript and WebAssembly are not run under another type.
+/// The media type of a file. Browsers run JavaScript modules and WebAssembly only under their own types.
 fn kind_of(file: &Path) -> &'static str {
     let ending = file.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     match ending.as_str() {
@@ -185,7 +185,7 @@ fn kind_of(file: &Path) -> &'static str {
     }
 }
 
-/// Whether an answer becomes smaller: text, WebAssembly and models do, pictures and what is packed do not.
+/// Whether compression pays: for text, WebAssembly and models, but not for raster images and packed files.
 pub(super) fn is_worth_compressing(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
     let kind = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
     kind.starts_with("text/")
@@ -204,7 +204,7 @@ pub(super) fn with_headers<B>(mut answer: Response<B>) -> Response<B> {
     ] {
         headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));
     }
-    // The same file compressed is not the same bytes: its tag is a weak one.
+    // Compressed bytes differ from those of the file, so the tag becomes a weak one.
     let tag = headers.get(header::ETAG).filter(|_| headers.contains_key(header::CONTENT_ENCODING));
     let weak = tag.and_then(|tag| HeaderValue::try_from([b"W/", tag.as_bytes()].concat()).ok());
     if let Some(weak) = weak {

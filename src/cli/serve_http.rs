@@ -1,4 +1,4 @@
-//! The server of `osp serve`. Whatever comes over a connection costs a stated amount of memory and time.
+//! The server of `osp serve`. The memory and time of each connection are bounded, whatever the client sends.
 
 use std::{
     convert::Infallible,
@@ -32,22 +32,22 @@ use super::{
     serve_args::ServeArgs,
 };
 
-/// Connections at once; further ones wait until one of these ends. A browser opens six.
+/// Concurrent connections; further ones wait until one of these ends. A browser opens six.
 const MOST_CONNECTIONS: usize = 64;
-/// The head of a request: its lines in all, and their number. Memory for what a connection has sent is no more than that.
+/// Limits of the head of a request: its bytes, and its lines. The first also bounds the buffer of a connection.
 const MOST_HEAD_BYTES: usize = 16 << 10;
 const MOST_HEAD_LINES: usize = 64;
-/// From the beginning of a connection, or the end of an answer, to the end of the next head.
+/// Longest time from the beginning of a connection, or the end of an answer, to the end of the next head.
 const HEAD_TIME: Duration = Duration::from_secs(10);
-/// In which a browser has to take something of an answer.
+/// Longest time in which a browser reads nothing of an answer.
 const STALL_TIME: Duration = Duration::from_secs(10);
-/// After which a connection begins no further answer; then the one under way has as much again.
+/// Time after which a connection begins no further answer. The answer under way then has the same time again.
 const CONNECTION_TIME: Duration = Duration::from_secs(300);
-/// For the answers under way when a signal comes.
+/// Time for the answers under way when a signal arrives.
 const FAREWELL: Duration = Duration::from_secs(2);
-/// Between two tries to take a connection where the system has none to give.
+/// Pause after an attempt to accept a connection has failed.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
-/// Files below this are sent as they are.
+/// Smaller files are sent uncompressed.
 const LEAST_COMPRESSED_BYTES: u64 = 1024;
 
 pub(super) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
@@ -88,7 +88,7 @@ async fn serve(args: &ServeArgs, folder: PathBuf) -> anyhow::Result<()> {
                 Ok((stream, _)) => {
                     tokio::spawn(hold(stream, Arc::clone(&site), end.subscribe(), place));
                 }
-                // The browser has gone away again, or there are no more files for this process at the moment.
+                // The browser has closed the connection, or the process is out of file descriptors.
                 Err(error) => {
                     complain(&format!("warning: {address}: {error}"));
                     sleep(ACCEPT_PAUSE).await;
@@ -113,7 +113,7 @@ async fn hold(
     mut ending: watch::Receiver<bool>,
     _place: OwnedSemaphorePermit,
 ) {
-    // An answer is not held back for more of it.
+    // Without the delay of Nagle's algorithm.
     let _ = stream.set_nodelay(true);
     let mut stream = TimeoutStream::new(stream);
     stream.set_write_timeout(Some(STALL_TIME));
@@ -132,7 +132,7 @@ async fn hold(
         .title_case_headers(true)
         .serve_connection(TokioIo::new(Box::pin(stream)), TowerToHyperService::new(isolated));
     let mut connection = pin!(connection);
-    // That a browser breaks a connection off, or sends nonsense, concerns nobody else.
+    // A connection that breaks off or sends nonsense affects no other.
     tokio::select! {
         _ = connection.as_mut() => return,
         () = sleep(CONNECTION_TIME) => {}
@@ -142,7 +142,7 @@ async fn hold(
     let _ = timeout(CONNECTION_TIME, connection).await;
 }
 
-/// Has Ctrl-C and others end the server, which then ends the answers under way.
+/// Ends the server on Ctrl-C and other signals. The answers under way then have `FAREWELL` to end.
 fn end_on_signals(end: watch::Sender<bool>) {
     crate::atomic_file::before_a_signal_ends(Some(Box::new(move || {
         end.send_replace(true);

@@ -192,7 +192,7 @@ impl Study<'_> {
         )
     }
 
-    /// A table is replaced by one of the same sessions. What it says of them is measured again, or kept.
+    /// Refuses to replace a table that has rows of other sessions, or rows that are neither kept nor measured again.
     fn check_replaced(&self, files: &[StudyFile], output: &Output, force: bool) -> anyhow::Result<()> {
         let names: HashSet<&str> = files.iter().map(|file| &*file.name).collect();
         let hashes: HashSet<&str> =
@@ -210,7 +210,7 @@ impl Study<'_> {
             }
             if kept.is_none() {
                 let mut rows = HashSet::new();
-                // A part that is damaged is measured again with a word of its own.
+                // `missing` warns of damaged parts and has them measured again.
                 for row in self.folder.parts()?.flatten().flat_map(|part| part.rows) {
                     rows.insert(hash_of(&row)?);
                 }
@@ -221,7 +221,7 @@ impl Study<'_> {
         })
     }
 
-    /// Whether this study measures a session as the row says it was: then its figures are taken anew.
+    /// Whether this study has the options, build and machine of the row, so that it measures the session anew.
     fn measures_like(&self, row: &StudyRow) -> bool {
         let here = StudyRow::default().on(&self.machine, &self.host);
         let build = |row: &StudyRow| (row.osp_version.clone(), row.osp_commit.clone(), row.optimized);
@@ -243,7 +243,7 @@ impl Study<'_> {
             match self.folder.part(&self.name_of(hash)) {
                 Ok(Some(_)) => {}
                 Ok(None) => missing.push(file),
-                // It could not be kept in its place either.
+                // The new part could not be written there either.
                 Err(error @ PartError::NoFile { .. }) => return Err(error.into()),
                 Err(error) => {
                     complain(&format!("warning: {error}; the session is measured again"));

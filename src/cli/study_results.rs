@@ -59,7 +59,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Checks the place of a table; a table that is no study is somebody else's.
+    /// Checks the path of a table. A table of another program is replaced only with `force`.
     pub(super) fn checked(outputs: &mut Outputs, path: &Path, force: bool) -> anyhow::Result<Output> {
         let kind = match format_of(path)? {
             format if !format.is_built() => return Err(StudyError::NotBuilt { path: path.to_owned() }.into()),
@@ -98,7 +98,7 @@ impl Table {
     }
 }
 
-/// The format of a table, by its name; what has no name gets lines.
+/// The format of a table by its name. For standard output, pipes and devices, lines are the default.
 fn format_of(path: &Path) -> anyhow::Result<TableFormat> {
     let target = match Destination::of(path) {
         Ok(Destination::File(target)) => target,
@@ -114,7 +114,7 @@ pub(super) fn row_hash(row: &StudyRow) -> anyhow::Result<u128> {
     Ok(xxh3_128(&serde_json::to_vec(row)?))
 }
 
-/// A table is not replaced by one that lacks rows of it, unless its owner says so. `is_missing`: whether a row will be.
+/// Refuses to replace a table by one that lacks rows of it, without `force`. `is_missing`: whether the new table lacks a row.
 pub(super) fn check_no_row_is_lost(
     output: &Output,
     force: bool,

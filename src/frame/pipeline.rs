@@ -39,7 +39,7 @@ pub struct Pipeline {
     frusta: Vec<Frustum>,
     /// What it may see.
     in_view: Vec<VisibleBlocks>,
-    /// The numbers that each of these has room for lie below.
+    /// Upper bound of the polygon numbers that each of these sets has room for.
     capacity: usize,
     pass: Option<Box<dyn Pass>>,
     /// Whether the last frame was culled by occlusion.
@@ -70,12 +70,11 @@ impl std::fmt::Debug for Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline around an empty index. `capacity` is the number of polygons that the lists have room for, at most
-    /// [`IndexConfig::MOST_RESERVED`]: as long as all numbers lie below twice of it, no list grows after the first frame with
-    /// its view. More are taken all the same. The clock measures the stages of a frame; [`StageClock::default`] is what most
-    /// callers want.
+    /// A pipeline around an empty index. The lists have room for `capacity` polygons, at most [`IndexConfig::MOST_RESERVED`].
+    /// While all numbers lie below twice that, no list grows after the first frame with its view. More polygons are accepted, too.
+    /// The clock measures the stages of a frame; most callers use [`StageClock::default`].
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
-        // Where polygons come and go, some numbers are of none.
+        // Where polygons come and go, some numbers are unused.
         let capacity = 2 * capacity.min(IndexConfig::MOST_RESERVED);
         Self {
             index,

@@ -8,16 +8,16 @@ pub struct IndexConfig {
     /// A cube in world space, around most of what will come, metres. `Osp` adds levels above it for what lies outside. For a
     /// box that is empty, not finite, or not larger than `1.2e-30` it takes the cube of four metres around the origin.
     pub root: Aabb,
-    /// Polygons to reserve memory for, so that no frame has to; no more than [`IndexConfig::MOST_RESERVED`]. With `Osp` no frame
-    /// does as long as no more are there, with numbers in no more than an eighth as many blocks of sixteen and below four
-    /// millions: whether they come and go, and however they move, up to a million of them; beyond that, where most lie side by
-    /// side, as those of a stroke do. Of polygons that come from everywhere it gives room for strokes back.
+    /// Polygons to reserve memory for, so that no frame allocates; at most [`IndexConfig::MOST_RESERVED`]. With `Osp` no frame
+    /// allocates while no more polygons are there, with numbers below four millions in at most an eighth as many blocks of
+    /// sixteen. Up to a million polygons may come, go and move in any way. Of more, most must lie side by side, as those of a
+    /// stroke do. Of polygons that come from everywhere it gives room for strokes back.
     pub capacity: usize,
 }
 
 impl IndexConfig {
-    /// Polygons that an index reserves memory for at most, whatever its capacity: as many as a recorded session may have. Beyond,
-    /// it grows in steps as polygons come. Larger: a capacity that nobody means takes more memory.
+    /// The most polygons that an index reserves memory for, whatever its capacity: as many as a recorded session may have. Beyond
+    /// this, memory grows in steps as polygons come. Larger: a mistaken capacity takes more memory.
     pub const MOST_RESERVED: usize = 1 << 22;
 
     /// Polygons to reserve memory for.

@@ -141,8 +141,8 @@ pub trait SpatialIndex: Send + Sync {
     /// lowest id.
     ///
     /// `hit` is the exact test: where the ray meets the polygon itself, if it does. It is asked about every polygon
-    /// whose box the ray enters no later than the nearest hit so far, and perhaps about others; the order is free. It may
-    /// round to a `t` that is less than where the ray enters the box, by a part of ten thousand at most.
+    /// whose box the ray enters no later than the nearest hit so far, and perhaps about others; the order is free. By rounding,
+    /// its `t` may be smaller than the `t` of entry into the box, by one part in ten thousand at most.
     fn ray_nearest(
         &self,
         ray: &Ray,

@@ -443,7 +443,8 @@ impl Talk<'_> {
         }
     }
 
-    /// How long a server that answers may take. One that has answered that too many have joined is spoken to again only later.
+    /// Longest wait for an answer before the server counts as silent. It is longer while the session is crowded: this member then
+    /// tries again only later.
     fn silence(&self) -> Duration {
         if self.member.is_crowded() { GIVE_UP } else { Duration::from_secs(1) }
     }

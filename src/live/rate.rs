@@ -10,11 +10,11 @@ pub(super) const BYTES_A_SECOND: u64 = 4 << 20;
 /// Bytes that an author may say at once: what was drawn while there was no connection.
 pub(super) const BURST_BYTES: u64 = 64 << 20;
 
-/// Joins that a session takes at once: a class, or all of it again after the network was out.
+/// Joins that a session takes at once: a class, or the whole class again after a network failure.
 pub(super) const JOINS_AT_ONCE: u64 = 128;
 
-/// Seconds until it takes one more. A sender is a number that anybody chooses anew, and numbers of authors are not given
-/// twice: this is what keeps whoever joins again and again from using them up, for eleven hours.
+/// Seconds until it takes one more. Anybody may choose a new sender number, and author numbers are never reused. So a client that
+/// joins repeatedly needs eleven hours to use them up.
 pub(super) const SECS_A_JOIN: u64 = 10;
 
 /// A vessel that fills up as time goes by, and that what is said takes from.
@@ -60,13 +60,13 @@ impl Rates {
     }
 }
 
-/// A join in nanoseconds that were waited for.
+/// Nanoseconds of waiting that a join uses.
 const JOIN_NANOS: u64 = SECS_A_JOIN * 1_000_000_000;
 
 /// How many may join.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JoinRate {
-    /// Nanoseconds that were waited for and not used by a join; none before the first one.
+    /// Nanoseconds of waiting that no join has used; `None` before the first join.
     waited: Option<Allowance>,
 }
 

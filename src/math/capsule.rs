@@ -16,8 +16,8 @@ pub struct Capsule {
 }
 
 impl Capsule {
-    /// A capsule around some points, along the longest of their principal axes: not the smallest, but never wider than the
-    /// sphere around them, which it is where that is narrower. `None` where an [`Obb`] is none. O(n).
+    /// A capsule around some points, along the longest of their principal axes. It is not the smallest one. Where the sphere
+    /// around the points is narrower, the capsule is that sphere. `None` where [`Obb::from_points`] is `None`. O(n).
     pub fn from_points(points: &[Vec3]) -> Option<Self> {
         let obb = Obb::from_points(points)?;
         let axis = obb.axes()[obb.half_sides_m().max_position()].as_dvec3();
@@ -45,7 +45,7 @@ impl Capsule {
         Some(if ball.radius_m < along_axis.radius_m { ball } else { along_axis })
     }
 
-    /// The capsule about a segment that just holds some points. The ends are rounded before: their distance counts.
+    /// The narrowest capsule about a segment that holds some points. Distances count from the rounded ends.
     fn around(from: Vec3, to: Vec3, points: &[Vec3]) -> Self {
         let line = Self { from, to, radius_m: 0.0 };
         let far = points.iter().map(|p| line.distance(*p)).fold(0.0, f64::max);

@@ -3,9 +3,8 @@ use super::PolygonId;
 /// Entries of a page of [`ById`]. More: a stray number takes more memory. Fewer: a longer list of pages.
 const PAGE: usize = 1024;
 
-/// One small value for every polygon number, in pages that are there while one of their values is not vacant: setting a value
-/// never copies the others, and a stray large number takes a page, not an array up to it. Pages that have become vacant are
-/// used again.
+/// One small value for every polygon number, in pages. A page exists while one of its values is not vacant. Setting a value never
+/// copies the others, and a stray large number takes a page, not an array up to it. Vacant pages are reused.
 #[derive(Clone, Debug)]
 pub(crate) struct ById<T> {
     pages: Vec<Option<Page<T>>>,

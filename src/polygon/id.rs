@@ -7,10 +7,10 @@
 pub struct PolygonId(pub u32);
 
 impl PolygonId {
-    /// Every index refuses numbers from here on, and every set leaves them out. What is kept by number is kept in pages, so a
-    /// stray number takes some megabytes at most: a bit for each number up to the highest in a set, a list of pages in an index.
-    /// Larger: both take more. (To make 2^27 polygons, somebody draws tubes at 90 samples a second for two days.) Two rivals
-    /// that are plain arrays, `brute-simd` and `time-order`, take 24 bytes for each number up to the highest.
+    /// Every index refuses numbers from this limit on, and every set leaves them out. A stray number takes some megabytes at most:
+    /// a set has a bit for each number up to the highest, an index a list of pages. Larger: both take more memory.
+    /// Two days of drawing tubes at 90 samples a second make 2^27 polygons. Two rivals that are plain arrays, `brute-simd` and
+    /// `time-order`, take 24 bytes for each number up to the highest.
     pub const LIMIT: u32 = 1 << 27;
 
     /// The number as a place in an array.

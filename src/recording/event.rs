@@ -260,8 +260,8 @@ pub enum Event {
         /// World, or the parent group, from the group's own space.
         to: Transform,
     },
-    /// The author's next edits are one step for undo and redo: as many as this, or those up to the next step, or the next undo or
-    /// redo that finds an edit to take back or make again (since format 3).
+    /// The author's next edits form one step for undo and redo. The step ends after so many edits, at the next step, or at the
+    /// next undo or redo that finds an edit (since format 3).
     Step {
         /// Time, seconds.
         t: f64,

@@ -23,7 +23,7 @@ pub fn ffmpeg_command(folder: &Path, ending: &str, frames_a_second: u32) -> Stri
     )
 }
 
-/// A text as a shell takes it for one word.
+/// Quotes a text as one word of a shell.
 pub(crate) fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }

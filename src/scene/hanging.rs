@@ -1,15 +1,15 @@
-//! Under which group each group hung after every grouping that can still be taken back, and what changes when one of them is.
+//! The parent of each group after every grouping that undo can reach, and the changes when a grouping is undone or redone.
 //!
-//! The groups hang as all active groupings leave them, one after the other: one that would close a circle or make a chain too
-//! long has no effect. So what a grouping does depends on those before it, and to take one back may change the outcome of any
-//! that is later. [`Hangings::settle`] goes through time from that grouping on, and knows two courses: the one of before, which
-//! is kept, and the one that comes about. It follows
-//! * the groups that hang elsewhere in one course than in the other: they *differ*;
-//! * all that hangs below these, the groups that are *reached*: only from there does the way up lead elsewhere, so only
-//!   groupings under those may have another outcome,
-//! * or those of a group that is *above* one that differs: it may be higher or lower than it was.
+//! All active groupings apply in order. One that would close a cycle or make a chain too long has no effect. So the outcome of a
+//! grouping depends on the earlier ones, and undoing one may change the outcome of any later one. [`Hangings::settle`] walks
+//! through time from that grouping on. It compares two timelines: the old one, which is stored, and the new one.
+//! It follows three kinds of groups:
+//! * A group *differs* if its parents on the two timelines differ.
+//! * A group is *reached* if it differs or descends from one that differs. Only reached groups may have other ancestors.
+//! * A group is *above* one that differs if it is its ancestor on either timeline. The height of its subtree may change.
 //!
-//! All other groupings have the outcome that they had, and are not looked at. It ends as soon as no group differs.
+//! Only groupings under a reached group, or of a group above one that differs, may have another outcome. The walk skips all
+//! others. Once no group differs, it goes on at the next edit, or ends.
 
 mod walk;
 
@@ -21,8 +21,8 @@ use std::{
 use super::{group::Groups, log::Turn};
 use walk::Scratch;
 
-/// When something is hung. First come the groups that no grouping hangs, then the others as they were before all groupings, group
-/// by group, then the groupings by their places in the log.
+/// A point on the timeline. Constant parents (of groups without groupings) come first, then base parents (before all groupings),
+/// then groupings by their places in the log. The first two are ordered by group.
 type Time = (u64, usize);
 
 fn constant_time(group: usize) -> Time {
@@ -44,19 +44,19 @@ fn place_at(time: Time) -> Option<u64> {
 
 const END: Time = (u64::MAX, usize::MAX);
 
-/// What happens to one group in the course of time, and under it. Of a group that no grouping hangs, the first two are empty:
-/// it hangs where it hangs.
+/// The timeline of one group and of its children. The first two maps are empty for a group without groupings: its parent is
+/// constant.
 #[derive(Clone, Debug, Default)]
 struct Line {
-    /// Where it hangs from a time on: before all groupings, and after those that have an effect.
+    /// The parent from a time on: the base parent, then the parents by groupings with an effect.
     held: BTreeMap<Time, Option<usize>>,
-    /// Where groupings without effect would hang it.
+    /// The parents by groupings without effect.
     refused: BTreeMap<Time, usize>,
-    /// The groups that are hung under it, with effect or without.
+    /// The groups put under it, with effect or without.
     toward: BTreeMap<Time, usize>,
-    /// How often each.
+    /// How often `toward` has each group.
     from: BTreeMap<usize, u32>,
-    /// Scratch: where it hangs in the walk with this number, until this time.
+    /// Scratch: number of a walk, and the parent found by it, valid until this time.
     known: (u64, Time, Option<usize>),
 }
 
@@ -65,7 +65,7 @@ impl Line {
         self.held.is_empty() && self.refused.is_empty()
     }
 
-    /// Whether all groupings that hang it are gone, and only what was before is left.
+    /// Whether only the base parent is left, without any grouping.
     fn is_base_only(&self) -> bool {
         self.held.len() + self.refused.len() == 1
     }
@@ -80,20 +80,21 @@ impl Line {
 pub(super) struct Hangings {
     /// By group.
     lines: Vec<Option<Box<Line>>>,
-    /// Active groupings that hang something, and the places of those that have no effect, or hang a group elsewhere.
+    /// Active groupings that set a parent.
     count: usize,
+    /// The places of those that have no effect, or change the parent.
     significant: BTreeSet<u64>,
-    /// Where the course that is kept has a group hang from a time on, where that is not so any more.
+    /// Entries of the stored timeline that are no longer valid: from this time on, the group had this parent.
     outdated: BTreeMap<Time, (usize, Option<usize>)>,
-    /// Groupings that were made again since.
+    /// Groupings redone since the last walk.
     fresh: BTreeMap<Time, usize>,
-    /// Where groupings found their group, where that is not what comes before them any more: only while something is outdated.
+    /// The parents that groupings replaced, where the entry before them now differs. Empty unless something is outdated.
     found: BTreeMap<Time, Option<usize>>,
-    /// So much is outdated that it is not kept.
+    /// Too much is outdated to be listed: the next walk rebuilds all parents.
     is_all_outdated: bool,
-    /// Groups that a grouping hung that was taken back since.
+    /// Groups of the groupings that were undone since the last walk.
     let_go: Vec<usize>,
-    /// What is outdated has to be worked off before anybody asks where a group hangs.
+    /// [`Hangings::settle`] has to run before a parent is read.
     is_due: bool,
     /// The number of the walk.
     walk: u64,
@@ -147,7 +148,7 @@ impl Hangings {
         }
     }
 
-    /// Adds a grouping; `now` is where the group hangs if none hangs it yet.
+    /// Adds a grouping. `now` is the group's parent; it becomes the base parent if the group has no grouping yet.
     fn insert(&mut self, time: Time, group: usize, parent: Option<usize>, holds: bool, now: Option<usize>) {
         let line = self.line_mut(group);
         if line.is_constant() {
@@ -168,7 +169,7 @@ impl Hangings {
         self.count += 1;
     }
 
-    /// Takes a grouping out; whether it had an effect.
+    /// Removes a grouping. Returns whether it had an effect.
     fn remove(&mut self, time: Time, group: usize, parent: Option<usize>) -> bool {
         let line = self.line_mut(group);
         let held = line.held.remove(&time).is_some();
@@ -180,7 +181,7 @@ impl Hangings {
         held
     }
 
-    /// What a grouping, or one that is made again, finds a group under that is under `now`.
+    /// The parent that undoing a grouping restores, or that redoing it replaces. `now` is the group's present parent.
     fn found(&self, time: Time, group: usize, now: Option<usize>, turn: Turn) -> Option<usize> {
         let Some(line) = self.line(group).filter(|line| !line.is_constant()) else { return now };
         let finder = match turn {
@@ -193,7 +194,7 @@ impl Hangings {
         finder.map_or(now, |time| self.found.get(&time).copied().unwrap_or_else(|| line.before(time)))
     }
 
-    /// No grouping hangs a group any more: from now on it hangs where it hangs, as it always has.
+    /// Makes the present parent of a group constant, if no grouping of the group is left.
     fn make_constant(&mut self, groups: &Groups, group: usize) {
         let Some(line) =
             self.lines.get_mut(group).and_then(Option::as_mut).filter(|line| line.is_base_only())
@@ -203,14 +204,14 @@ impl Hangings {
         let Some((time, base)) = line.held.pop_first() else { return };
         self.forget_toward(base, time, group);
         self.drop_if_empty(group);
-        // It hangs there before the others are hung, from now on.
+        // From now on its parent precedes all base parents.
         if groups.parent(group) != base || self.outdated.contains_key(&time) {
             self.outdated.entry(time).or_insert((group, base));
             self.outdated.entry(constant_time(group)).or_insert((group, None));
         }
     }
 
-    /// A grouping was made, as the last one: the group hung under `before`, and hangs under `parent`.
+    /// Appends a new grouping, which has moved the group from `before` to `parent`.
     pub(super) fn add(&mut self, place: u64, group: usize, before: Option<usize>, parent: Option<usize>) {
         self.insert(time_of(place), group, parent, true, before);
         if before != parent {
@@ -237,8 +238,8 @@ impl Hangings {
             })
     }
 
-    /// A grouping is taken back, or made again. If no later one depends on it, the group is hung at once; else all that
-    /// depends on it waits for [`Hangings::settle`], so that many turns of a frame cost one walk.
+    /// Undoes or redoes a grouping. If no later one depends on it, the group gets its parent at once. Otherwise
+    /// [`Hangings::settle`] updates all that depends on it: one walk for all undo and redo of a frame.
     pub(super) fn turn(
         &mut self,
         groups: &mut Groups,
@@ -268,7 +269,7 @@ impl Hangings {
                 return;
             }
         }
-        // What was forgotten since the last walk comes first, as it is.
+        // Entries that were outdated before this turn are settled with it at once.
         let is_pure = self.is_due || self.is_as_kept();
         self.is_due = true;
         match turn {
@@ -290,15 +291,15 @@ impl Hangings {
         }
     }
 
-    /// An active grouping becomes part of what was before all others. If it has an effect, earlier ones of its group have no
-    /// say any more; what that changes for others shows when a grouping is taken back next that others depend on.
+    /// Removes an active grouping that undo no longer reaches. If it has an effect, its parent becomes the base parent, and the
+    /// earlier groupings of the group are dropped. Other groups change only at the next walk.
     pub(super) fn forget(&mut self, groups: &Groups, place: u64, group: usize, parent: Option<usize>) {
         let time = time_of(place);
         if !self.remove(time, group, parent) {
             self.make_constant(groups, group);
             return;
         }
-        // Where all earlier groupings leave everything as it was, they still do.
+        // If no earlier grouping is significant, nothing becomes outdated.
         let is_first = self.is_as_kept() && self.significant.first().is_none_or(|&first| first > place);
         let line = self.line_mut(group);
         let after = line.held.split_off(&time);
@@ -331,8 +332,8 @@ impl Hangings {
         self.make_constant(groups, group);
     }
 
-    /// Hangs all groups as they hang after what was taken back and made again. Costs what depends on it: the groups below
-    /// those that hang elsewhere at any time since, and the later groupings of those, and of the groups above them.
+    /// Updates all parents after undo and redo. The cost depends on the groups that differ at any later time: on their
+    /// descendants, and on the later groupings of these and of their ancestors.
     pub(super) fn settle(&mut self, groups: &mut Groups) {
         if !std::mem::take(&mut self.is_due) {
             return;
@@ -364,12 +365,12 @@ impl Hangings {
                 to_hang.push((group, parent));
             }
         }
-        // In between there is no circle either.
+        // All are detached first, so that no cycle arises in between.
         to_hang.iter().for_each(|&(group, _)| groups.hang(group, None));
         to_hang.iter().for_each(|&(group, parent)| groups.hang(group, parent));
     }
 
-    /// Hangs the groups of all groupings as they were before, then as these say, one after the other.
+    /// Rebuilds all parents: resets the groups of all groupings to their base parents, then applies the groupings in order.
     fn hang_anew(&mut self, groups: &mut Groups) {
         let mut all = Vec::new();
         for (group, line) in self.lines.iter().enumerate() {
@@ -394,7 +395,7 @@ impl Hangings {
             line.refused.remove(&time);
             line.held.insert(time, parent);
         } else if place_at(time).is_none() {
-            // It is under none before all groupings then.
+            // A base parent that is refused: the group has none before all groupings.
             line.held.insert(time, None);
             self.forget_toward(parent, time, group);
         } else if let Some(parent) = parent {

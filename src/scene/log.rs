@@ -19,15 +19,15 @@ pub(super) struct Log {
     active: BTreeMap<u64, Arrangement>,
     /// Those that were taken back and can be made again.
     taken_back: BTreeMap<u64, Arrangement>,
-    /// The places of those that say the same thing of the same stroke or group.
+    /// The places of arrangements by the properties that they set.
     index: BTreeSet<(Turn, Key, u64)>,
-    /// Those of too many strokes to have each in the index.
+    /// The places of arrangements of more than [`MOST_INDEXED`] strokes. The index has them without their strokes.
     broad: BTreeSet<(Turn, u64)>,
     next: u64,
     looked_at: u64,
 }
 
-/// What an arrangement says something of.
+/// A property of a stroke or group that an arrangement sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Key {
     Offset(u32),
@@ -38,8 +38,8 @@ pub(super) enum Key {
     Transform(usize),
 }
 
-/// An arrangement of more strokes is not in the index with each of them: undo remembers a thousand of these at most, which
-/// are looked at one by one. Larger: the index takes more memory.
+/// Most strokes of an arrangement that the index lists. Undo remembers a thousand larger arrangements at most; these are searched
+/// one by one. Larger: the index takes more memory.
 const MOST_INDEXED: usize = 4096;
 
 /// What an arrangement is to become.
@@ -134,7 +134,7 @@ impl Log {
         self.take(at);
     }
 
-    /// The places from the first to the last one that the index has under a key, ascending: so many at most.
+    /// At most `most` places under a key of the index, ascending, from `first` to `last`.
     fn in_index(&mut self, turn: Turn, key: Key, [first, last]: [u64; 2], most: usize) -> Vec<u64> {
         let places = self.index.range((turn, key, first)..=(turn, key, last)).map(|&(.., at)| at);
         let found: Vec<u64> = places.take(most).collect();
@@ -142,8 +142,8 @@ impl Log {
         found
     }
 
-    /// The places from the first to the last one of arrangements that say the same of one of these, so many of each at most,
-    /// ascending; perhaps also others. Costs the keys and what is found.
+    /// The places of arrangements that set one of these properties, ascending. At most `most` for each property, perhaps with
+    /// others among them. The cost grows with the keys and the places found.
     fn sharing(
         &mut self,
         turn: Turn,
@@ -174,7 +174,7 @@ impl Log {
         self.next
     }
 
-    /// The group that an active arrangement hangs, and where.
+    /// The group whose parent an active arrangement sets, and that parent.
     pub(super) fn hanging(&self, at: u64) -> Option<(usize, Parent)> {
         match self.active.get(&at)? {
             Arrangement::Group(grouping) => Some((grouping.group, grouping.hanging?)),
@@ -285,15 +285,15 @@ impl Log {
         turn_one(later, before, turn, &own, || now)
     }
 
-    /// The next active arrangement that says the same.
+    /// The next active arrangement that sets the same property.
     fn next_of(&mut self, key: Key, at: u64) -> Option<&mut Arrangement> {
         let next = self.in_index(Turn::MadeAgain, key, [at + 1, u64::MAX], 1).pop()?;
         self.active.get_mut(&next)
     }
 
     /// An active arrangement becomes part of the base: those before it have no say any more in what it settles, and its
-    /// moves come before theirs. The strokes that have another offset by that, if only in its last bit. `hangs`: it hangs a
-    /// group, with effect.
+    /// moves come before theirs. Returns the strokes whose offset changes, if only in its last bit. `hangs`: whether it sets a
+    /// parent, with effect.
     pub(super) fn forget(&mut self, at: u64, hangs: bool) -> Vec<(u32, glam::Vec3)> {
         if !self.active.contains_key(&at) {
             return Vec::new();
@@ -330,7 +330,7 @@ impl Log {
         Vec::new()
     }
 
-    /// The arrangements before a place do not say any more what they have in the index under this key.
+    /// Removes a property from all arrangements before a place: `change` from the arrangement, this function from the index.
     fn change_earlier(&mut self, at: u64, key: Key, change: impl Fn(&mut Arrangement)) {
         for turn in [Turn::MadeAgain, Turn::TakenBack] {
             for at in self.in_index(turn, key, [0, at - 1], usize::MAX) {
@@ -340,7 +340,7 @@ impl Log {
         }
     }
 
-    /// The arrangements before a place do not say any more what comes of these strokes.
+    /// Removes these strokes from all arrangements of this kind before a place.
     fn drop_earlier<T: Settled>(&mut self, at: u64, strokes: &[Named<T>]) {
         for turn in [Turn::MadeAgain, Turn::TakenBack] {
             let keys = strokes.iter().map(|named| T::key(named.stroke));
@@ -374,7 +374,7 @@ impl Log {
     }
 }
 
-/// What an arrangement says something of; without its strokes, if there are too many.
+/// Calls `each` with every property that an arrangement sets; with those of strokes only if `of_strokes`.
 fn for_each_key(what: &Arrangement, of_strokes: bool, mut each: impl FnMut(Key)) {
     fn strokes<T>(list: &[Named<T>], of_strokes: bool) -> impl Iterator<Item = u32> + '_ {
         list.iter().filter(move |_| of_strokes).map(|named| named.stroke)
@@ -398,8 +398,8 @@ fn for_each_key(what: &Arrangement, of_strokes: bool, mut each: impl FnMut(Key))
     }
 }
 
-/// Takes back or makes again what there is one of: `later` is what the next arrangement of it found, `now` what it is now.
-/// The value to set, if nothing later settles it.
+/// Undoes or redoes a single value. `later` is the value that the next arrangement replaced, `now` the present one. Returns the
+/// value to set, unless a later arrangement determines it.
 fn turn_one<T: Clone>(
     later: Option<&mut T>,
     before: &mut T,

@@ -110,7 +110,7 @@ pub struct Scene {
     pub(super) views: BTreeMap<u32, KnownView>,
     /// What authors have arranged and can take back.
     pub(super) log: Log,
-    /// Where groupings among these hang groups.
+    /// The parents that the groupings of `log` set.
     pub(super) hangings: Hangings,
     pub(super) authors: BTreeMap<Author, AuthorState>,
     /// How much all their histories hold.
@@ -162,7 +162,8 @@ impl Scene {
         self.bounds.len()
     }
 
-    /// What events have cost so far: a call that applies some costs the difference. See also [`Scene::apply_within`].
+    /// The cost of all events so far. The difference before and after a call is the cost of that call. See also
+    /// [`Scene::apply_within`].
     pub fn work(&self) -> SceneWork {
         SceneWork {
             group_steps: self.groups.steps() + self.hangings.steps(),
@@ -293,9 +294,9 @@ impl Scene {
         self.end_batch(changes);
     }
 
-    /// Takes events as one frame, like [`Scene::apply_all`], until they have cost `most` units of [`SceneWork::total`]; how many
-    /// it took. The others are for later frames: cut anywhere, a list of events leads to the same model. At least one event is
-    /// taken, whatever it costs, and what the end of a frame costs (to place the polygons of groups anew) comes on top.
+    /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units of [`SceneWork::total`]. Returns
+    /// the number of events applied; the others are for later frames. Cut anywhere, a list of events leads to the same model.
+    /// At least one event is applied. The end of the frame places the polygons of groups anew; its cost comes on top.
     pub fn apply_within(&mut self, events: &[Event], most: u64, changes: &mut Vec<Change>) -> usize {
         let before = self.work().total();
         self.begin_batch(changes);

@@ -1,4 +1,4 @@
-//! What another member sends at once comes into a window in slices of a frame, in its order and whole.
+//! A window applies a burst of another member's events in slices of a frame, complete and in order.
 
 use std::{
     fs,
@@ -24,7 +24,7 @@ use crate::{
 const ONE_PIECE: Duration = Duration::from_nanos(1);
 /// Samples that are sent at once.
 const POINTS: u32 = 5000;
-/// Undo and redo that are sent after them, of each so many.
+/// Pairs of undo and redo that are sent after them.
 const TURNS: usize = 400;
 
 /// A long stroke, and then undo and redo in turn.
@@ -54,7 +54,7 @@ fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Sends the flood as a member whose window is not there, and waits until these windows have it but have not taken it.
+/// Sends the flood as a member without a window. Waits until these windows have received it but not applied it.
 fn send(server: &Server, windows: &[&Window]) -> u64 {
     let known = windows[0].shared().status().counts.events;
     let who = Who { name: "Bob".to_owned(), color: None };

@@ -1,4 +1,4 @@
-//! What a hostile browser, or a broken one, does to `osp serve`: nothing that others feel.
+//! A hostile or broken browser does not affect the other clients of `osp serve`.
 
 use std::{
     fs,
@@ -8,7 +8,7 @@ use std::{
 
 use super::{PATIENCE, Server};
 
-/// A folder with a file that no system keeps for a connection that nobody reads, and one that is small.
+/// A folder with a small file, and one that is larger than any socket buffer.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     fs::File::create(folder.path().join("large.bin"))
@@ -19,7 +19,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Whether the server ended the connection, rather than this test its patience.
+/// Whether the server ended the connection, before the time limit of the test.
 fn is_ended(stream: &mut TcpStream) -> bool {
     let mut answer = Vec::new();
     match stream.read_to_end(&mut answer) {

@@ -23,7 +23,7 @@ const MOST_STEM_BYTES: usize = 100;
 const MOST_HEADER_BYTES: u64 = 1 << 16;
 /// How the source in the header of a session begins if osp drew it.
 pub(in crate::app) const OURS: &str = "osp sketch ";
-/// What comes before the path of the session that a copy was made of, in the header of the copy.
+/// Precedes the path of the original session in the source of a copy.
 const FROM: &str = ", from ";
 
 /// The source of a copy of a session.
@@ -32,12 +32,12 @@ pub(in crate::app) fn source_of_copy(session: &Path, source: &str) -> String {
     format!("{OURS}{version}{FROM}{}: {source}", true_path(session).display())
 }
 
-/// What comes after the version in the source of a copy: the path of the session that it was made of, and that one's source.
+/// The origin in the source of a copy: the path of the original session and its source.
 fn origin(header: &Header) -> Option<&str> {
     header.source.strip_prefix(OURS)?.split_once(FROM).map(|(_, origin)| origin)
 }
 
-/// The name of the session that a copy was made of.
+/// The name of the original session of a copy.
 pub(super) fn name_of_origin(header: &Header) -> Option<String> {
     let (path, _) = origin(header)?.split_once(": ")?;
     Path::new(path).file_name().map(|name| name.to_string_lossy().into_owned())

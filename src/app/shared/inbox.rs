@@ -1,5 +1,5 @@
-//! What of a session has come and is not in the model yet. The model takes it piece by piece, as it takes a file, so that frames
-//! go on whatever the others send.
+//! Events of a session that have arrived and are not in the model yet. The model takes them piece by piece, as it takes a file, so
+//! that no burst of events stalls the frames.
 
 use std::collections::VecDeque;
 
@@ -9,7 +9,7 @@ use crate::{app::document::PIECE, recording::Event};
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     events: VecDeque<Event>,
-    /// Own ones among them.
+    /// The number of own events among them.
     own: usize,
 }
 
@@ -46,8 +46,8 @@ impl Inbox {
     }
 }
 
-/// The part of a piece that an event takes up: its own, where it draws. A few bytes of an edit may concern the whole model, and
-/// how much of it shows afterwards only, so an edit is a piece.
+/// The part of a piece that an event takes up. An event that draws counts by its length. An edit is a whole piece: a few bytes may
+/// change the whole model, and its extent is known only afterwards.
 fn weight(event: &Event) -> usize {
     match event {
         Event::Erase { .. }

@@ -80,7 +80,7 @@ impl Osp {
         // What a drawn session of that size takes, and what `make_room` asks for on top.
         let polygons = config.room() + AHEAD;
         let runs = polygons / 8;
-        // What the same polygons take when they have been moved one by one, and others have come for some of them.
+        // Room for the same polygons after all have moved one by one and some were replaced.
         let most_runs = config.room().min(MOST_SCATTERED);
         let mut osp = Self {
             backend,
@@ -409,14 +409,14 @@ pub(super) const CHANGES_BETWEEN: u32 = 64;
 /// Polygons that there is always room for, so that growing falls between two frames.
 const AHEAD: usize = 4096;
 
-/// Polygons that there is room for at most however they lie: each a run of its own, in pages that are not full.
+/// The most scattered polygons to reserve memory for: each a run of its own, in pages that are not full.
 const MOST_SCATTERED: usize = 1 << 20;
 
-/// Runs of a page on the average, at least: upkeep joins pages of no more than eight. There were 11.5 where all move one by one.
+/// Lower bound of the average runs of a page: upkeep joins pages of at most eight. With all polygons moved one by one, the average
+/// was 11.5.
 const RUNS_A_PAGE: usize = 10;
 
-/// Polygons of a block of sixteen numbers on the average, of those that stay when others are taken out here and there, and new
-/// numbers are given to what comes.
+/// Average polygons left in a block of sixteen numbers after removals at random places. New polygons get new numbers.
 const POLYGONS_A_BLOCK: usize = 8;
 
 /// Nodes and buckets that there is always room for.

@@ -131,7 +131,7 @@ impl WithKernel for Pair<'_> {
     }
 }
 
-/// A node, bucket or page by its number, which was found in the tree: the eyes that may see it, and the planes that cut it of either.
+/// The number of a node, bucket or page found in the tree, the eyes that may see it, and the planes of each eye that cut it.
 #[derive(Clone, Copy)]
 struct Below {
     number: u32,
@@ -331,7 +331,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
 
     #[inline(always)]
     fn node(&mut self, Below { number, planes, eyes }: Below, nodes: &mut List<Below, STACK>) {
-        // SAFETY: what waits was found in the tree.
+        // SAFETY: every waiting entry was found in the tree.
         let node = unsafe { self.osp.known_node(number) };
         self.work.nodes += 1;
         let seen = self.look(planes, eyes, std::slice::from_ref(&node.boxes), 0xFF);
@@ -345,7 +345,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes, eyes }),
                 Target::Node(number) => {
-                    // SAFETY: it hangs at what was found in the tree.
+                    // SAFETY: it is a child of an entry found in the tree.
                     prefetch_lines::<4, _>(unsafe { self.osp.known_node(number) });
                     nodes.push(Below { number, planes, eyes });
                 }
@@ -370,7 +370,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
     #[inline(always)]
     fn next_bucket(&mut self) {
         let Below { number, planes, eyes } = self.buckets.pop();
-        // SAFETY: what waits was found in the tree.
+        // SAFETY: every waiting entry was found in the tree.
         let bucket = unsafe { self.osp.known_bucket(number) };
         self.work.nodes += 1;
         if bucket.next != NONE {
@@ -396,7 +396,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         self.work.nodes += pages.len() as u64;
         for (&number, &runs) in pages.iter().zip(&bucket.counts) {
-            // SAFETY: it hangs at what was found in the tree.
+            // SAFETY: it is a child of an entry found in the tree.
             let page: *const Page = unsafe { self.osp.known_page(number) };
             prefetch_lines::<2, _>(page);
             self.whole.push(Whole { number, runs, eyes });
@@ -409,7 +409,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
     #[inline(always)]
     fn next_whole(&mut self) {
         let Whole { number, runs, eyes } = self.whole.pop();
-        // SAFETY: what waits was found in the tree.
+        // SAFETY: every waiting entry was found in the tree.
         self.answers.add_page(eyes, unsafe { self.osp.known_page(number) }, u32::from(runs));
     }
 
@@ -427,7 +427,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
     #[inline(always)]
     fn next_page(&mut self) {
         let Below { number, planes, eyes } = self.pages.pop();
-        // SAFETY: what waits was found in the tree.
+        // SAFETY: every waiting entry was found in the tree.
         let page = unsafe { self.osp.known_page(number) };
         self.work.nodes += 1;
         if planes == 0 {

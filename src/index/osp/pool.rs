@@ -58,7 +58,7 @@ impl<T: Pooled> Pool<T> {
         pool
     }
 
-    /// The pool with room for so many entries in all. The memory beyond is not written to: few need it.
+    /// The pool with room for so many entries in all. The additional memory is not written to: it is rarely needed.
     pub(super) fn and_room_for(mut self, entries: usize) -> Self {
         self.reserve_chunks(entries.div_ceil(Self::CHUNK));
         self
@@ -158,7 +158,7 @@ impl<T: Pooled> Pool<T> {
         (self.free, self.len, self.live) = (NONE, 0, 0);
     }
 
-    /// Memory held, bytes: without room that nobody has written to yet, which the system has not given.
+    /// Memory held, bytes. Room that was never written to does not count: the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
         self.held_chunks() * Self::CHUNK * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
     }

@@ -25,7 +25,7 @@ use crate::index::{
 /// A walk that finds what is seen or, if the answer [is told that](Answer::IS_HIDDEN), what is hidden.
 pub(super) struct Cull<'a, A> {
     pub(super) osp: &'a Osp,
-    /// The node that everything is below: of the tree, which unchecked reads begin at.
+    /// The node that the walk begins at. It has to be in the tree: unchecked reads start from it.
     pub(super) top: u32,
     pub(super) planes: &'a PlaneSet,
     pub(super) answer: A,
@@ -61,7 +61,7 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
     }
 }
 
-/// What numbers stand for, without a check.
+/// Unchecked access by number.
 impl Osp {
     /// # Safety
     /// The bucket hangs in the tree, or in the chain of one that does.
@@ -177,7 +177,7 @@ impl<T: Copy, const N: usize> List<T, N> {
     }
 }
 
-/// A node, bucket or page by its number, which was found in the tree, and the planes that cut it.
+/// The number of a node, bucket or page found in the tree, and the planes that cut it.
 #[derive(Clone, Copy)]
 pub(super) struct Below {
     pub(super) number: u32,
@@ -285,7 +285,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn node(&mut self, Below { number, planes: mask }: Below, nodes: &mut List<Below, STACK>) {
-        // SAFETY: what waits was found in the tree.
+        // SAFETY: every waiting entry was found in the tree.
         let node = unsafe { self.osp.known_node(number) };
         self.work.nodes += 1;
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
@@ -299,7 +299,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes }),
                 Target::Node(number) => {
-                    // SAFETY: it hangs at what was found in the tree.
+                    // SAFETY: it is a child of an entry found in the tree.
                     prefetch_lines::<4, _>(unsafe { self.osp.known_node(number) });
                     nodes.push(Below { number, planes });
                 }
@@ -336,7 +336,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_bucket(&mut self) {
         let Below { number, planes } = self.buckets.pop();
-        // SAFETY: what waits was found in the tree.
+        // SAFETY: every waiting entry was found in the tree.
         let bucket = unsafe { self.osp.known_bucket(number) };
         self.work.nodes += 1;
         if bucket.next != NONE {
@@ -365,7 +365,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         self.work.nodes += pages.len() as u64;
         for (i, &number) in pages.iter().enumerate() {
             let single = bucket.single >> i & 1 == 1;
-            // SAFETY: it hangs at what was found in the tree.
+            // SAFETY: it is a child of an entry found in the tree.
             let page: *const Page = unsafe { self.osp.known_page(number) };
             if single {
                 prefetch_lines::<1, _>(page)
@@ -382,7 +382,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_whole(&mut self) {
         let Whole { number, runs, single } = self.whole.pop();
-        // SAFETY: what waits was found in the tree.
+        // SAFETY: every waiting entry was found in the tree.
         let page = unsafe { self.osp.known_page(number) };
         if single {
             self.answer.single(self.kernel, page, u32::from(runs));
@@ -405,7 +405,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_page(&mut self) {
         let Below { number, planes } = self.pages.pop();
-        // SAFETY: what waits was found in the tree.
+        // SAFETY: every waiting entry was found in the tree.
         let page = unsafe { self.osp.known_page(number) };
         self.work.nodes += 1;
         if planes == 0 {

@@ -2,9 +2,9 @@
 //! said of them.
 //!
 //! A [`StudyRow`] is one session through one index. Each session that was measured is kept as a [`StudyPart`], a file of JSON
-//! named by what was measured and how, so that nothing is measured twice. The table of all is a file of lines of JSON, or with the
-//! feature `parquet` of Parquet ([`StudyWriter`], [`StudyReader`], [`TableFormat`]). [`Disagreements`] are sessions of which two machines, or two indexes, saw different
-//! polygons; [`study_page`] is a page with a verdict, charts and a row a session.
+//! named by what was measured and how, so that nothing is measured twice. The table of all rows has lines of JSON, or Parquet with
+//! the feature `parquet` ([`StudyWriter`], [`StudyReader`], [`TableFormat`]). [`Disagreements`] are sessions of which two machines,
+//! or two indexes, saw different polygons; [`study_page`] is a page with a verdict, charts and a row a session.
 
 mod check;
 mod compared;

@@ -29,7 +29,7 @@ pub enum TableFormat {
 }
 
 impl TableFormat {
-    /// What the ending of a name says.
+    /// The format by the ending of a name.
     pub fn named_by(path: &Path) -> Option<Self> {
         let ending = path.extension()?;
         if ending.eq_ignore_ascii_case("ndjson") {
@@ -41,7 +41,7 @@ impl TableFormat {
         }
     }
 
-    /// What the first bytes of a file say. Whether the rest is the table of a study, its reader knows.
+    /// The format by the first bytes of a file. Only [`StudyReader`] checks the rest.
     pub fn of_start(start: &[u8]) -> Option<Self> {
         if start.starts_with(LINE_START) {
             Some(Self::Lines)
@@ -143,7 +143,7 @@ impl<W: Write + Send> StudyWriter<W> {
         }
     }
 
-    /// Ends the table: what it is written to, and its number of rows.
+    /// Ends the table. Returns the output and the number of rows.
     ///
     /// # Errors
     /// It cannot be written.
@@ -161,7 +161,7 @@ pub fn is_study(path: &Path) -> bool {
     StudyReader::open(path).is_ok()
 }
 
-/// Reads the rows of a table, one after the other. What the file holds decides its format.
+/// Reads the rows of a table, one after the other. The content of the file determines the format.
 #[derive(Debug)]
 pub struct StudyReader(Reader);
 
@@ -191,7 +191,7 @@ impl StudyReader {
             }
             #[cfg(feature = "parquet")]
             Some(TableFormat::Parquet) => {
-                // What is buffered is read again: the reader goes by places in the file.
+                // The buffered bytes are read again: the Parquet reader seeks in the file.
                 ParquetReader::open(path, file.into_inner()).map(|reader| Self(Reader::Parquet(reader)))
             }
             #[cfg(not(feature = "parquet"))]

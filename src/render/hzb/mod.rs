@@ -16,7 +16,8 @@
 //! Whatever has just come, moved or come into view is not remembered, is not proven hidden, and is drawn in step 5: no
 //! frame lags. The picture is that without culling, to the last bit:
 //! * What wins a sample is never proven hidden: the pyramid holds no nearer depth there than the winner's own.
-//! * Nor is what the picture's border or the near plane may cut, visible or not: depth on a driver's pieces has no bound.
+//! * A polygon that a driver may clip, at the picture's border or at the near or far plane, is never proven hidden: the depth on
+//!   clipped pieces has no bound.
 //! * Of several at the same depth the last in the order wins, culled or not; the order does not depend on what is
 //!   visible (see [`DrawOrder`](super::DrawOrder)). That is why the first pass draws no colours.
 //! * What is remembered decides only how much is found. Any subset of what is in view would do.

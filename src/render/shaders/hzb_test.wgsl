@@ -76,18 +76,17 @@ const BY_FARTHEST: u32 = 2u;
 //   A quotient of two then differs by 8 u (S_x + n S_w) / w and what the division rounds, 5 u n; the way to pixels
 //   rounds 6 u n more, twice. In pixels that is below 19 u (S_x + n S_w) / w of the picture's side, because S_x is at
 //   least n w, and S_w at least w: `spread`.
-// - A driver that cuts a triangle at the picture's border, or at some distance from it, draws pieces with new corners.
-//   A piece may be as thin as it likes. Rounding and snapping move its corners, and may move them by as much as it is wide:
-//   how steep its depth is has no bound. On a piece 0.1 pixels wide, lavapipe has put a sample nearer by what the triangle
-//   changes within 0.08 pixels. So nothing is said of a triangle that may be cut. None is cut whose corners, wherever
-//   rounding puts them, lie in the picture and between the near and the far plane.
+// - A driver may clip a triangle at the picture's border, or at some distance from it, into pieces with new corners.
+//   A piece may be arbitrarily thin. Rounding and snapping may move its corners by as much as its width, so its depth
+//   gradient has no bound. On a piece 0.1 pixels wide, lavapipe put a sample nearer by the triangle's change of depth
+//   over 0.08 pixels. So a triangle that may be clipped is never proven hidden. It is not clipped if its corners lie in
+//   the picture and between the near and the far plane, with all rounding.
 // - Depth may be off by 13 u (S_z + depth S_w) / w at a corner, and by u or two where it is interpolated, as long as it
 //   does not change over the picture's width; that part is among what is made of `slope` below.
 const SNAP: f32 = 1.0 / 256.0;
 // 32 u.
 const ROUNDING: f32 = 1.0 / 524288.0;
-// A triangle of which the rasteriser may make more than so many pixels is drawn: one of its corners is next to the eye's
-// plane.
+// A triangle whose corners may be off by this many pixels or more is drawn: one of them is next to the eye's plane.
 const MOST_PLAY: f32 = 2.0;
 
 // A corner on the picture.

@@ -1,11 +1,11 @@
-//! What is hung step by step is what comes of hanging everything anew.
+//! Incremental updates give the same parents as a full rebuild.
 
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 use super::*;
 use crate::recording::GroupId;
 
-/// The old way: all groups are hung anew, as they were before all groupings and then as these say.
+/// A full rebuild: resets all groups to their base parents, then applies the groupings in order.
 #[derive(Clone, Default)]
 struct Anew {
     groups: Groups,
@@ -19,7 +19,7 @@ struct Grouping {
     before: Option<usize>,
     parent: Option<usize>,
     holds: bool,
-    /// It says nothing of where the group hangs any more.
+    /// It no longer sets the group's parent.
     is_settled: bool,
 }
 

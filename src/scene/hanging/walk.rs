@@ -1,4 +1,4 @@
-//! The way through time that finds which groupings have another outcome.
+//! The walk along the timeline that finds the groupings with another outcome.
 
 use std::{
     cmp::Reverse,
@@ -11,38 +11,38 @@ use super::{
     END, Hangings, Time, place_at,
 };
 
-/// What leads to a grouping that may have another outcome.
+/// Why a grouping may have another outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Reason {
-    /// The course was changed here.
+    /// The timeline was edited here.
     Edit,
-    /// The group under which it hangs one is reached.
+    /// The parent that it sets is reached.
     Toward { group: usize },
-    /// The group that it hangs is reached.
+    /// The group that it moves is reached.
     Own,
-    /// The group that it hangs is above one that differs.
+    /// The group that it moves is above one that differs.
     Above,
 }
 
 /// Scratch of [`Hangings::settle`].
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    /// Groups that hang elsewhere than in the course before, and where they hung in that.
+    /// The groups that differ, with their parents on the old timeline.
     pub(super) differs: BTreeMap<usize, Option<usize>>,
-    /// For each group the mark, if it has differed, or was below one that did, since no group differed: perhaps it does not
-    /// any more.
+    /// The `mark` at which each group was last reached. A group stays reached until no group differs.
     reached: Vec<u64>,
-    /// The same of those above one that differs.
+    /// The `mark` at which each group was last above one that differs.
     above: Vec<u64>,
+    /// Grows when a walk begins, and whenever no group differs.
     mark: u64,
-    /// Chains may become too long.
+    /// There are enough groups for a chain that is too long.
     minds_heights: bool,
-    /// With the mark for which each is there; that of an edit counts always.
+    /// Each with the `mark` at which it was queued. Entries with an older mark are skipped, but for edits.
     queue: BinaryHeap<Reverse<(Time, usize, Reason, u64)>>,
 }
 
 impl Hangings {
-    /// Goes through time; `false`: to hang all anew costs less than the rest of the way.
+    /// Walks along the timeline. Returns `false` where rebuilding all parents costs less than the rest of the walk.
     pub(super) fn walk_through(&mut self, groups: &Groups, scratch: &mut Scratch) -> bool {
         let edits = self.outdated.iter().map(|(&time, &(group, _))| (time, group));
         let edits = edits.chain(self.fresh.iter().map(|(&time, &group)| (time, group)));
@@ -66,7 +66,7 @@ impl Hangings {
         }
         true
     }
-    /// Where a group hangs after a time, in the course that comes about. Times may only grow in a walk.
+    /// The parent of a group after a time, on the new timeline. Times must not decrease within a walk.
     pub(super) fn link(&mut self, groups: &Groups, group: usize, time: Time) -> Option<usize> {
         self.steps += 1;
         let walk = self.walk;
@@ -85,7 +85,7 @@ impl Hangings {
         parent
     }
 
-    /// Takes what is hung at a time, in both courses.
+    /// Applies the entries of a time to both timelines.
     fn pass(&mut self, groups: &Groups, scratch: &mut Scratch, time: Time, group: usize) {
         let line = self.line(group);
         let held = line.and_then(|line| line.held.get(&time).copied());
@@ -137,7 +137,7 @@ impl Hangings {
         }
     }
 
-    /// Whether a group can hang under another one, at a time: not below itself, and in no chain that is too long.
+    /// Whether a group may get this parent at a time: without a cycle, and without a chain that is too long.
     fn can_hang(
         &mut self,
         groups: &Groups,
@@ -168,7 +168,7 @@ impl Hangings {
         true
     }
 
-    /// The groups that hang under one after a time, in the course that comes about.
+    /// The children of a group after a time, on the new timeline.
     fn children(&mut self, groups: &Groups, group: usize, time: Time, children: &mut Vec<usize>) {
         children.clear();
         children.extend(groups.children(group).filter(|&child| self.is_constant(child)));
@@ -184,7 +184,7 @@ impl Hangings {
         children.truncate(kept);
     }
 
-    /// Marks a group and all above it, in the course of before or the one that comes about.
+    /// Marks a group and its ancestors, on the old or the new timeline.
     fn mark_above(
         &mut self,
         groups: &Groups,
@@ -203,7 +203,7 @@ impl Hangings {
         }
     }
 
-    /// A group is reached from a time on, and with it those below.
+    /// Marks a group and its descendants as reached, from a time on.
     fn reach(&mut self, groups: &Groups, scratch: &mut Scratch, group: usize, time: Time) {
         let (mut walk, mut below) = (vec![group], Vec::new());
         while let Some(at) = walk.pop() {
@@ -217,7 +217,7 @@ impl Hangings {
         }
     }
 
-    /// Queues what comes after a time for a reason, if anything does.
+    /// Queues the next grouping after a time that a reason applies to, if there is one.
     fn queue_next(&self, scratch: &mut Scratch, time: Time, group: usize, reason: Reason) {
         let later = (Excluded(time), Unbounded);
         let next = match reason {

@@ -248,6 +248,6 @@ pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
     let uris = root.into_iter().flat_map(|root| root.buffers).filter_map(|buffer| buffer.uri);
     let files = uris.filter(|uri| uri::data(uri).is_none()).filter_map(|uri| uri::file(&uri, path).ok());
     let folder = uri::folder(path);
-    // One that is not there may be made by somebody else.
+    // A missing file counts: another program may create it.
     files.filter(|file| Input::on_disk(file).lies_within(folder).unwrap_or(true)).collect()
 }

@@ -36,18 +36,17 @@ pub(super) fn data(uri: &str) -> Option<Result<Vec<u8>, Fault>> {
 
 const EXPECTED: &str = "the URI of a buffer in the same folder or below";
 
-/// The folder that a model reads from: its own.
+/// The folder of a model. The model reads no file outside it.
 pub(super) fn folder(model: &Path) -> &Path {
     model.parent().unwrap_or(Path::new(""))
 }
 
-/// The refusal of a URI that a symbolic link takes further than it reads.
+/// The error for a URI whose symbolic link leads out of the model's folder.
 pub(super) fn leads_out(uri: &str) -> Fault {
     Fault::new(EXPECTED, format!("{}, a link that leads out of the folder", shown(uri)))
 }
 
-/// The file of a relative URI: one in the folder of `beside` or below it. A model does not reach further. Whether a symbolic
-/// link does is to be looked up where the file is opened.
+/// The path of a relative URI, in the folder of `beside` or below it. The caller checks symbolic links when it opens the file.
 pub(super) fn file(uri: &str, beside: &Path) -> Result<PathBuf, Fault> {
     let refuse = || Fault::new(EXPECTED, shown(uri));
     let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| refuse())?;
