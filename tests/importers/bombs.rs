@@ -8,8 +8,9 @@ use std::process::{Command, Output};
 
 use crate::files::{sketch, sketch_stroke, tilt, write};
 
-/// Address space of the program, KiB. It needs some for itself, four indexes, and a thread.
-const CAP_KIB: u32 = 512 << 10;
+/// Address space of the program, KiB. It needs some for itself, four indexes, and a thread. An index reserves room for scattered
+/// polygons, about 160 bytes each for up to a million, and does not write to it before they come.
+const CAP_KIB: u32 = 704 << 10;
 
 /// Runs the program with an address space of [`CAP_KIB`].
 fn osp(args: &[&str]) -> Output {
