@@ -185,7 +185,8 @@ impl Studio {
 
     /// Asks whether to go on with earlier edits of the session that the window shows a copy of.
     pub(super) fn offer_edits(&mut self) {
-        if let Subject::Sketch(document) = &mut self.subject
+        if self.question.is_none()
+            && let Subject::Sketch(document) = &mut self.subject
             && let Some(edits) = document.take_earlier()
         {
             self.ask(Question::Edits(edits));

@@ -76,22 +76,40 @@ impl fmt::Display for Lacking<'_> {
     }
 }
 
-/// Commands and options that need a feature: names of the command, ids of the options (none: the command itself).
+/// Commands and options that need a feature: names of the command, names of the options (none: the command and those below it).
 const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["replay"], &["window", "paused", "trace"], Feature::Window),
     (&["replay"], &["draw"], Feature::Render),
-    (&["replay"], &["world"], Feature::Worlds),
+    (&["replay"], OF_WORLDS, Feature::Worlds),
     (&["pack"], &[], Feature::Worlds),
     (&["render"], &[], Feature::Render),
     (&["rig", "monitors"], &[], Feature::Window),
     (&["serve"], &[], Feature::Serve),
     (&["sketch"], &[], Feature::Window),
-    (&["sketch"], &["join"], Feature::Live),
+    (&["sketch"], &["join", "watch", "name", "credentials", "tls-ca", "unencrypted"], Feature::Live),
     (&["send"], &[], Feature::Window),
     (&["join"], &[], Feature::Live),
     (&["wall"], &[], Feature::Live),
     (&["wall"], &["tracker"], Feature::Window),
 ];
+
+const OF_WORLDS: &[&str] =
+    &["world", "memory", "wait", "path", "frames", "seed", "speed", "far", "prefetch", "rate", "loaders"];
+
+/// What of a command this build lacks: the entries of [`NEEDS`] for it and the commands above it.
+fn lacking<'a>(
+    names: &'a [&str],
+) -> impl Iterator<Item = &'static (&'static [&'static str], &'static [&'static str], Feature)> + 'a {
+    NEEDS.iter().filter(|(of, options, feature)| {
+        let is_of = if options.is_empty() { names.starts_with(of) } else { *of == names };
+        is_of && !feature.is_built()
+    })
+}
+
+/// Whether this build lacks an option of a command that it has: a user's default for it waits for another build.
+pub(super) fn lacks_option(names: &[&str], option: &str) -> bool {
+    lacking(names).any(|(_, options, _)| options.contains(&option))
+}
 
 /// Refuses a command line that needs a feature which this build lacks.
 pub(super) fn check(matches: &ArgMatches) -> anyhow::Result<()> {
@@ -101,17 +119,18 @@ pub(super) fn check(matches: &ArgMatches) -> anyhow::Result<()> {
         below = matches;
     }
     let command = names.join(" ");
-    let is_given = |id: &&&str| below.value_source(id) == Some(ValueSource::CommandLine);
-    let mut lacking = Vec::new();
+    let is_given =
+        |name: &&&str| below.value_source(&name.replace('-', "_")) == Some(ValueSource::CommandLine);
+    let mut needed = Vec::new();
     let mut what = None;
-    for (_, options, feature) in NEEDS.iter().filter(|(of, _, feature)| *of == names && !feature.is_built()) {
+    for (_, options, feature) in lacking(&names) {
         let given = options.iter().find(is_given);
         if options.is_empty() || given.is_some() {
             what.get_or_insert_with(|| {
-                given.map_or(format!("osp {command}"), |id| format!("osp {command} --{id}"))
+                given.map_or_else(|| format!("osp {command}"), |name| format!("osp {command} --{name}"))
             });
-            lacking.push(*feature);
+            needed.push(*feature);
         }
     }
-    what.map_or(Ok(()), |what| refuse(what, &lacking))
+    what.map_or(Ok(()), |what| refuse(what, &needed))
 }

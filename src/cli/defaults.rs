@@ -14,7 +14,7 @@ use anyhow::{Context, anyhow, bail, ensure};
 use clap::{Arg, ArgAction, ArgMatches, Command, parser::ValueSource};
 use toml_edit::{Document, Item, TableLike, Value};
 
-use super::output::one_line;
+use super::{built::lacks_option, output::one_line};
 use crate::{platform::user_folder, small_file::read_text};
 
 /// Names another file of defaults; none if it is empty.
@@ -283,7 +283,8 @@ fn chosen<'a>(
         let named = || found.iter().filter(|default| Some(default.option()) == arg.get_long());
         named().find(own).or_else(|| named().find(|default| default.tables().is_empty()))
     };
-    options.filter_map(|arg| Some((arg, default(arg)?))).collect()
+    let is_built = |arg: &&Arg| !lacks_option(names, arg.get_long().unwrap_or_default());
+    options.filter(is_built).filter_map(|arg| Some((arg, default(arg)?))).collect()
 }
 
 /// Whether the command line leaves an option to its default: neither it nor one that excludes it is given.

@@ -77,8 +77,12 @@ impl JoinRate {
         self.waited.map_or(full, |waited| waited.at(now_nanos, 1_000_000_000, most))
     }
 
-    /// Whether one more may join at a time. Call [`JoinRate::note`] once it counts.
-    pub(super) fn allow(&self, now_nanos: u64) -> bool {
+    /// Whether one more may join at a time. Call [`JoinRate::note`] once it counts. After a clock that went back, waiting begins
+    /// anew: a stamp from the future does not close the session until then.
+    pub(super) fn allow(&mut self, now_nanos: u64) -> bool {
+        if let Some(waited) = &mut self.waited {
+            waited.at_nanos = waited.at_nanos.min(now_nanos);
+        }
         self.at(now_nanos).amount >= JOIN_NANOS
     }
 
@@ -151,12 +155,24 @@ mod tests {
         };
         let start = 5_000 * second;
         assert_eq!((0..1000).filter(|_| join(&mut rate, start)).count() as u64, JOINS_AT_ONCE);
-        assert!(!join(&mut rate, 0), "time that goes back gives nothing");
+        assert!(!join(&mut rate, start - second), "time that goes back gives nothing");
         // However often it is tried meanwhile.
         let tries = (1..=1000).map(|step| start + step * second * 7 / 10);
         assert_eq!(tries.filter(|&now| join(&mut rate, now)).count() as u64, 700 / SECS_A_JOIN);
         let rested = start + 100 * JOINS_AT_ONCE * SECS_A_JOIN * second;
         assert_eq!((0..1000).filter(|_| join(&mut rate, rested)).count() as u64, JOINS_AT_ONCE);
+    }
+
+    #[test]
+    fn a_stamp_from_the_future_does_not_close_a_session() {
+        let (mut rate, second) = (JoinRate::default(), 1_000_000_000);
+        let year = 365 * 24 * 3600 * second;
+        for _ in 0..JOINS_AT_ONCE {
+            assert!(rate.allow(2 * year));
+            rate.note(2 * year);
+        }
+        assert!(!rate.allow(year), "the clock is set right");
+        assert!(rate.allow(year + SECS_A_JOIN * second));
     }
 
     #[test]

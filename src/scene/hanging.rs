@@ -178,6 +178,7 @@ impl Hangings {
         self.count -= 1;
         self.significant.remove(&place_at(time).unwrap_or_default());
         self.found.remove(&time);
+        self.fresh.remove(&time);
         held
     }
 
@@ -255,6 +256,10 @@ impl Hangings {
             if is_at_once && turn == Turn::MadeAgain {
                 let holds = before == parent || groups.try_hang(group, parent);
                 self.insert(time, group, parent, holds, now);
+                if !holds && !self.is_as_kept() {
+                    // It is refused by a state that the kept timeline does not lead to.
+                    self.fresh.insert(time, group);
+                }
                 if before != parent {
                     self.significant.insert(place);
                 }
