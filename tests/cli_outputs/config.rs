@@ -199,3 +199,17 @@ fn what_other_programs_left_in_the_file_stops_no_command_and_can_be_removed() {
     }
     assert!(done(here, &["config"]).contains("no defaults"));
 }
+
+#[test]
+fn a_default_for_what_this_build_lacks_waits_for_one_that_has_it() {
+    if cfg!(feature = "render") {
+        eprintln!("not looked at here: defaults for drawing in a build that cannot draw");
+        return;
+    }
+    let (folder, _) = place();
+    let here = folder.path();
+    done(here, &["config", "set", "replay.draw", "64x64"]);
+    done(here, &["config", "set", "replay.memory", "1M"]);
+    assert!(!indexes(&done(here, &["replay", "s.ron", "--json"])).is_empty());
+    assert!(refused(here, &["replay", "s.ron", "--draw=64x64"]).contains("feature `render`"));
+}
