@@ -8,8 +8,7 @@ use std::{
 use thiserror::Error;
 
 use crate::{
-    atomic_file::Destination, lab::study::TableFormat, platform::fs, recording::looks_like_session,
-    small_file::open_regular,
+    atomic_file::Destination, platform::fs, recording::looks_like_session, small_file::open_regular,
 };
 
 /// Bytes from the beginning of a file that decide what it is.
@@ -45,6 +44,11 @@ pub(crate) enum OutputKind {
 }
 
 use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Study, Svg, Trace};
+
+/// First bytes of the table of a study that is lines of JSON.
+pub(crate) const STUDY_START: &[u8] = b"{\"file\":\"";
+/// First bytes of a Parquet file.
+pub(crate) const PARQUET_START: &[u8] = b"PAR1";
 
 impl OutputKind {
     const ALL: [Self; 12] = [Png, Glb, Parquet, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
@@ -124,8 +128,8 @@ impl OutputKind {
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Glb => start.starts_with(b"glTF"),
-            Study => TableFormat::of_start(start) == Some(TableFormat::Lines),
-            Parquet => TableFormat::of_start(start) == Some(TableFormat::Parquet),
+            Study => start.starts_with(STUDY_START),
+            Parquet => start.starts_with(PARQUET_START),
             Pvs => start.starts_with(b"osp pvs "),
             Html => starts("<!doctype html") || starts("<html"),
             Svg => starts("<svg") || (starts("<?xml") && holds(text, "<svg")),

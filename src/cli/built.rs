@@ -100,7 +100,7 @@ const OF_WORLDS: &[&str] =
 fn lacking<'a>(
     names: &'a [&str],
 ) -> impl Iterator<Item = &'static (&'static [&'static str], &'static [&'static str], Feature)> + 'a {
-    NEEDS.iter().filter(|(of, options, feature)| {
+    NEEDS.iter().filter(move |(of, options, feature)| {
         let is_of = if options.is_empty() { names.starts_with(of) } else { *of == names };
         is_of && !feature.is_built()
     })

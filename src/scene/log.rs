@@ -40,7 +40,7 @@ pub(super) enum Key {
 
 /// Most strokes of an arrangement that the index lists. Undo remembers a thousand larger arrangements at most; these are searched
 /// one by one. Larger: the index takes more memory.
-const MOST_INDEXED: usize = 4096;
+const MOST_INDEXED: usize = 1024;
 
 /// What an arrangement is to become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -320,7 +320,7 @@ fn the_box_of_a_group_that_moves_as_a_whole_holds_what_is_rounded() {
     for number in 0..40 {
         let half = 0.1 + 0.07 * number as f32;
         let turn = Quat::from_xyzw(half.sin() * 0.48, half.sin() * 0.6, half.sin() * 0.64, half.cos());
-        let far = Vec3::new(9.0e5 + 0.3, -7.0e5, 8.0e5);
+        let far = Vec3::new(5.0e5 + 0.3, -4.0e5, 6.0e5);
         // Far away and back; or drawn far away in the group itself.
         for (at, inner, outer) in [(Vec3::ZERO, far, turn * -far), (far, Vec3::ZERO, Vec3::ZERO)] {
             let mut scene = Scene::keeping_groups_whole();

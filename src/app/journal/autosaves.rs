@@ -218,8 +218,7 @@ fn unstamped(name: &str) -> Option<&str> {
     let without_time = |name: &str| {
         let at = name.len().checked_sub("-20260131-235959".len())?;
         let mut parts = name.get(at..)?.split('-').skip(1);
-        let is_time =
-            parts.all(is_number) && name[at..].as_bytes()[0] == b'-' && name.as_bytes()[at + 9] == b'-';
+        let is_time = parts.all(is_number) && name.as_bytes()[at] == b'-' && name.as_bytes()[at + 9] == b'-';
         is_time.then_some(at)
     };
     let of_numbered = || {

@@ -14,10 +14,7 @@ use super::{
     StudyRow,
     line_table::{LineReader, LineWriter},
 };
-
-/// First bytes of a row.
-const LINE_START: &[u8] = b"{\"file\":\"";
-const PARQUET_START: &[u8] = b"PAR1";
+use crate::output_file::{PARQUET_START, STUDY_START};
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +40,7 @@ impl TableFormat {
 
     /// The format by the first bytes of a file. Only [`StudyReader`] checks the rest.
     pub fn of_start(start: &[u8]) -> Option<Self> {
-        if start.starts_with(LINE_START) {
+        if start.starts_with(STUDY_START) {
             Some(Self::Lines)
         } else if start.starts_with(PARQUET_START) {
             Some(Self::Parquet)
@@ -108,7 +105,7 @@ pub struct StudyWriter<W: Write + Send>(Writer<W>);
 enum Writer<W: Write + Send> {
     Lines(LineWriter<W>),
     #[cfg(feature = "parquet")]
-    Parquet(ParquetWriter<W>),
+    Parquet(Box<ParquetWriter<W>>),
 }
 
 impl<W: Write + Send> StudyWriter<W> {
@@ -120,7 +117,7 @@ impl<W: Write + Send> StudyWriter<W> {
         Ok(Self(match format {
             TableFormat::Lines => Writer::Lines(LineWriter::new(out)),
             #[cfg(feature = "parquet")]
-            TableFormat::Parquet => Writer::Parquet(ParquetWriter::new(out)?),
+            TableFormat::Parquet => Writer::Parquet(Box::new(ParquetWriter::new(out)?)),
             #[cfg(not(feature = "parquet"))]
             TableFormat::Parquet => {
                 return Err(io::Error::new(
@@ -167,7 +164,7 @@ pub struct StudyReader(Reader);
 
 #[derive(Debug)]
 enum Reader {
-    Lines(LineReader),
+    Lines(Box<LineReader>),
     #[cfg(feature = "parquet")]
     Parquet(ParquetReader),
 }
@@ -187,7 +184,7 @@ impl StudyReader {
         let found = if start.is_empty() { "an empty file" } else { "a file of another kind" };
         match TableFormat::of_start(start) {
             Some(TableFormat::Lines) => {
-                LineReader::open(path, file).map(|reader| Self(Reader::Lines(reader)))
+                LineReader::open(path, file).map(|reader| Self(Reader::Lines(Box::new(reader))))
             }
             #[cfg(feature = "parquet")]
             Some(TableFormat::Parquet) => {
@@ -198,7 +195,7 @@ impl StudyReader {
             Some(TableFormat::Parquet) => Err(StudyError::NotBuilt { path: path.to_owned() }),
             // A shard may have no session, and its table no row.
             None if start.is_empty() && TableFormat::named_by(path) == Some(TableFormat::Lines) => {
-                LineReader::open(path, file).map(|reader| Self(Reader::Lines(reader)))
+                LineReader::open(path, file).map(|reader| Self(Reader::Lines(Box::new(reader))))
             }
             None => Err(StudyError::Other { path: path.to_owned(), found: found.to_owned() }),
         }
