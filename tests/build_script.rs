@@ -1,6 +1,5 @@
 //! What `build.rs` says to Cargo: the package's own commit, and nothing of a repository around a copy of the package.
 
-
 use std::{
     fs,
     path::{Path, PathBuf},
