@@ -127,7 +127,7 @@ fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
     let behind = (0..500).map(|i| square(spread(i, 25), spread(i / 25, 25), -8.0, 0.02));
     let all = specks.chain([square(0.0, 0.0, -5.0, 2.0)]).chain(behind);
     let mut told = Told::default();
-    told.tell(&all.map(|p| crate::session::polygon(p.vertices(), 1.0)).collect::<Vec<_>>());
+    told.tell(&all.map(|p| polygon(p.vertices(), 1.0)).collect::<Vec<_>>());
     let mut lane = pipeline(Some(PassConfig::new(Occlusion::DepthLast)));
     let (changes, view) = (told.changes.clone(), view(Vec3::ZERO, Vec3::NEG_Z));
     assert_eq!(lane.frame(&told.scene, &changes, &view).occlusion.occluded, 0, "nothing to go by");
