@@ -92,7 +92,7 @@ fn a_sketch_that_is_opened_again_offers_its_edits() {
     assert_eq!(title(&studio), None);
     studio.close().expect("nothing was drawn");
     assert_eq!(fs::read(&edits).expect("the edits"), before);
-    assert_eq!(sessions_in(here), [edits.clone()], "nothing else was left");
+    assert_eq!(sessions_in(here), std::slice::from_ref(&edits), "nothing else was left");
 
     // In a window that is open.
     let mut studio = opened(&here.join("other.ron"), here);
