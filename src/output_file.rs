@@ -45,11 +45,6 @@ pub(crate) enum OutputKind {
 
 use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Study, Svg, Trace};
 
-/// First bytes of the table of a study that is lines of JSON.
-pub(crate) const STUDY_START: &[u8] = b"{\"file\":\"";
-/// First bytes of a Parquet file.
-pub(crate) const PARQUET_START: &[u8] = b"PAR1";
-
 impl OutputKind {
     const ALL: [Self; 12] = [Png, Glb, Parquet, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
 
@@ -128,8 +123,8 @@ impl OutputKind {
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Glb => start.starts_with(b"glTF"),
-            Study => start.starts_with(STUDY_START),
-            Parquet => start.starts_with(PARQUET_START),
+            Study => start.starts_with(b"{\"file\":\""),
+            Parquet => start.starts_with(b"PAR1"),
             Pvs => start.starts_with(b"osp pvs "),
             Html => starts("<!doctype html") || starts("<html"),
             Svg => starts("<svg") || (starts("<?xml") && holds(text, "<svg")),

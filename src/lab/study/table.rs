@@ -14,7 +14,11 @@ use super::{
     StudyRow,
     line_table::{LineReader, LineWriter},
 };
-use crate::output_file::{PARQUET_START, STUDY_START};
+
+/// First bytes of a table that is lines of JSON.
+const STUDY_START: &[u8] = b"{\"file\":\"";
+/// First bytes of a Parquet file.
+const PARQUET_START: &[u8] = b"PAR1";
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
